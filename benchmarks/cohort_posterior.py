@@ -54,7 +54,7 @@ DRAWS: Final = 5000
 RANK_BINS: Final = 10
 LEVEL: Final = "level"
 """A row of the file says where a true hyperparameter lies in its draws; else the errors of a person."""
-STATUSES: Final = ("supported",) * 17 + ("strained",) * 2 + ("unsupported",)
+STATUSES: Final = ("not contradicted",) * 17 + ("strained",) * 2 + ("contradicted",)
 
 
 def shipped() -> HierarchySettings:
@@ -82,7 +82,7 @@ def simulate(count: int, seed: int, settings: HierarchySettings) -> tuple[Simula
     groups = ["ab"[(number // 2) % 2] for number in range(count)]
     none = np.empty((0, 3))
     blank = [
-        Member(context, "supported", group, none, none)
+        Member(context, "not contradicted", group, none, none)
         for context, group in zip(contexts, groups, strict=True)
     ]
     design = design_of(blank)

@@ -7,7 +7,7 @@
 Needs a finished study of the shipped configuration. Generated subjects are answered by `new-subject`,
 each in a process of its own; then a classifier tells their draws from those of MCMC (0.5: it cannot).
 Three subjects whose contexts lie outside are handed in as well. Last, each subject of the study is judged
-with the null distributions of the others: the share of well-specified recordings that is not "supported",
+with the null distributions of the others: the share of well-specified recordings that is strained or contradicted,
 5 % if pooling them costs nothing.
 
 With --network the network alone is measured, on so many recordings that the model makes of each context:
@@ -98,11 +98,11 @@ def answered(study: Study, results: Path, experiment: str, count: int, folder: P
         if done.returncode:
             print(f"{subject:8}{seconds:8.1f}  {done.stderr.strip()}")
             continue
-        support = json.loads((folder / subject / "support.json").read_text(encoding="utf-8"))
+        verdict = json.loads((folder / subject / "verdict.json").read_text(encoding="utf-8"))
         told = accuracy(folder / subject, results / "cohort" / "noise.h5", settings)
         print(
-            f"{subject:8}{seconds:8.1f}  {support['status']:12}{support['k_hat']:6.2f}"
-            f"{support['efficiency']:11.2f}  {support['sampler']:12}{told:6.3f}"
+            f"{subject:8}{seconds:8.1f}  {verdict['status']:12}{verdict['k_hat']:6.2f}"
+            f"{verdict['efficiency']:11.2f}  {verdict['sampler']:12}{told:6.3f}"
         )
 
 
@@ -227,7 +227,9 @@ def main() -> None:
     files = finished_study(results, options.experiment, subjects).misspecifications
     rule = study.config.speed_experiments[options.experiment].misspecification.rule
     table = false_alarms([read_subject_checks(path) for path in files], rule)
-    print("\nnot supported, share of well-specified recordings, by the nulls of the other subjects")
+    print(
+        "\nstrained or contradicted, share of well-specified recordings, by the nulls of the other subjects"
+    )
     print(pd.concat([table, table.mean().rename("mean").to_frame().T]).round(3).to_string())
 
 

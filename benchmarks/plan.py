@@ -91,7 +91,7 @@ def trial(design: str, persons: int, effect: float, by: Recycling, seed: int) ->
     treated = [number >= persons for number in range(2 * persons)]
     contexts = case.contexts(2 * persons, rng)
     members = [
-        Member(context, "supported", "", theta, theta[:3])
+        Member(context, "not contradicted", "", theta, theta[:3])
         for context, theta in zip(contexts, draws, strict=True)
     ]
     design_of_trial = planned_design(GROUPS, treated)

@@ -37,7 +37,7 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds
 from swesbi.study.stages.inference import RecoveryStageSettings
 from swesbi.study.stages.training import TrainStageSettings
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 DRAWS = 2000
 LEVEL = 0.9
@@ -61,8 +61,8 @@ def read_case(study: Study, name: str, results: Path, each: int) -> Case:
     training = TrainStageSettings.from_plain(stage_settings(study, "train", experiment=name))
     recovery = RecoveryStageSettings.from_plain(stage_settings(study, "recovery", experiment=name))
     pool = read_pool(results / name / "pool.h5")
-    supports = {s: results / name / "subjects" / s / "support.json" for s in pool.subjects}
-    supported = [s for s, path in supports.items() if read_support(path).supported]
+    verdicts = {s: results / name / "subjects" / s / "verdict.json" for s in pool.subjects}
+    supported = [s for s, path in verdicts.items() if read_verdict(path).may_be_read]
     paths = [results / "cohort" / subject for subject in supported]
     measured = read_measured_subjects(
         [path / "observation.h5" for path in paths],
@@ -97,7 +97,7 @@ def quantities(case: Case, net: TrainedEstimator) -> Iterator[tuple[str, float]]
     for row in score_recovery(recovered, case.training.prior, settings):
         if row.nominal == LEVEL:
             yield f"recovery of {row.parameter} (%)", 100 * row.coverage
-    for subject in case.supported:
+    for subject in case.may_be_read:
         yield from _subject(case, net, subject)
 
 

@@ -20,7 +20,7 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 DRAWS: Final = 100
 """Of the prior, and of each posterior: curves that a browser computes in a fraction of a second."""
@@ -34,7 +34,7 @@ class ExploredSubject:
 
     observation: Observation
     posterior: ExactResult
-    support: Support
+    verdict: Verdict
 
 
 def page_data(
@@ -104,7 +104,7 @@ def subject_data(subject: ExploredSubject, noise: NoiseComponents) -> dict[str, 
     return {
         "name": observed.subject,
         "context": asdict(observed.context),
-        "verdict": subject.support.verdict,
+        "verdict": subject.verdict.sentence,
         "recording": {
             "phase": rounded(speeds.phase),
             "speed_m_s": speeds.speed_m_s.tolist(),

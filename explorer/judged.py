@@ -7,18 +7,17 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, standardise
-from swesbi.verdict.answers import NO_VERDICT, STATUSES
-from swesbi.verdict.nulls import Verdict
+from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.support import SupportTest
-from swesbi.verdict.verdict import grade
+from swesbi.verdict.verdict import NO_VERDICT, STATUSES, VerdictTest
 from swesbi.verdict.volumes import volume_tests
+from swesbi.verdict.with_null import grade
 from swesbi.verdict.without_null import grade_of_residuals, tested_residuals
 
 
 def judged_without_nulls(
     model: SpeedModel, phi: FloatArray, rule: RuleSettings
-) -> tuple[str, tuple[SupportTest, ...]]:
+) -> tuple[str, tuple[VerdictTest, ...]]:
     """Return a verdict in a word, and the tests that it rests on.
 
     Args:
@@ -27,7 +26,7 @@ def judged_without_nulls(
         rule: Levels and tolerances of the study.
 
     Returns:
-        "strained", "unsupported", or "no verdict" where neither residuals nor volumes speak against it.
+        "strained", "contradicted", or "no verdict" where neither residuals nor volumes speak against it.
 
     Raises:
         ValueError: No beat becomes periodic with a wall of another thickness.
@@ -38,6 +37,6 @@ def judged_without_nulls(
     residuals = tested_residuals(found, len(model.recording.phase), "phases", rule)
     volumes = volume_tests(model, phi, beats, rule.volumes)
     measured = tuple(test for test in volumes if np.isfinite(test.statistic))
-    status = grade(grade_of_residuals(residuals, rule), measured, (), rule.volumes.unsupported_abs_z)
-    word = NO_VERDICT if status == Verdict.SUPPORTED else STATUSES[status]
+    status = grade(grade_of_residuals(residuals, rule), measured, (), rule.volumes.contradicted_abs_z)
+    word = NO_VERDICT if status == Grade.NOT_CONTRADICTED else STATUSES[status]
     return word, (residuals, *measured)

@@ -16,7 +16,7 @@ if SPEED_EXPERIMENTS:
                 STUDY.subjects_of(EXPLORED)[:MOST_SHOWN],
             ),
             posteriors=files_of_subjects(["posterior.h5"], [EXPLORED])[:MOST_SHOWN],
-            supports=files_of_subjects(["support.json"], [EXPLORED])[:MOST_SHOWN],
+            verdicts=files_of_subjects(["verdict.json"], [EXPLORED])[:MOST_SHOWN],
             noise=f"{RESULTS}/cohort/noise.h5",
         output:
             page=f"{RESULTS}/explorer.html",

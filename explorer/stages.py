@@ -19,7 +19,7 @@ from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.stages.origin import Origin, by_key, pick
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 
 class ExplorerSettings(Settings):
@@ -37,7 +37,7 @@ def explorer(
     *,
     observations: Sequence[Path],
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     noise: Path,
     page: Path,
     settings: ExplorerSettings,
@@ -48,7 +48,7 @@ def explorer(
     Args:
         observations: Observed curves of the subjects, in the order of ``posteriors``.
         posteriors: Exact posteriors.
-        supports: Verdicts of the same subjects.
+        verdicts: Verdicts of the same subjects.
         noise: Noise of the cohort.
         page: Output.
 
@@ -57,12 +57,12 @@ def explorer(
         UntranslatableError: The physics has something that JavaScript is not taught.
         ValueError: The page would be too large.
     """
-    verdicts = by_key(supports)
+    verdict_of = by_key(verdicts)
     subjects = [
         ExploredSubject(
             read_observation(observation),
             read_exact_result(posterior),
-            read_support(pick(verdicts, key, "verdict")),
+            read_verdict(pick(verdict_of, key, "verdict")),
         )
         for observation, (key, posterior) in zip(observations, by_key(posteriors).items(), strict=True)
     ]

@@ -18,7 +18,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.reader import read_samples
 from swesbi.recording.speed import NoiseComponents
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 COHORT = ROOT / "data" / "virtual_volunteers"
 NOISE = NoiseComponents(0.03, 0.06, 0.015)
@@ -45,9 +45,9 @@ def explored(subject: str) -> ExploredSubject:
     prior = speed_case.settings("calibrated").prior
     phi = sample(300, prior, np.random.default_rng(7))
     result = ExactResult(phi, phi, "importance", 0.3, 0.7, 0.2, float("nan"), True, "", 0.9)
-    verdict = f"{subject} is supported: no test speaks against it."
-    support = Support(0.0, "", 1, 1, {}, True, verdict, (), status="supported")
-    return ExploredSubject(observation(subject), result, support)
+    sentence = f"{subject} is not contradicted: no test speaks against it."
+    verdict = Verdict(0.0, "", 1, 1, {}, "not contradicted", sentence, ())
+    return ExploredSubject(observation(subject), result, verdict)
 
 
 @cache

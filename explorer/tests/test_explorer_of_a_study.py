@@ -20,8 +20,8 @@ def test_the_workflow_makes_the_page_of_its_subjects_and_it_answers(study_with_p
     folder = results / "calibrated" / "subjects"
     assert {subject["name"] for subject in subjects} == {path.name for path in folder.iterdir()}
     for subject in subjects:
-        support = json.loads((folder / subject["name"] / "support.json").read_text())
-        assert subject["verdict"] == support["verdict"]
+        verdict = json.loads((folder / subject["name"] / "verdict.json").read_text())
+        assert subject["verdict"] == verdict["sentence"]
     assert '<a href="explorer.html">Explorer</a>' in (results / "index.html").read_text(encoding="utf-8")
     assert study_with_page.planned() == set()
     find_browser()

@@ -166,7 +166,7 @@ def test_the_posterior_of_a_recording_is_pythons(page: Browser, tmp_path: Path) 
         "end systolic volume",
     ]
     assert re.match(
-        "No verdict|Strained|Unsupported", page.evaluate("document.getElementById('judged').textContent")
+        "No verdict|Strained|Contradicted", page.evaluate("document.getElementById('judged').textContent")
     )
     page.complaints.clear()  # of the fetch that the policy refused
 
@@ -199,7 +199,7 @@ def test_another_subject_brings_its_heart_and_its_recording(page: Browser) -> No
     until(page, f"{ANSWERED} > {answered}")
     observed = explorer_case.observation("B")
     assert page.evaluate("document.getElementById('hr_bpm-value').value") == f"{observed.context.hr_bpm:g}"
-    assert page.evaluate("document.getElementById('verdict').textContent").startswith("B is supported")
+    assert page.evaluate("document.getElementById('verdict').textContent").startswith("B is not contradicted")
     points = page.evaluate("plots.stiffness.layers.find(layer => layer.error).y")
     np.testing.assert_allclose(points, observed.stiffness_kpa[observed.measured], rtol=1e-5)
 

@@ -52,15 +52,15 @@ def own_volume_ml() -> float:
     return float(np.median(recorded().simulate(near_the_centre()).end_systolic_volume_ml))
 
 
-def test_what_fits_has_no_verdict_and_what_does_not_is_unsupported() -> None:
+def test_what_fits_has_no_verdict_and_what_does_not_is_contradicted() -> None:
     rule, phi, volume = speed_case.rule(), near_the_centre(), own_volume_ml()
     word, tests = judged_without_nulls(recorded(lvesv_ml=volume), phi, rule)
     assert word == "no verdict" and not any(test.flagged for test in tests)
     assert [test.name for test in tests] == ["residuals", "end_diastolic_volume", "end_systolic_volume"]
     word, (residuals, *_) = judged_without_nulls(recorded(0.15, volume), phi, rule)
-    assert word == "unsupported" and residuals.flagged and residuals.p_value == pytest.approx(0.0, abs=1e-6)
+    assert word == "contradicted" and residuals.flagged and residuals.p_value == pytest.approx(0.0, abs=1e-6)
     word, tests = judged_without_nulls(recorded(lvesv_ml=3.0 * volume), phi, rule)
-    assert word in {"strained", "unsupported"} and [test.flagged for test in tests] == [False, False, True]
+    assert word in {"strained", "contradicted"} and [test.flagged for test in tests] == [False, False, True]
     _, tests = judged_without_nulls(recorded(lvesv_ml=float("nan")), phi, rule)
     assert [test.name for test in tests] == ["residuals", "end_diastolic_volume"], "nobody measured the other"
 

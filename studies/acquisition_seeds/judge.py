@@ -33,8 +33,9 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import integer_seed
+from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.support import Support, diagnose
+from swesbi.verdict.verdict import Verdict
 from swesbi.virtual.volunteers import Truth, record
 
 LOGGER = logging.getLogger("swesbi")
@@ -121,14 +122,14 @@ def _judge(judge: _Judge, seed: int) -> SeedRow:
     z_obs = judge.pool.standardisation.apply(with_context(features[None], context))[0]
     candidates = _candidates(judge, z_obs)
     names = judge.pool.components.names
-    support = diagnose(z_obs, names, candidates, settings.prior, settings.support)
+    verdict = diagnose(z_obs, names, candidates, settings.prior, settings.support)
     measured = likelihood.MeasuredSubject(recorded, passive, settings.measurement)
-    theta = candidates[in_bounds(candidates, settings.prior)] if support.supported else candidates[:0]
+    theta = candidates[in_bounds(candidates, settings.prior)] if verdict.may_be_read else candidates[:0]
     draws, interval = settings.predictive.draws, settings.predictive.interval
     active = judge.simulations.active_stiffness_kpa[:draws]
     prior = score_cycles(judge.simulations.cycle_phase, active, measured, interval)
     posterior = score_theta(theta[:draws], measured, settings.forward_model, interval)
-    return _row(judge, seed, support, prior, posterior)
+    return _row(judge, seed, verdict, prior, posterior)
 
 
 def _candidates(judge: _Judge, z_obs: FloatArray) -> FloatArray:
@@ -139,27 +140,27 @@ def _candidates(judge: _Judge, z_obs: FloatArray) -> FloatArray:
     )
 
 
-def _row(judge: _Judge, seed: int, support: Support, prior: CurveScores, posterior: CurveScores) -> SeedRow:
+def _row(judge: _Judge, seed: int, verdict: Verdict, prior: CurveScores, posterior: CurveScores) -> SeedRow:
     criteria = judge.settings.support
     return SeedRow(
         subject=judge.subject.observation.subject,
         acquisition_seed=seed,
         shipped=seed == ACQUISITION_SEED,
         accepted=True,
-        within_z=support.max_abs_z <= criteria.max_abs_z,
-        enough_draws=support.in_prior_draws >= criteria.min_in_prior_draws,
-        supported=support.supported,
-        max_abs_z=support.max_abs_z,
-        worst_component=support.worst_component,
-        in_prior_draws=support.in_prior_draws,
-        candidate_draws=support.candidate_draws,
+        within_z=verdict.max_abs_z <= criteria.max_abs_z,
+        enough_draws=verdict.in_prior_draws >= criteria.min_in_prior_draws,
+        supported=verdict.may_be_read,
+        max_abs_z=verdict.max_abs_z,
+        worst_component=verdict.worst_component,
+        in_prior_draws=verdict.in_prior_draws,
+        candidate_draws=verdict.candidate_draws,
         rmse_prior_kpa=prior.grid.rmse_kpa,
         rmse_kpa=posterior.grid.rmse_kpa,
         rmse_reduction_percent=reduction_percent(prior.grid.rmse_kpa, posterior.grid.rmse_kpa),
         r2=posterior.grid.r2,
         coverage_grid=posterior.grid.coverage,
         coverage_phases=posterior.phases.coverage,
-        reason="; ".join(support.reasons),
+        reason="; ".join(verdict.reasons),
     )
 
 

@@ -39,8 +39,9 @@ from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.phases import sample_cycle, to_grid
 from swesbi.seeds import generator, integer_seed
+from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.support import Support, diagnose
+from swesbi.verdict.verdict import Verdict
 
 RECOVERY: Final = "recovery_coverage"
 CORRELATION: Final = "r"
@@ -165,7 +166,7 @@ def answer(
     case: Case, pool: Pool, net: Checkpoint, features: Features, chain: ChainSettings, seed: int
 ) -> Iterator[Row]:
     """Yield what the paper prints of one subject: support, scores, features, correlations."""
-    support, posterior = _infer(case, pool, net, chain, seed)
+    verdict, posterior = _infer(case, pool, net, chain, seed)
 
     def row(quantity: str, value: float, of: str = case.name) -> Row:
         return Row(quantity, of, net.epoch, float(value))
@@ -173,11 +174,11 @@ def answer(
     grid, observed = case.subject.observation.grid, case.subject.observation.curve_kpa
     interval, draws = chain.predictive.interval, chain.predictive.draws
     prior = score(grid, observed, band(case.prior_curves[:draws], interval))
-    yield row(SUPPORTED, support.supported)
-    yield row("max_abs_z", support.max_abs_z)
-    yield row("in_prior_share", support.acceptance)
+    yield row(SUPPORTED, verdict.may_be_read)
+    yield row("max_abs_z", verdict.max_abs_z)
+    yield row("in_prior_share", verdict.acceptance)
     yield row("rmse_prior_kpa", prior.rmse_kpa)
-    if not support.supported:
+    if not verdict.may_be_read:
         return
     curves = predictive_curves(case.subject, posterior.theta[:draws], features.treatment, chain, seed)
     scores = score(grid, observed, band(curves, interval))
@@ -200,15 +201,15 @@ def answer(
 
 def _infer(
     case: Case, pool: Pool, net: Checkpoint, chain: ChainSettings, seed: int
-) -> tuple[Support, Posterior]:
+) -> tuple[Verdict, Posterior]:
     """Draw candidates until those that the posterior keeps are there; they are the first of the study's."""
     z_obs, names = pool.observed_z(case.name), pool.components.names
     enough = max(chain.support.min_in_prior_draws, chain.posterior.draws)
     at_most = chain.support.candidate_draws
     of_subject = integer_seed(seed, "posterior", case.name)
     candidates = draw_until(net, z_obs, enough, at_most, chain.prior, of_subject)
-    support = diagnose(z_obs, names, candidates, chain.prior, chain.support)
-    return support, summarise_posterior(candidates, z_obs, names, chain.prior, chain.posterior)
+    verdict = diagnose(z_obs, names, candidates, chain.prior, chain.support)
+    return verdict, summarise_posterior(candidates, z_obs, names, chain.prior, chain.posterior)
 
 
 def predictive_curves(

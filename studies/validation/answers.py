@@ -28,9 +28,9 @@ from swesbi.study.stages.answers import Answer, AnswerSettings, Knowledge
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.study.stages.new_subject import STREAM, noise_test_of
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import SEPARATOR, label_of_test, status
+from swesbi.verdict.answers import SEPARATOR, label_of_test
 from swesbi.verdict.pooled import read_null
-from swesbi.verdict.support import Support, SupportTest
+from swesbi.verdict.verdict import Verdict, VerdictTest
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import Generator
 from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
@@ -125,13 +125,13 @@ class Questioner:
 
     def _answer(self, number: int, made: RecordedHeart) -> HeartAnswer:
         with tempfile.TemporaryDirectory(prefix="swesbi-validation-") as folder:
-            posterior, support = Path(folder) / "posterior.h5", Path(folder) / "support.json"
-            answer, judged = self._judged(made, posterior, support)
+            posterior, verdict = Path(folder) / "posterior.h5", Path(folder) / "verdict.json"
+            answer, judged = self._judged(made, posterior, verdict)
             exact = read_exact_result(posterior)
         reason = SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged)
-        return scored(made, answer.model, exact, number, status(judged), reason)
+        return scored(made, answer.model, exact, number, judged.status, reason)
 
-    def _judged(self, made: RecordedHeart, posterior: Path, support: Path) -> tuple[Answer, Support]:
+    def _judged(self, made: RecordedHeart, posterior: Path, verdict: Path) -> tuple[Answer, Verdict]:
         """Infer and judge a recording as that of any subject outside the study, under the same streams."""
         settings = self.settings
         recording = measured_speeds(made.observation, read_noise(self.noise).components)
@@ -140,9 +140,9 @@ class Questioner:
         answer = Answer(model, knowledge_of(self.estimator, self.null), settings, origin, STREAM)
         efficiency = answer.infer(posterior)
         reference = answer.reference(settings.reference_recordings)
-        return answer, answer.judge(posterior, support, reference, efficiency, [self._noise_test(made)])
+        return answer, answer.judge(posterior, verdict, reference, efficiency, [self._noise_test(made)])
 
-    def _noise_test(self, made: RecordedHeart) -> SupportTest:
+    def _noise_test(self, made: RecordedHeart) -> VerdictTest:
         settings, components = self.settings, read_noise(self.noise).components
         swept = settings.source.acquisition.sweep_fraction > 0.0
         repeats: Repeats = "sweeps" if swept else "separate"

@@ -143,7 +143,7 @@ class Store:
 
     def _judged(self, key: Key) -> bool:
         rows = self.read([key])
-        return bool((rows["supported"] != "").all() or (rows["failure"] != "").all())
+        return bool((rows["not_contradicted"] != "").all() or (rows["failure"] != "").all())
 
     def write(self, key: Key, rows: pd.DataFrame) -> None:
         """Keep the rows of a pair."""
@@ -152,7 +152,7 @@ class Store:
 
     def read(self, keys: Sequence[Key]) -> pd.DataFrame:
         """Return the rows of these pairs, in their order."""
-        texts = {"shares": str, "failure": str, "supported": str, "sampler": str, "quantity": str}
+        texts = {"shares": str, "failure": str, "not_contradicted": str, "sampler": str, "quantity": str}
         rows = pd.concat([pd.read_csv(self.path(key), dtype=texts) for key in keys], ignore_index=True)
         rows = rows.reindex(columns=list(dict.fromkeys([*rows.columns, *texts])))
         return rows.assign(**{name: rows[name].fillna("") for name in texts})

@@ -1,4 +1,4 @@
-"""The validation: coverage of each quantity by generator, over all answered and over supported hearts."""
+"""The validation: coverage of each quantity by generator, of all answered and those not contradicted."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ OFFSET: Final = 0.16
 TITLES: Final = dict(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)) | {ATTAINED: "attained stiffness"}
 LOOKS: Final[dict[str, dict[str, Any]]] = {
     "coverage": {"color": EXCLUDED_POSTERIOR, "marker": "o", "label": "all answered"},
-    "coverage_supported": {"color": POSTERIOR, "marker": "s", "label": "supported"},
+    "coverage_not_contradicted": {"color": POSTERIOR, "marker": "s", "label": "not contradicted"},
 }
 
 
 def draw_validation(table: pd.DataFrame, interval: float) -> Figure:
     """Draw coverage with its interval, a panel a quantity and a row a generator.
 
-    Where fewer hearts are supported than are asked for, the row says "not tested".
+    Where fewer hearts are not contradicted than are asked for, the row says "not tested".
 
     Args:
         table: The rows of ``validation.csv``.

@@ -44,9 +44,8 @@ from swesbi.study.stages.answers import Answer, Knowledge
 from swesbi.study.stages.change import both_visits, own_posterior
 from swesbi.study.stages.new_subject import STREAM, network_proposal, noise_test_of
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import SUPPORTED, status
 from swesbi.verdict.pooled import read_null
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import NOT_CONTRADICTED, VerdictTest
 from swesbi.virtual.hearts.hearts import SimulatedHearts
 
 Key = tuple[str, str, int]
@@ -133,12 +132,12 @@ class Answerer:
             if self.verdicts:
                 reference = answer.reference(self.settings.reference_recordings)
                 tests = [self._noise_test(made, components)]
-                support = Path(folder) / "support.json"
-                verdict = status(answer.judge(posterior, support, reference, efficiency, tests))
+                file = Path(folder) / "verdict.json"
+                verdict = answer.judge(posterior, file, reference, efficiency, tests).status
             clock.stop("cost_verdict_s")
         return Answered(made, model, own, verdict, clock.seconds)
 
-    def _noise_test(self, made: RecordedVisit, components: NoiseComponents) -> SupportTest:
+    def _noise_test(self, made: RecordedVisit, components: NoiseComponents) -> VerdictTest:
         settings = self.settings
         repeats: Repeats = "sweeps" if settings.acquisition.sweep_fraction > 0.0 else "separate"
         return noise_test_of(made.samples, repeats, components, settings.recording, settings.noise_level)
@@ -149,7 +148,7 @@ class Answerer:
         normal = [normal_visit(each.own.phi, self.model.prior, each.own.effective_draws) for each in visits]
         common = keyed(key) | {
             "failure": "",
-            "supported": self._supported(visits),
+            "not_contradicted": self._not_contradicted(visits),
             "true_distance_sd": self._true_distance(visits, normal, changes),
         }
         names = (f"{self.settings.stream} {key[2]}", *(each.model.recording.subject for each in visits))
@@ -209,10 +208,10 @@ class Answerer:
         """What recordings are inferred by."""
         return self.settings.exact_posterior.model
 
-    def _supported(self, visits: Sequence[Answered]) -> str:
+    def _not_contradicted(self, visits: Sequence[Answered]) -> str:
         if not self.verdicts:
             return ""
-        return "yes" if all(each.status == SUPPORTED for each in visits) else "no"
+        return "yes" if all(each.status == NOT_CONTRADICTED for each in visits) else "no"
 
     def _true_distance(
         self, visits: Sequence[Answered], normal: Sequence[NormalVisit], changes: ChangeSettings

@@ -56,7 +56,8 @@ def promised_power(log_ratio: FloatArray, sd_log: FloatArray, rule: ChangeRuleSe
 def rates(rows: pd.DataFrame, rule: ChangeRuleSettings) -> pd.DataFrame:
     """Return a row for each setting of the shares, variant and quantity.
 
-    Coverage is of all answered pairs, and again of those with both visits supported, if they were judged.
+    Coverage is of all answered pairs, and again of those with neither visit contradicted or strained, if they
+    were judged.
     False change is asked of what was left as it was, and lies within the threshold by the truth; power, and
     the power that widths promise, of what truly changed by more. A call in the wrong direction is a miss.
 
@@ -80,15 +81,15 @@ def _of_quantity(part: pd.DataFrame, rule: ChangeRuleSettings) -> dict[str, obje
     beyond = np.abs(true) > np.log1p(rule.threshold)
     left = part["left_alone"].to_numpy(dtype=bool) & ~beyond
     width = (part["high_log"] - part["low_log"]).to_numpy()
-    judged = part["supported"].isin(["yes", "no"]).all()
-    supported = (part["supported"] == "yes").to_numpy()
+    judged = part["not_contradicted"].isin(["yes", "no"]).all()
+    not_contradicted = (part["not_contradicted"] == "yes").to_numpy()
     promised = promised_power(true, part["sd_log"].to_numpy(), rule)[beyond]
     return {
         **{name: part[name].iloc[0] for name in ("shares", "variant", "quantity")},
         "pairs": len(part),
-        "supported_pairs": int(supported.sum()) if judged else None,
+        "pairs_not_contradicted": int(not_contradicted.sum()) if judged else None,
         **share(covered, "coverage_90"),
-        **share(covered[supported], "coverage_90_supported"),
+        **share(covered[not_contradicted], "coverage_90_not_contradicted"),
         "width_log": float(np.median(width)),
         "narrower_1": float(part["narrowing_1"].median()),
         "median_bias_log": float(np.median(part["median_log"] - true)),

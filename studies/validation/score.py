@@ -16,7 +16,8 @@ from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
 from swesbi.parameters import K_0, K_ATP, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
-from swesbi.verdict.answers import REFUSED, SUPPORTED
+from swesbi.verdict.answers import REFUSED
+from swesbi.verdict.verdict import NOT_CONTRADICTED
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 
 OF_THETA: Final = (K_SR, K_0, K_ATP)
@@ -31,7 +32,7 @@ class HeartAnswer:
     number: Annotated[int, artefacts.Variable("", "1", "number of the heart")]
     context: Annotated[Context, artefacts.Part()]
     redrawn: Annotated[int, artefacts.Variable("", "1", "hearts and recordings that failed before it")]
-    status: Annotated[str, artefacts.Variable("", "1", "supported, strained, unsupported or refused")]
+    status: Annotated[str, artefacts.Variable("", "1", "not contradicted, strained, contradicted or refused")]
     reason: Annotated[str, artefacts.Variable("", "1", "the tests that speak against the model")]
     by_mcmc: Annotated[bool, artefacts.Variable("", "1", "1 where MCMC gave the draws")]
     converged: Annotated[bool, artefacts.Variable("", "1", "1 where weights or sampler are reliable")]
@@ -45,9 +46,9 @@ class HeartAnswer:
     ]
 
     @property
-    def supported(self) -> bool:
+    def not_contradicted(self) -> bool:
         """Whether a reader is told that the model can have made the recording."""
-        return self.status == SUPPORTED
+        return self.status == NOT_CONTRADICTED
 
     @property
     def asked(self) -> BoolArray:

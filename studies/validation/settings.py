@@ -21,8 +21,8 @@ Hearts = Annotated[int, Field(ge=1)]
 class ScoreSettings(Settings):
     """When an interval is asked, and how certain a share is."""
 
-    least_supported: int = Field(
-        ge=1, description="A generator with fewer supported hearts is not tested (README.md)."
+    least_not_contradicted: int = Field(
+        ge=1, description="A generator with fewer hearts that are not contradicted is not tested (README.md)."
     )
     confidence: float = Field(gt=0, lt=1, description="Level of the Clopper-Pearson interval on a coverage.")
 

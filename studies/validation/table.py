@@ -24,19 +24,19 @@ def validation_table(
 ) -> pd.DataFrame:
     """Return one row a generator and quantity.
 
-    Columns: generator, quantity, n (hearts that have it); supported, strained and unsupported, as shares of
-    them; coverage, the share of the answered in their interval, and coverage_supported of the supported;
-    missed_and_supported, the share of the supported whose attained stiffness or k_SR lies outside; bias_log,
-    the mean over the answered of log median / truth; width_log, the median over them of log high / low, and
-    behind it width_log_scale_fixed, the same were the scale of the speeds known (see
+    Columns: generator, quantity, n (hearts that have it); not_contradicted, strained and contradicted, as
+    shares of them; coverage, the share of the answered in their interval, and coverage_not_contradicted of
+    those not contradicted; missed_not_contradicted, the share of these whose attained stiffness or k_SR lies
+    outside; bias_log, the mean over the answered of log median / truth; width_log, the median over them of
+    log high / low, and behind it width_log_scale_fixed, the same were the scale of the speeds known (see
     :func:`studies.validation.score.width_at_fixed_scale`); the share refused; Clopper-Pearson limits of both
-    coverages; n_supported; and whether the generator is tested. Where it is not tested,
-    what is said of the supported is empty.
+    coverages; n_not_contradicted; and whether the generator is tested. Where it is not tested,
+    what is said of those not contradicted is empty.
 
     Args:
         answers: Of each generator, by letter.
         titles: What each letter stands for.
-        settings: Least number of supported hearts, confidence.
+        settings: Least number of hearts not contradicted, confidence.
     """
     rows = [
         {"generator": f"{letter}: {titles[letter]}"} | _row(of_letter, column, settings)
@@ -50,23 +50,25 @@ def validation_table(
 def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -> dict[str, object]:
     having = [answer for answer in answers if np.isfinite(answer.truth[column])]
     answered = [answer for answer in having if answer.asked[column]]
-    supported = [answer for answer in answered if answer.supported]
-    tested = len(supported) >= settings.least_supported
+    not_contradicted = [answer for answer in answered if answer.not_contradicted]
+    tested = len(not_contradicted) >= settings.least_not_contradicted
     share, low, high = _coverage(answered, column, settings.confidence)
-    of_supported = _coverage(supported, column, settings.confidence) if tested else NO_NUMBER
+    of_not_contradicted = _coverage(not_contradicted, column, settings.confidence) if tested else NO_NUMBER
     shares = _shares(having)
     refused = {REFUSED: shares.pop(REFUSED)}
     asked = {
         "coverage": share,
-        "coverage_supported": of_supported[0],
-        "missed_and_supported": float(np.mean([one.missed for one in supported])) if tested else np.nan,
+        "coverage_not_contradicted": of_not_contradicted[0],
+        "missed_not_contradicted": float(np.mean([one.missed for one in not_contradicted]))
+        if tested
+        else np.nan,
     }
     limits = {
         "coverage_low": low,
         "coverage_high": high,
-        "coverage_supported_low": of_supported[1],
-        "coverage_supported_high": of_supported[2],
-        "n_supported": len(supported),
+        "coverage_not_contradicted_low": of_not_contradicted[1],
+        "coverage_not_contradicted_high": of_not_contradicted[2],
+        "n_not_contradicted": len(not_contradicted),
         "tested": TESTED if tested else NOT_TESTED,
     }
     of_quantity = {"quantity": QUANTITIES[column], "n": len(having)}
@@ -74,7 +76,8 @@ def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -
 
 
 def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
-    return {name: float(np.mean([answer.status == name for answer in answers])) for name in OUTCOMES}
+    shares = {name: float(np.mean([answer.status == name for answer in answers])) for name in OUTCOMES}
+    return {name.replace(" ", "_"): share for name, share in shares.items()}
 
 
 def _coverage(answers: Sequence[HeartAnswer], column: int, confidence: float) -> tuple[float, float, float]:

@@ -46,7 +46,7 @@ def test_noise_widens_the_interval_and_is_told_from_the_band() -> None:
     assert shown.coverages.observed > shown.coverages.noiseless
 
 
-def test_an_unsupported_subject_has_the_ceiling_alone() -> None:
+def test_an_excluded_subject_has_the_ceiling_alone() -> None:
     found = check("E", supported=False)
     assert np.isnan(astuple(found.posterior.coverages)).all() and np.isnan(found.posterior.observed.low).all()
     assert np.isfinite(astuple(found.prior.coverages)).all()

@@ -61,7 +61,7 @@ def cohort_inputs(study: dict[str, Files]) -> dict[str, list[Path]]:
     return {
         "predictives": [files.folder / "predictive.h5" for files in study.values()],
         "posteriors": [files.folder / "posterior.h5" for files in study.values()],
-        "supports": [files.folder / "support.json" for files in study.values()],
+        "verdicts": [files.folder / "verdict.json" for files in study.values()],
         "cmaes": [files.cmaes for files in study.values()],
     }
 
@@ -81,7 +81,7 @@ def table_files(study: dict[str, Files], tmp_path_factory: pytest.TempPathFactor
 
 def test_posterior_about_the_truth_predicts_the_recording_within_its_noise(study: dict[str, Files]) -> None:
     check, provenance = read_predictive(study["A"].folder / "predictive.h5")
-    assert check.supported and provenance.subject == "A"
+    assert check.may_be_read and provenance.subject == "A"
     assert check.posterior.scores.rmse_kpa < 0.3 * check.prior.scores.rmse_kpa
     assert check.posterior.scores.r2 > 0.97
     assert check.posterior.coverage_recording_noise > max(0.6, check.posterior.phase_scores.coverage)
@@ -89,9 +89,9 @@ def test_posterior_about_the_truth_predicts_the_recording_within_its_noise(study
     assert check.posterior.features.inside.sum() >= 2
 
 
-def test_unsupported_subject_keeps_its_prior_prediction_and_has_no_posterior(study: dict[str, Files]) -> None:
+def test_excluded_subject_keeps_its_prior_prediction_and_has_no_posterior(study: dict[str, Files]) -> None:
     check, _ = read_predictive(study["E"].folder / "predictive.h5")
-    assert not check.supported
+    assert not check.may_be_read
     assert check.posterior.draws.curve_kpa.shape == (0, 100)
     assert np.isnan(check.posterior.scores.rmse_kpa) and np.isnan(check.posterior.curve.median).all()
     assert not check.posterior.features.inside.any()
@@ -160,7 +160,7 @@ def test_figures_of_one_subject(study: dict[str, Files], tmp_path: Path) -> None
         subject_figures.subject_figures(
             predictive=files.folder / "predictive.h5",
             posterior=files.folder / "posterior.h5",
-            support=files.folder / "support.json",
+            verdict=files.folder / "verdict.json",
             cmaes=files.cmaes,
             ppc_png=ppc,
             posterior_png=marginals,
@@ -183,7 +183,7 @@ def test_ppc_table_has_the_agreed_columns_and_blanks(table_files: dict[str, Path
     table = pd.read_csv(table_files["ppc_csv"])
     assert tuple(table.columns) == PPC_COLUMNS
     assert table["subject"].tolist() == list(TRUE_THETA) and set(table["experiment"]) == {EXPERIMENT}
-    assert table["supported"].tolist() == [True, False]
+    assert table["may_be_read"].tolist() == [True, False]
     supported, excluded = table.iloc[0], table.iloc[1]
     reduction = 100.0 * (1.0 - supported["rmse_kpa"] / supported["rmse_prior_kpa"])
     assert supported["rmse_reduction_percent"] == pytest.approx(reduction, rel=1e-6)
@@ -199,10 +199,10 @@ def test_features_table(table_files: dict[str, Path]) -> None:
     table = pd.read_csv(table_files["features_csv"])
     assert tuple(table.columns) == FEATURE_COLUMNS
     assert table.groupby("subject").size().tolist() == [5, 5]
-    supported = table[table["supported"]]
+    supported = table[table["may_be_read"]]
     inside = (supported["observed"] >= supported["pi_low"]) & (supported["observed"] <= supported["pi_high"])
     assert (supported["inside"].astype(str) == inside.astype(str)).all()
-    assert table[~table["supported"]]["inside"].isna().all()
+    assert table[~table["may_be_read"]]["inside"].isna().all()
     assert supported["noise_sd"].tolist() == [1.0, 0.5, 0.5, 5.0, 0.03]
 
 

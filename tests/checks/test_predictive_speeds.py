@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import speed_case
 from evaluation_study import make_model
-from exact_shown import write_posterior, write_support
+from exact_shown import write_posterior, write_verdict
 
 from swesbi.artefacts import save, to_groups
 from swesbi.checks.draws import CheckedFeatures
@@ -138,11 +138,11 @@ def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
     origin, observation = Origin(7, "A"), recorder().observation
     settings = speed_case.settings()
     paths = {name: folder / f"{name}.h5" for name in ("posterior", "observation", "noise", "shard")}
-    paths["support"] = folder / "support.json"
+    paths["verdict"] = folder / "verdict.json"
     rng = np.random.default_rng(1)
     phi = np.array([58.0, 6.0, 28.0, 2.2]) * np.exp(0.03 * rng.standard_normal((300, 4)))
     write_posterior(paths["posterior"], phi, "A")
-    write_support(paths["support"], subject)
+    write_verdict(paths["verdict"], subject)
     groups = to_groups(observation)
     save(paths["observation"], groups, origin.provenance("observation", settings))
     parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.04, 0.08)]
@@ -155,12 +155,12 @@ def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
 
 
 @pytest.mark.parametrize(("subject", "scored"), [("A", True), ("D", True), ("F", False)])
-def test_the_stage_scores_who_is_not_unsupported(tmp_path: Path, subject: str, scored: bool) -> None:
+def test_the_stage_scores_who_is_not_contradicted(tmp_path: Path, subject: str, scored: bool) -> None:
     paths = write_inputs(tmp_path, subject)
     experiment = speed_case.shipped().speed_experiments["calibrated"]
     predictive.predictive_speeds(
         posterior=paths["posterior"],
-        support=paths["support"],
+        verdict=paths["verdict"],
         observation=paths["observation"],
         noise=paths["noise"],
         shards=[paths["shard"]],
@@ -173,7 +173,7 @@ def test_the_stage_scores_who_is_not_unsupported(tmp_path: Path, subject: str, s
         origin=Origin(7, "A"),
     )
     check, _ = read_predictive(tmp_path / "predictive.h5")
-    assert check.supported == scored
+    assert check.may_be_read == scored
     assert np.isfinite(check.posterior.scores.rmse_kpa) == scored
     assert np.isfinite(check.posterior.curve.median).all() and len(check.posterior.draws.theta) == 200
     assert check.prior.scores.rmse_kpa > 0.0

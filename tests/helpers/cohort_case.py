@@ -15,7 +15,7 @@ TITLE = "virtual volunteers"
 REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"
 
 
-VERDICTS = (("supported", ""), ("strained", "χ²"), ("unsupported", "χ²; mass at a bound"))
+VERDICTS = (("not contradicted", ""), ("strained", "χ²"), ("contradicted", "χ²; mass at a bound"))
 
 
 STRATA = ("all", "sex F", "age_years below 18", "hr_bpm 67 to 80", "relative_se 0.0351 and more")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from evaluation_cases import INTERVAL, PRIOR, TITLE, check, cmaes_settings, fit, posterior_theta, support
+from evaluation_cases import INTERVAL, PRIOR, TITLE, check, cmaes_settings, fit, posterior_theta, verdict
 from study_copy import ROOT
 
 from swesbi.checks.cmaes import CmaesFit
@@ -66,7 +66,7 @@ def case(experiment: str, subject: str, supported: bool) -> Case:
         subject,
         check(subject, supported),
         posterior(subject, supported),
-        support(subject, supported),
+        verdict(subject, supported),
         fitted(subject),
     )
 
@@ -118,7 +118,7 @@ def study(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED)
         ppc=ppc_table(all_cases),
         posterior=posterior_table(all_cases),
         features=features_table(all_cases),
-        supports={case.subject: case.support for case in main},
+        verdicts={case.subject: case.verdict for case in main},
         recoveries={name: recovery(0.92, 0.90, 0.27) for name in named},
         training=pd.DataFrame({"epoch": epochs, "validation_loss": (epochs - 20.0) ** 2}),
         pool=PoolSize(tuple(subjects), SUMMARY_NAMES, 120_000, (1000,) * len(subjects)),

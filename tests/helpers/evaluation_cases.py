@@ -15,7 +15,7 @@ from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
 from swesbi.report.figures.predictive import PosteriorPanel, PredictivePanel
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 100)
@@ -101,24 +101,24 @@ def fit(subject: str = "A", settings: CmaesSettings | None = None) -> CmaesFit:
     return gather(runs, curves(runs[best_run(runs)].theta[None])[0], GRID, observed)
 
 
-def support(subject: str = "A", supported: bool = True) -> Support:
+def verdict(subject: str = "A", supported: bool = True) -> Verdict:
     median = TRUE_THETA.get(subject, TRUE_THETA["B"])
     reasons = () if supported else ("0 of 500000 candidate draws lie within the prior's bounds",)
-    return Support(
+    return Verdict(
         max_abs_z=1.8 if supported else 3.14,
         worst_component="amplitude_kpa",
         in_prior_draws=480_123 if supported else 0,
         candidate_draws=500_000,
         unfiltered_median=dict(zip(THETA_NAMES, map(float, median), strict=True)),
-        supported=supported,
-        verdict="supported by the prior" if supported else "not supported by the prior",
+        status="prior-supported" if supported else "not prior-supported",
+        sentence="prior-supported" if supported else "not prior-supported",
         reasons=reasons,
     )
 
 
 def predictive_panels(subjects: str = "ABCDEF", excluded: str = "EF") -> list[PredictivePanel]:
     return [
-        PredictivePanel(s, check(s, s not in excluded), fit(s), support(s, s not in excluded))
+        PredictivePanel(s, check(s, s not in excluded), fit(s), verdict(s, s not in excluded))
         for s in subjects
     ]
 
@@ -130,7 +130,7 @@ def posterior_panels(subjects: str = "ABCDEF", excluded: str = "EF") -> list[Pos
             posterior_theta(s, 0 if s in excluded else 2000),
             posterior_theta(s, 1500),
             fit(s).theta,
-            support(s, s not in excluded),
+            verdict(s, s not in excluded),
         )
         for s in subjects
     ]

@@ -35,8 +35,8 @@ from swesbi.study.stages import cmaes, predictive
 from swesbi.study.stages.cmaes import CmaesStageSettings
 from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.predictive import PredictiveStageSettings
+from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.support import diagnose
 
 FloatArray = NDArray[np.float64]
 PLAIN: dict[str, Any] = read_merged(CONFIG)
@@ -165,7 +165,7 @@ def _write_posterior(files: Files, origin: Origin) -> None:
     z_obs, names = np.array([0.4, -1.9]), ("maximum_kpa", "hr_bpm")
     support = SupportSettings(max_abs_z=3.0, min_in_prior_draws=1000, candidate_draws=3000)
     settings = PosteriorSettings(draws=1000, unfiltered_draws=500, interval=0.9)
-    write_json(files.folder / "support.json", diagnose(z_obs, names, candidates, PRIOR, support).to_json())
+    write_json(files.folder / "verdict.json", diagnose(z_obs, names, candidates, PRIOR, support).to_json())
     posterior = summarise_posterior(candidates, z_obs, names, PRIOR, settings)
     save(
         files.folder / "posterior.h5",
@@ -177,7 +177,7 @@ def _write_posterior(files: Files, origin: Origin) -> None:
 def run_predictive(files: Files, output: Path) -> None:
     predictive.predictive(
         posterior=files.folder / "posterior.h5",
-        support=files.folder / "support.json",
+        verdict=files.folder / "verdict.json",
         observation=files.observation,
         passive=files.passive,
         shards=[files.shard],

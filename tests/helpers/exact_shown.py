@@ -19,7 +19,7 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.predictive import ExactPanel, PredictivePanel
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.support import Support, SupportTest
+from swesbi.verdict.verdict import Verdict, VerdictTest
 
 FloatArray = NDArray[np.float64]
 PRIOR = JointPriorSettings.from_plain(
@@ -28,7 +28,7 @@ PRIOR = JointPriorSettings.from_plain(
         "passive_scale_kpa": {"centre": 2.2, "log_sd": 0.4, "low": 0.5, "high": 8.0},
     }
 )
-STATUS = {"D": "strained", "E": "unsupported", "F": "unsupported"}
+STATUS = {"D": "strained", "E": "contradicted", "F": "contradicted"}
 FLAGGED = {
     "D": ("decay",),
     "E": ("boundary_mass",),
@@ -71,16 +71,16 @@ def phi(subject: str, n: int, width: float = 1.0, seed: int = 11) -> FloatArray:
     return np.clip(joint, 1.001 * np.array(low), 0.999 * np.array(high))
 
 
-def support(subject: str) -> Support:
-    status, flagged = STATUS.get(subject, "supported"), FLAGGED.get(subject, ())
+def verdict(subject: str) -> Verdict:
+    status, flagged = STATUS.get(subject, "not contradicted"), FLAGGED.get(subject, ())
     tests = [
-        SupportTest(name, 1.5, 0.0002 if name in flagged else 0.4, 0.006, name in flagged, "in words")
+        VerdictTest(name, 1.5, 0.0002 if name in flagged else 0.4, 0.006, name in flagged, "in words")
         for name in TESTS
     ]
-    tests.append(SupportTest("end_systolic_volume", 1.2, None, 2.5, False, "42 mL, 45 measured"))
+    tests.append(VerdictTest("end_systolic_volume", 1.2, None, 2.5, False, "42 mL, 45 measured"))
     return replace(
-        evaluation_cases.support(subject, status != "unsupported"),
-        verdict=f"{status}: {', '.join(flagged)}",
+        evaluation_cases.verdict(subject, status != "contradicted"),
+        sentence=f"{status}: {', '.join(flagged)}",
         reasons=flagged,
         status=status,
         tests=tuple(tests),
@@ -109,19 +109,19 @@ def result(subject: str, n: int = 800) -> ExactResult:
 def panel(subject: str, truth: bool = True) -> ExactPanel:
     true_theta = np.array(evaluation_cases.TRUE_THETA.get(subject, (70.0, 6.0, 29.0)), float)
     fit = evaluation_cases.fit(subject).theta
-    return ExactPanel(subject, result(subject), fit, support(subject), true_theta if truth else None)
+    return ExactPanel(subject, result(subject), fit, verdict(subject), true_theta if truth else None)
 
 
 def check(subject: str) -> PredictiveCheck:
-    """Return a check with draws for everyone, and scores for those who are not unsupported."""
+    """Return a check with draws for everyone, and scores for those who are not contradicted."""
     full = evaluation_cases.check(subject)
-    if STATUS.get(subject) != "unsupported":
+    if STATUS.get(subject) != "contradicted":
         return full
-    return replace(full, supported=False, posterior=withheld(full.posterior))
+    return replace(full, may_be_read=False, posterior=withheld(full.posterior))
 
 
 def predictive_panel(subject: str) -> PredictivePanel:
-    return PredictivePanel(subject, check(subject), evaluation_cases.fit(subject), support(subject))
+    return PredictivePanel(subject, check(subject), evaluation_cases.fit(subject), verdict(subject))
 
 
 def write_posterior(path: Path, draws: FloatArray, subject: str) -> None:
@@ -153,6 +153,6 @@ def write_posterior(path: Path, draws: FloatArray, subject: str) -> None:
     save(path, groups, Origin(7, subject).provenance("posterior", SETTINGS))
 
 
-def write_support(path: Path, subject: str) -> None:
-    """Write ``support.json`` of an experiment on speeds."""
-    write_json(path, support(subject).to_json())
+def write_verdict(path: Path, subject: str) -> None:
+    """Write ``verdict.json`` of an experiment on speeds."""
+    write_json(path, verdict(subject).to_json())

@@ -147,7 +147,7 @@ def run_all(folder: Path, inputs: Inputs, shards: Sequence[Path]) -> None:
             pool=pooled,
             estimator=estimator,
             posterior=folder / f"{context.subject}.h5",
-            support=folder / f"{context.subject}.json",
+            verdict=folder / f"{context.subject}.json",
             settings=POSTERIOR,
             origin=Origin(9, context.subject),
         )

@@ -132,7 +132,7 @@ def by_person(ratios: FloatArray, likelihoods: Likelihoods, made_at: FloatArray 
         settings=PopulationSettings(likelihoods.prior),
         recycled=tuple(RecycledDraws(*each) for each in zip(ratios, weight, strict=True)),
         design=planned_design(PAIRED, [True] * len(ratios)).matrix,
-        outlier=np.full(len(ratios), BY.cohort.outliers.supported),
+        outlier=np.full(len(ratios), BY.cohort.outliers.not_contradicted),
         theta_prior=prior,
     )
     return model.by_subject(likelihoods.eta)

@@ -90,7 +90,7 @@ def members_of(
             each.posterior(d, case.THETA_PRIOR, draws, 10_000 * seed + 2 * d + number)
             for number, each in enumerate(both)
         )
-        status = statuses[d] if statuses else "supported"
+        status = statuses[d] if statuses else "not contradicted"
         recycled = (later / earlier, weight)
         found.append(make_member(context, status, groups[d], recycled, (draws, case.EXACT.interval), 1))
     return found

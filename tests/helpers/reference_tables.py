@@ -221,7 +221,7 @@ def network_means(path: Path) -> Numbers:
 def verdict(path: Path) -> Numbers:
     """Yield the verdict on a subject, which rests on draws of the posterior too."""
     content = json.loads(path.read_text(encoding="utf-8"))
-    yield from (Found(name, content.get(name)) for name in ("supported", "status"))
+    yield Found("status", content.get("status"))
 
 
 def network_medians(path: Path) -> Numbers:
@@ -275,12 +275,12 @@ SOURCES: Final = (
         {"": TRAINED},
     ),
     Source(SPEEDS, f"{SUBJECT}/posterior.h5", exact_draws, {"": TRAINED}, KNOWN),
-    Source(FEATURES, f"{SUBJECT}/support.json", verdict, {"": TRAINED}),
-    Source(SPEEDS, f"{SUBJECT}/support.json", verdict, {"": TRAINED}, KNOWN),
-    Source(FEATURES, f"{SUBJECT}/support.json", network_medians, {"": TRAINED}),
+    Source(FEATURES, f"{SUBJECT}/verdict.json", verdict, {"": TRAINED}),
+    Source(SPEEDS, f"{SUBJECT}/verdict.json", verdict, {"": TRAINED}, KNOWN),
+    Source(FEATURES, f"{SUBJECT}/verdict.json", network_medians, {"": TRAINED}),
     Source(
         EVERY,
-        f"{SUBJECT}/support.json",
+        f"{SUBJECT}/verdict.json",
         tests_without_draws,
         {"": TRAINED, "in_prior_draws": COUNTED, "p_value": SHARE},
     ),

@@ -9,7 +9,7 @@ import pandas as pd
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.report.results import Experiment, Recovery
 from swesbi.report.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 SETTINGS = {
     "posterior": {"interval": 0.9},
@@ -20,7 +20,7 @@ SETTINGS = {
 
 
 def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool = True) -> Experiment:
-    """Return an experiment with plain numbers; scores of unsupported subjects are missing."""
+    """Return an experiment with plain numbers; scores of subjects not prior-supported are missing."""
     scores, posterior, features = [], [], []
     for subject, known in supported.items():
         one = 1.0 if known else math.nan
@@ -68,7 +68,7 @@ def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool 
     return Experiment(
         name=name,
         settings=SETTINGS | {"summary": {"use_trajectory": use_trajectory}},
-        supports={subject: make_support(known) for subject, known in supported.items()},
+        verdicts={subject: make_verdict(known) for subject, known in supported.items()},
         scores=pd.DataFrame(scores, columns=list(PPC_COLUMNS)),
         features=pd.DataFrame(features, columns=list(FEATURE_COLUMNS)),
         posterior=pd.DataFrame(posterior, columns=list(POSTERIOR_COLUMNS)),
@@ -79,8 +79,10 @@ def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool 
     )
 
 
-def make_support(supported: bool) -> Support:
+def make_verdict(supported: bool) -> Verdict:
     """Return a verdict."""
-    reasons = () if supported else ("none of the draws",)
+    status, reasons = "prior-supported", ()
+    if not supported:
+        status, reasons = "not prior-supported", ("none of the draws",)
     medians = dict.fromkeys(THETA_NAMES, 7.0)
-    return Support(2.5, "auc_kpa", 1234, 500000, medians, supported, "the verdict", reasons)
+    return Verdict(2.5, "auc_kpa", 1234, 500000, medians, status, "the verdict", reasons)

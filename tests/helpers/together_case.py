@@ -91,14 +91,14 @@ def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2200) ->
     cohort = [replace(case.contexts(1, rng, "F")[0], subject=f"s{number}") for number in range(6)]
     cohort = [replace(context, age_years=40.0, hr_bpm=65.0) for context in cohort]
     none = np.empty((0, 3))
-    design = design_of([Member(context, "supported", "", none, none) for context in cohort])
+    design = design_of([Member(context, "not contradicted", "", none, none) for context in cohort])
     prior = hyperprior_of(design, case.THETA_PRIOR, settings.hyperprior)
     eta = np.array([40.0, 6.0, 25.0, 0.3, 0.3, 0.3])
-    outlier = np.full(6, settings.outliers.supported)
+    outlier = np.full(6, settings.outliers.not_contradicted)
     theta, measured = case.draw_members(eta, design, outlier, rng)
     exact = settings.exact.model_copy(update={"effective_draws": 4 * draws, "max_rounds": 40, "draws": draws})
     fine = settings.model_copy(update={"exact": exact, "shown_draws": draws, "draws": 4000})
-    members = case.members_of(measured, cohort, ["supported"] * 6, [""] * 6, 20_000, fine.draws)
+    members = case.members_of(measured, cohort, ["not contradicted"] * 6, [""] * 6, 20_000, fine.draws)
 
     def redraw(subject: str, narrower: PriorSettings, stream: int) -> FloatArray:
         return measured.posterior(int(subject[1:]), narrower, fine.draws, stream)

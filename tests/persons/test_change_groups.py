@@ -174,11 +174,11 @@ def test_a_pair_that_is_none_counts_little(stored: ChangeGroups) -> None:
     delta = ratio_case.true_ratios(np.zeros((8, 3)), SPREADS, rng)
     delta[-1] = np.log([1.5, 1.0, 0.6])
     kept = ratio_case.infer(ratio_case.members_of(delta, ("",) * 8, 7))
-    statuses = ("supported",) * 7 + ("unsupported",)
+    statuses = ("not contradicted",) * 7 + ("contradicted",)
     apart = ratio_case.infer(ratio_case.members_of(delta, ("",) * 8, 7, statuses))
     assert np.median(apart.eta[:, 3]) < np.median(kept.eta[:, 3])
     assert apart.shrunken.outlier[-1] > 0.9 > kept.shrunken.outlier[-1]
-    assert stored.persons.outlier_prior.max() == case.OUTLIERS.supported
+    assert stored.persons.outlier_prior.max() == case.OUTLIERS.not_contradicted
 
 
 def test_a_group_of_one_is_not_compared_and_nobody_is_lost() -> None:
@@ -231,7 +231,7 @@ def test_nobody_is_refused() -> None:
 
 
 NO_OUTLIERS = ratio_case.EFFORT.model_copy(
-    update={"outliers": case.OUTLIERS.model_copy(update={"supported": 0.0})}
+    update={"outliers": case.OUTLIERS.model_copy(update={"not_contradicted": 0.0})}
 )
 """Without outliers the parameters are apart."""
 AWAY = np.log([[2.0, 2.8, 0.4], [1.8, 2.4, 0.45]])

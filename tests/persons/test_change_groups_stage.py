@@ -33,7 +33,9 @@ def changes() -> list[StoredChange]:
         effect = np.log(0.7) if number % 2 else 0.0
         draws = 20.0 * np.exp(0.05 * rng.standard_normal((2, 600, 4)))
         draws[1, :, 2] *= np.exp(effect)
-        one = replace(stored(), person=f"P{number}", verdict=np.array(["supported", "supported"]))
+        one = replace(
+            stored(), person=f"P{number}", verdict=np.array(["not contradicted", "not contradicted"])
+        )
         found.append(replace(one, phi=draws[:, :, :2], quantities=draws))
     return [*found[:-1], replace(found[-1], one_person=TWO_PERSONS)]
 
@@ -41,8 +43,8 @@ def changes() -> list[StoredChange]:
 def test_a_pair_has_the_worse_verdict_of_both_visits() -> None:
     one = stored()
     assert verdict_of_pair(one) == "strained"
-    assert verdict_of_pair(replace(one, one_person=TWO_PERSONS)) == "unsupported"
-    assert verdict_of_pair(replace(one, converged=False)) == "unsupported"
+    assert verdict_of_pair(replace(one, one_person=TWO_PERSONS)) == "contradicted"
+    assert verdict_of_pair(replace(one, converged=False)) == "contradicted"
 
 
 def test_the_stage_writes_all_of_it_and_says_it(
@@ -85,7 +87,7 @@ def test_the_stage_writes_all_of_it_and_says_it(
     assert found.groups == ("control", "treated")
     factor = found.population.group_factor[0, :, 0, 2]
     assert np.quantile(factor, 0.05) < 0.7 < np.quantile(factor, 0.95)
-    assert found.persons.outlier_prior[-1] == case.OUTLIERS.unsupported
+    assert found.persons.outlier_prior[-1] == case.OUTLIERS.contradicted
     said = "\n".join(caplog.messages)
     assert "treated rose less than control, or fell more, with a probability of" in said
     assert "Left out with one visit, since a change needs two: P9." in said

@@ -32,7 +32,7 @@ ASIDE = ["P02-before", "P02-after", "P05-before"]
 REFUSED_CM = 2.2
 SHORT = {"mcmc": {"steps": 10, "max_steps": 10}}
 """A sampler that is not to converge."""
-STAY = ("observation.h5", "posterior.h5", "support.json", "predictive.h5")
+STAY = ("observation.h5", "posterior.h5", "verdict.json", "predictive.h5")
 """What the answer to one visit has that no clock and no place is in."""
 
 

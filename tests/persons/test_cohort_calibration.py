@@ -25,9 +25,9 @@ from swesbi.prior import PriorSettings, draw_prior
 
 COHORTS = 40
 PERSONS = 12
-ALL_SUPPORTED = case.SETTINGS.model_copy(
+ALL_NOT_CONTRADICTED = case.SETTINGS.model_copy(
     update={
-        "outliers": case.OUTLIERS.model_copy(update={"supported": 0.0}),
+        "outliers": case.OUTLIERS.model_copy(update={"not_contradicted": 0.0}),
         "least_effective": 250.0,
     }
 )
@@ -45,10 +45,10 @@ def away() -> tuple[list[Member], Design, Hyperprior, case.Measured]:
     """Persons of a population far from the prior's centre, measured."""
     rng = np.random.default_rng(1)
     contexts, none = case.contexts(PERSONS, rng), np.empty((0, 3))
-    design = design_of([Member(context, "supported", "", none, none) for context in contexts])
+    design = design_of([Member(context, "not contradicted", "", none, none) for context in contexts])
     prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
     _, measured = case.draw_members(AWAY, design, np.zeros(PERSONS), rng)
-    members = case.members_of(measured, contexts, ["supported"] * PERSONS, [""] * PERSONS, 4000)
+    members = case.members_of(measured, contexts, ["not contradicted"] * PERSONS, [""] * PERSONS, 4000)
     return members, design, prior, measured
 
 
@@ -66,9 +66,9 @@ def recycled() -> Inferred:
     members, _, _, measured = away()
 
     def redraw(subject: str, narrower: PriorSettings, stream: int) -> case.FloatArray:
-        return measured.posterior(int(subject[1:]), narrower, ALL_SUPPORTED.draws, stream)
+        return measured.posterior(int(subject[1:]), narrower, ALL_NOT_CONTRADICTED.draws, stream)
 
-    return infer_cohort(members, case.THETA_PRIOR, ALL_SUPPORTED, redraw, 1)
+    return infer_cohort(members, case.THETA_PRIOR, ALL_NOT_CONTRADICTED, redraw, 1)
 
 
 def distances(found: Inferred) -> tuple[float, float]:
@@ -122,11 +122,11 @@ def levels() -> case.FloatArray:
         rng = np.random.default_rng(1000 + seed)
         contexts = [context for context in case.contexts(PERSONS, rng, "F")]
         none = np.empty((0, 3))
-        design = design_of([Member(context, "supported", "", none, none) for context in contexts])
+        design = design_of([Member(context, "not contradicted", "", none, none) for context in contexts])
         prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
         eta = draw_prior(prior, 1, rng)[0]
-        _, measured = case.draw_members(eta, design, np.full(PERSONS, case.OUTLIERS.supported), rng)
-        members = case.members_of(measured, contexts, ["supported"] * PERSONS, [""] * PERSONS, 4000)
+        _, measured = case.draw_members(eta, design, np.full(PERSONS, case.OUTLIERS.not_contradicted), rng)
+        members = case.members_of(measured, contexts, ["not contradicted"] * PERSONS, [""] * PERSONS, 4000)
 
         def redraw(
             subject: str, narrower: PriorSettings, stream: int, measured: case.Measured = measured

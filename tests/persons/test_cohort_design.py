@@ -19,7 +19,7 @@ NONE = np.empty((0, 3))
 def members(groups: str, sexes: str = "FM") -> list[Member]:
     contexts = case.contexts(len(groups), np.random.default_rng(2), sexes)
     return [
-        Member(context, "supported", group.strip(), NONE, NONE)
+        Member(context, "not contradicted", group.strip(), NONE, NONE)
         for context, group in zip(contexts, groups, strict=True)
     ]
 
@@ -87,9 +87,11 @@ def test_recycled_draws_follow_the_weights_and_nobody_else() -> None:
     theta = np.exp(rng.normal([3.8, 1.6, 3.4], 0.2, (4000, 3)))
     weight = (theta[:, 0] / 45.0) ** 5  # so that the weighted mean of k_0 is a fifth higher
     weight /= weight.sum()
-    one = make_member(context, "supported", "", (theta, weight), (1000, 0.9), 7)
+    one = make_member(context, "not contradicted", "", (theta, weight), (1000, 0.9), 7)
     again = make_member(context, "strained", "b", (theta, weight), (1000, 0.9), 7)
-    other = make_member(replace(context, subject="other"), "supported", "", (theta, weight), (1000, 0.9), 7)
+    other = make_member(
+        replace(context, subject="other"), "not contradicted", "", (theta, weight), (1000, 0.9), 7
+    )
     assert np.array_equal(one.theta, again.theta)
     assert not np.array_equal(one.theta, other.theta)
     assert one.theta.mean(axis=0) == pytest.approx(weight @ theta, rel=0.02)
@@ -107,5 +109,7 @@ def test_quantiles_of_equal_weights_are_those_of_the_draws() -> None:
 def test_an_empty_cohort_and_an_unknown_verdict_are_refused() -> None:
     with pytest.raises(ValueError, match="a cohort needs at least one"):
         infer_cohort([], case.THETA_PRIOR, case.SETTINGS, None, 1)
-    with pytest.raises(ValueError, match="verdict 'odd': expected one of supported, strained, unsupported"):
+    with pytest.raises(
+        ValueError, match="verdict 'odd': expected one of not contradicted, strained, contradicted"
+    ):
         case.OUTLIERS.of("odd")

@@ -39,7 +39,7 @@ TITLE = "virtual volunteers"
 TRUTH = np.r_[
     [40.0, 6.0, 25.0], [0.2, 0.25, 0.2], [1.0] * 3, [1.0] * 3, [1.0] * 3, [1.0, 1.0, 0.35]
 ]  # medians, spreads, age, sex, heart rate, group b over a
-STATUSES = ("supported",) * 8 + ("strained", "unsupported")
+STATUSES = ("not contradicted",) * 8 + ("strained", "contradicted")
 GROUPS = "aabbaabbab"  # sexes alternate
 
 
@@ -47,7 +47,7 @@ def infer(groups: str = GROUPS, seed: int = 5) -> Inferred:
     rng = generator(3, "cohort")
     contexts = case.contexts(PERSONS, rng)
     blank = [
-        case.Member(context, "supported", group.strip(), np.empty((0, 3)), np.empty(0))
+        case.Member(context, "not contradicted", group.strip(), np.empty((0, 3)), np.empty(0))
         for context, group in zip(contexts, GROUPS, strict=True)
     ]
     outlier = np.array([case.OUTLIERS.of(status) for status in STATUSES])
@@ -87,7 +87,9 @@ def test_the_population_is_found(inferred: Inferred) -> None:
     assert inferred.shrunken.effective.min() > case.SETTINGS.least_effective
 
 
-def test_supported_subjects_lean_on_the_population_and_outliers_do_not(posterior: CohortPosterior) -> None:
+def test_subjects_not_contradicted_lean_on_the_population_and_outliers_do_not(
+    posterior: CohortPosterior,
+) -> None:
     subjects = posterior.subjects
     assert subjects.outlier_prior.tolist() == [0.02] * 8 + [0.2, 0.9]
     assert subjects.outlier_posterior[-1] > subjects.outlier_posterior[:8].max()
@@ -122,7 +124,7 @@ def test_the_file_reads_back_by_us_and_by_arviz(posterior: CohortPosterior, tmp_
 def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None:
     context = case.contexts(1, np.random.default_rng(1))
     measured = case.Measured(np.log([[45.0, 5.0, 30.0]]), case.ERROR_SD[None])
-    members = case.members_of(measured, context, ["supported"], [""], 4000)
+    members = case.members_of(measured, context, ["not contradicted"], [""], 4000)
     posterior = stored_form(infer_cohort(members, case.THETA_PRIOR, case.SETTINGS, None, 1))
     again = read_cohort_posterior(write(posterior, tmp_path / "one.h5"))
     assert again.covariate == ()

@@ -51,7 +51,7 @@ def test_a_study_at_common_hyperparameters_is_what_its_own_posterior_says(
 ) -> None:
     chosen = np.arange(10)
     members = [
-        Member(context, "supported", "", draws, draws[:3])
+        Member(context, "not contradicted", "", draws, draws[:3])
         for context, draws in zip(
             case.contexts(len(chosen), np.random.default_rng(1)), bank.of_arm(EFFECT)[chosen], strict=True
         )

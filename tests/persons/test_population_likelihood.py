@@ -31,7 +31,7 @@ def cohort() -> tuple[CohortModel, case.Measured]:
     rng = np.random.default_rng(3)
     contexts = case.contexts(SUBJECTS, rng)
     none = np.empty((0, 3))
-    design = design_of([Member(context, "supported", "", none, none) for context in contexts])
+    design = design_of([Member(context, "not contradicted", "", none, none) for context in contexts])
     prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
     eta = draw_prior(prior, 1, rng)[0]
     _, measured = case.draw_members(eta, design, np.zeros(SUBJECTS), rng)

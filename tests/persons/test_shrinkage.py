@@ -35,7 +35,7 @@ def of_population(spread: FloatArray = ETA[3:]) -> PriorSettings:
 
 def model_of(draws: RecycledDraws, outlier: float = 0.0) -> CohortModel:
     context = case.contexts(1, np.random.default_rng(1))[0]
-    design = design_of([Member(context, "supported", "", draws.theta, draws.theta)])
+    design = design_of([Member(context, "not contradicted", "", draws.theta, draws.theta)])
     prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
     return CohortModel(
         PopulationSettings(prior), (draws,), design.matrix, np.array([outlier]), case.THETA_PRIOR

@@ -36,7 +36,7 @@ def overview(subjects: int, refused: int, *, truth: bool) -> Overview:
 
 def test_a_refused_subject_has_its_reason_and_no_answer() -> None:
     shown = table(3, 1)
-    assert shown["status"].tolist() == ["supported", "strained", REFUSED]
+    assert shown["status"].tolist() == ["not contradicted", "strained", REFUSED]
     assert shown["reason"].tolist() == ["", "χ²", REASON]
     assert shown.iloc[-1][list(answer_columns())].isna().all()
     assert shown.iloc[1]["k0_kpa_low"] == pytest.approx(0.8 * shown.iloc[1]["k0_kpa_median"])
@@ -51,7 +51,7 @@ def test_the_table_reads_back_with_empty_answers(tmp_path: Path) -> None:
     path = tmp_path / "cohort.csv"
     table(4, 2).to_csv(path, index=False)
     assert read_cohort(path)["reason"].tolist() == ["", "χ²", REASON, REASON]
-    path.write_text("subject,status\nA,supported\n")
+    path.write_text("subject,status\nA,not contradicted\n")
     with pytest.raises(ArtefactError, match="lacks the columns reason, k0_kpa_median"):
         read_cohort(path)
 

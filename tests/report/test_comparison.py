@@ -155,7 +155,7 @@ def test_a_changed_setting_is_told(results: StudyResults) -> None:
 
 
 def test_means_are_over_the_supported_subjects(results: StudyResults, table: pd.DataFrame) -> None:
-    scores = results.ppc[(results.ppc["experiment"] == "paper") & results.ppc["supported"]]
+    scores = results.ppc[(results.ppc["experiment"] == "paper") & results.ppc["may_be_read"]]
     values = scores["rmse_prior_kpa"]
     assert len(values) == 4
     shown_mean = f"{values.mean():.2f} ± {values.std(ddof=1):.2f}"
@@ -163,10 +163,10 @@ def test_means_are_over_the_supported_subjects(results: StudyResults, table: pd.
     assert row(table, "subjects that pass")["this_study"] == "4 of 6 (A, B, C, D)"
 
 
-def test_an_unsupported_subject_has_no_posterior_score() -> None:
+def test_an_excluded_subject_has_no_posterior_score() -> None:
     table = comparison_table(read_paper(), study("paper", excluded="BEF")).set_index("quantity")
     told = row(table, "RMSE of the posterior predictive median (kPa), case B")
-    assert told["this_study"].startswith("none: B is not supported") and "3.14" in told["this_study"]
+    assert told["this_study"].startswith("none: B is not prior-supported") and "3.14" in told["this_study"]
     assert told["note"].startswith("no value to compare")
     prior = row(table, "RMSE of the prior predictive median (kPa), case B")["this_study"]
     assert re.fullmatch(r"\d+\.\d\d", prior)
@@ -181,7 +181,7 @@ def test_any_number_of_supported_subjects_fills_the_table(excluded: str) -> None
     assert not part["this_study"].str.contains(r"\bnan\b").any()
     told = row(part.set_index("quantity"), "RMSE of the posterior predictive median, mean")
     if excluded == "ABC":
-        assert told["this_study"] == "none: no subject is supported"
+        assert told["this_study"] == "none: no subject is prior-supported"
     if excluded == "AB":
         assert told["this_study"].endswith("(one subject)")
     assert "no subject D" in row(part.set_index("quantity"), "NRMSE, case D")["this_study"]

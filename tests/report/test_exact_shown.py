@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
+import evaluation_cases
 import numpy as np
 import pandas as pd
 import pytest
 from evaluation_cases import TITLE, TRUE_THETA
-from exact_shown import PRIOR, panel, phi, predictive_panel, result, support, write_posterior, write_support
+from exact_shown import PRIOR, panel, phi, predictive_panel, result, verdict, write_posterior, write_verdict
 from figure_text import assert_text_apart, text_boxes
 from matplotlib.figure import Figure
 
@@ -23,7 +23,7 @@ from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_ch
 from swesbi.report.study_tables import TRUTH_COLUMNS, JudgedPosterior, truth_table
 from swesbi.study.stages import tables as truth_stage
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import is_exact, status, verdict_numbers
+from swesbi.verdict.answers import is_exact, verdict_numbers
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 
@@ -58,10 +58,11 @@ def test_the_reliability_of_the_weights_is_that_of_the_files(drawn: dict[str, Fi
 
 
 def test_verdicts_of_both_kinds_are_read_alike() -> None:
-    exact, plain = support("D"), replace(support("A"), status=None, tests=(), k_hat=None, sampler=None)
+    exact, plain = verdict("D"), evaluation_cases.verdict("A")
     assert (is_exact(exact), is_exact(plain)) == (True, False)
-    assert (status(exact), status(plain)) == ("strained", "supported")
-    assert status(replace(plain, supported=False)) == "unsupported"
+    assert (exact.status, plain.status) == ("strained", "prior-supported")
+    read = [verdict("A"), exact, plain, verdict("F"), evaluation_cases.verdict("E", False)]
+    assert [each.may_be_read for each in read] == [True, True, True, False, False]
     assert verdict_numbers(exact) == ("decay, p < 0.001",)
     assert verdict_numbers(plain)[1] == "max |z| = 1.80"
 
@@ -84,11 +85,11 @@ def posterior_of(low: float, high: float) -> Posterior:
     return Posterior(empty, empty, np.empty(0, bool), median, interval, 0.9, np.eye(3), ("x",), np.zeros(1))
 
 
-def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_unsupported() -> None:
+def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_contradicted() -> None:
     answers = [
-        JudgedPosterior("calibrated", "A", posterior_of(5.0, 60.0), support("A")),
-        JudgedPosterior("calibrated", "F", posterior_of(5.0, 60.0), support("F")),
-        JudgedPosterior("calibrated", "recorded", posterior_of(5.0, 60.0), support("A")),
+        JudgedPosterior("calibrated", "A", posterior_of(5.0, 60.0), verdict("A")),
+        JudgedPosterior("calibrated", "F", posterior_of(5.0, 60.0), verdict("F")),
+        JudgedPosterior("calibrated", "recorded", posterior_of(5.0, 60.0), verdict("A")),
     ]
     table = truth_table(answers, {name: np.array(TRUE_THETA[name], float) for name in "AF"})
     assert tuple(table.columns) == TRUTH_COLUMNS
@@ -96,24 +97,24 @@ def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_unsupported(
     assert table["inside"].tolist() == [True, True, True, None, None, None]
     assert table["low"].isna().tolist() == [False] * 3 + [True] * 3
     narrow = truth_table(
-        [JudgedPosterior("x", "A", posterior_of(5.0, 40.0), support("A"))], {"A": np.array([58, 6, 28])}
+        [JudgedPosterior("x", "A", posterior_of(5.0, 40.0), verdict("A"))], {"A": np.array([58, 6, 28])}
     )
     assert narrow["inside"].tolist() == [False, True, True]
 
 
 def test_the_truth_stage_writes_every_experiment(tmp_path: Path) -> None:
-    posteriors, supports = [], []
+    posteriors, verdicts = [], []
     for name in "AF":
         folder = tmp_path / "calibrated" / "subjects" / name
         write_posterior(folder / "posterior.h5", phi(name, 300), name)
-        write_support(folder / "support.json", name)
+        write_verdict(folder / "verdict.json", name)
         posteriors.append(folder / "posterior.h5")
-        supports.append(folder / "support.json")
+        verdicts.append(folder / "verdict.json")
     source = tmp_path / "truth.csv"
     source.write_text("subject,k0_kpa,k_atp_per_s,k_sr_per_s\nA,58,6,280\nF,60,80,30\n")
     truth_stage.truth(
         posteriors=posteriors,
-        supports=supports,
+        verdicts=verdicts,
         truth=source,
         truth_csv=tmp_path / "out.csv",
         settings=truth_stage.TruthSettings(),
@@ -123,7 +124,7 @@ def test_the_truth_stage_writes_every_experiment(tmp_path: Path) -> None:
     own = table[table["subject"] == "A"]
     assert own["inside"].astype(str).tolist() == ["True", "True", "False"]
     assert table[table["subject"] == "F"]["low"].isna().all()
-    assert set(table["status"]) == {"supported", "unsupported"}
+    assert set(table["status"]) == {"not contradicted", "contradicted"}
 
 
 def test_a_cohort_without_truth_has_none_and_a_broken_file_is_named(tmp_path: Path) -> None:

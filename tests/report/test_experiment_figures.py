@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from comparison_case import context, posterior
-from evaluation_cases import INTERVAL, PRIOR, TITLE, check, posterior_theta, support
+from evaluation_cases import INTERVAL, PRIOR, TITLE, check, posterior_theta, verdict
 from figure_text import assert_text_apart, text_boxes
 from matplotlib.figure import Figure
 
@@ -43,7 +43,7 @@ def picture(
         sample_z=rng.standard_normal((20, len(components))),
         z_obs=rng.standard_normal(len(components)),
         theta=posterior_theta(subject, 500),
-        support=support(subject, supported),
+        verdict=verdict(subject, supported),
         history=pd.DataFrame({"epoch": epochs, "training_loss": loss, "validation_loss": loss + 0.1}),
         estimator="MAF",
         subjects=6,
@@ -74,7 +74,7 @@ def score(experiment: str, subject: str, supported: bool) -> ExperimentScore:
         predicted.posterior.coverages.noiseless,
         predicted.posterior.coverages.observed,
         (float(low), float(draws.median[K_ATP]), float(high)),
-        support(subject, supported).unfiltered_median["k_atp_per_s"],
+        verdict(subject, supported).unfiltered_median["k_atp_per_s"],
     )
 
 
@@ -119,7 +119,7 @@ def test_groups_of_components() -> None:
 def test_the_first_supported_subject_is_shown() -> None:
     def verdicts(*supported: bool) -> dict[ResultKey, object]:
         return {
-            ResultKey("paper", name): support(name, told) for name, told in zip("CAB", supported, strict=True)
+            ResultKey("paper", name): verdict(name, told) for name, told in zip("CAB", supported, strict=True)
         }
 
     assert shown_subject(verdicts(False, True, True)).subject == "A"

@@ -30,7 +30,9 @@ def made(*links: str) -> str:
 
 def test_the_verdicts_come_first_and_a_subject_that_is_not_to_be_read_says_so() -> None:
     html = made()
-    assert html.index("7 supported (A, B, C, D, E, G, H), 1 unsupported (F)") < html.index("<table>")
+    assert html.index("7 prior-supported (A, B, C, D, E, G, H), 1 not prior-supported (F)") < html.index(
+        "<table>"
+    )
     assert "outside the prior" in html and "ejection fraction predicted above measured" in html
     assert html.count("<article") == len(SUBJECTS) and html.count("paper/subjects/A/ppc.png") == 2
     assert "Too narrow" in html
@@ -38,7 +40,9 @@ def test_the_verdicts_come_first_and_a_subject_that_is_not_to_be_read_says_so() 
 
 def test_a_panel_starts_at_zero_and_leaves_out_who_is_not_answered() -> None:
     drawn = panel(
-        "k_0", "kPa", [Interval("A", "supported", 5, 4, 6), Interval("F", "unsupported", NAN, NAN, NAN)]
+        "k_0",
+        "kPa",
+        [Interval("A", "not contradicted", 5, 4, 6), Interval("F", "contradicted", NAN, NAN, NAN)],
     )
     (mark,) = drawn.marks
     assert LEFT < mark.low < mark.median < mark.high <= drawn.right

@@ -17,7 +17,7 @@ from swesbi.report.latex import comparison_latex, posterior_latex, ppc_latex, te
 from swesbi.report.paper.comparison import comparison_table
 from swesbi.report.paper.values import read_paper
 from swesbi.report.study_tables import posterior_table, ppc_table
-from swesbi.verdict.support import support_numbers
+from swesbi.verdict.prior_support import support_numbers
 
 EXPERIMENTS = ("paper", "wide_prior")
 PREAMBLE = (
@@ -31,7 +31,7 @@ NAMES = ("ppc", "posterior", "comparison")
 def render(name: str) -> str:
     all_cases = cases(*EXPERIMENTS)
     reasons = {
-        (case.experiment, case.subject): ", ".join(support_numbers(case.support)) for case in all_cases
+        (case.experiment, case.subject): ", ".join(support_numbers(case.verdict)) for case in all_cases
     }
     if name == "ppc":
         return ppc_latex(ppc_table(all_cases), reasons, TITLE)

@@ -7,27 +7,24 @@ from figure_text import assert_text_apart
 from matplotlib.figure import Figure
 
 from swesbi.report.figures.misspecification import draw_misspecification
-from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, AlarmRow
+from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, AlarmRow
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES
-from swesbi.verdict.support import Support, SupportTest
+from swesbi.verdict.verdict import CONTRADICTED, STATUSES, Verdict, VerdictTest
 
-ALARMS = (*(f"group: {group}" for group in GROUPS), STRAINED_OR_WORSE, UNSUPPORTED)
-STATUSES = ("supported", "strained", "unsupported")
+ALARMS = (*(f"group: {group}" for group in GROUPS), STRAINED_OR_WORSE, CONTRADICTED)
 
 
-def support(status: str, p: float) -> Support:
-    tests = tuple(SupportTest(name, 2.0, p, 0.01, p <= 0.01, "") for name in TEST_NAMES)
+def verdict(status: str, p: float) -> Verdict:
+    tests = tuple(VerdictTest(name, 2.0, p, 0.01, p <= 0.01, "") for name in TEST_NAMES)
     volumes = tuple(
-        SupportTest(name, -12.4, None, 3.0, True, "")
+        VerdictTest(name, -12.4, None, 3.0, True, "")
         for name in ("end_diastolic_volume", "end_systolic_volume", "ejection_time")
     )
     contexts = (
-        SupportTest("context_leave_one_out", 1.0, 0.9, 0.01, False, ""),
-        SupportTest("context_ranges", 0.0, None, 0.0, False, ""),
+        VerdictTest("context_leave_one_out", 1.0, 0.9, 0.01, False, ""),
+        VerdictTest("context_ranges", 0.0, None, 0.0, False, ""),
     )
-    return Support(
-        1.0, "maximum_kpa", 10, 10, {}, status != "unsupported", "", (), status, (*tests, *volumes, *contexts)
-    )
+    return Verdict(1.0, "maximum_kpa", 10, 10, {}, status, "", (), (*tests, *volumes, *contexts))
 
 
 def rows(subjects: tuple[str, ...]) -> list[AlarmRow]:
@@ -40,7 +37,7 @@ def rows(subjects: tuple[str, ...]) -> list[AlarmRow]:
 
 
 def drawn(subjects: tuple[str, ...], with_volunteers: bool = True) -> Figure:
-    verdicts = {name: support(STATUSES[i % 3], 10.0 ** (-i)) for i, name in enumerate(subjects)}
+    verdicts = {name: verdict(STATUSES[i % 3], 10.0 ** (-i)) for i, name in enumerate(subjects)}
     return draw_misspecification(
         verdicts, rows(subjects if with_volunteers else ()), 0.05, "virtual volunteers"
     )

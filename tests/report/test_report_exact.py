@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from evaluation_cases import TITLE
-from exact_shown import STATUS, result, support
+from exact_shown import STATUS, result, verdict
 from matplotlib.figure import Figure as Drawing
 from report_case import make_experiment
 
@@ -37,14 +37,14 @@ SUBJECTS = "ADF"
 
 
 def make_exact_experiment() -> Experiment:
-    supported = {name: STATUS.get(name) != "unsupported" for name in SUBJECTS}
+    supported = {name: STATUS.get(name) != "contradicted" for name in SUBJECTS}
     plain = make_experiment("calibrated", supported)
     settings = {
         "exact": {"interval": 0.9},
         "predictive": {"interval": 0.9},
         "observation_model": {"discrepancy": {"speed_fraction": 0.02, "timing_cycle": 0.015}},
     }
-    return replace(plain, settings=settings, supports={name: support(name) for name in SUBJECTS})
+    return replace(plain, settings=settings, verdicts={name: verdict(name) for name in SUBJECTS})
 
 
 def calibration() -> pd.DataFrame:
@@ -69,7 +69,7 @@ def alarms() -> pd.DataFrame:
                 "ci_high": min(1.0, 2 * rate), "n": 200, "refused": 0, "median_efficiency": 0.8,
             }
             for subject, made, rate in kinds
-            for alarm in ("strained or unsupported", "unsupported", "chi2")
+            for alarm in ("strained or contradicted", "contradicted", "chi2")
         ]
     )  # fmt: skip
 
@@ -90,7 +90,7 @@ def identifiability() -> pd.DataFrame:
 
 def truth() -> pd.DataFrame:
     rows = [
-        {"experiment": "calibrated", "subject": name, "status": STATUS.get(name, "supported"),
+        {"experiment": "calibrated", "subject": name, "status": STATUS.get(name, "not contradicted"),
          "parameter": parameter, "truth": 5.5, "median": 5.0, "low": 4.0, "high": 6.0, "inside": name == "A"}
         for name in SUBJECTS
         for parameter in THETA_NAMES
@@ -122,7 +122,7 @@ def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Exact) -> Non
     assert rows[0].cells[4:] == ("0.31", "82", "–", "yes")
     against = ("Mahalanobis", "MMD", "χ²", "peak", "mass at a bound")
     assert rows[2].cells[1:7] == (
-        "unsupported", ", ".join(f"{name} (p = 0.0002)" for name in against), "MCMC", "inf", "2", "1.004",
+        "contradicted", ", ".join(f"{name} (p = 0.0002)" for name in against), "MCMC", "inf", "2", "1.004",
     )  # fmt: skip
 
 
@@ -135,7 +135,7 @@ def test_flagged_tests_are_bold_and_tests_without_a_p_value_show_their_statistic
 def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> None:
     section = make_section(exact, {}, TITLE)
     facts = {fact.name: str(fact.value) for fact in section.facts}
-    assert facts["Verdicts"] == "1 supported, 1 strained, 1 unsupported"
+    assert facts["Verdicts"] == "1 not contradicted, 1 strained, 1 contradicted"
     assert facts["Exact posteriors"].endswith("by MCMC: F")
     assert facts["Truth of the generated recordings"] == "inside 3 of 6 intervals"
     shown = {
@@ -151,7 +151,7 @@ def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> No
     assert [row.muted for row in section.tables["posterior"].rows] == [False] * 8 + [True] * 4
 
 
-def test_truth_of_the_unsupported_is_shown_without_an_answer(exact: Exact) -> None:
+def test_truth_of_the_contradicted_is_shown_without_an_answer(exact: Exact) -> None:
     rows = truth_table(exact, TITLE).rows
     assert [str(row.cells[-1]) for row in rows] == ["yes"] * 3 + ["no"] * 3 + ["–"] * 3
     assert rows[-1].cells[4] == "5.50" and rows[-1].muted
@@ -194,21 +194,21 @@ def documented(exact: Exact) -> CalibrationResults:
 def test_a_page_without_truth_or_reported_subjects_can_be_written(documented: CalibrationResults) -> None:
     experiment = replace(
         documented.shown.experiment,
-        scores=documented.shown.experiment.scores.assign(supported=False),
-        supports={name: support("F") for name in SUBJECTS},
+        scores=documented.shown.experiment.scores.assign(may_be_read=False),
+        verdicts={name: verdict("F") for name in SUBJECTS},
     )
     unknown = replace(documented.shown, experiment=experiment, truth=pd.DataFrame())
     nobody = replace(documented, shown=unknown)
     texts = {name: part(nobody) for name, part in PARTS.items()}
     assert "no known true parameters" in texts["truth"]
-    assert "3 unsupported" in texts["answer"] and "nan" not in "".join(texts.values())
+    assert "3 contradicted" in texts["answer"] and "nan" not in "".join(texts.values())
 
 
-def test_a_strained_row_is_marked_and_left_out_of_the_mean_of_the_supported() -> None:
+def test_a_strained_row_is_marked_and_left_out_of_the_mean_of_those_that_pass() -> None:
     experiment = make_exact_experiment()
     rows = score_table(experiment, TITLE).rows
     strained = {name for name in SUBJECTS if STATUS.get(name) == "strained"}
     assert strained
     assert {str(row.cells[0]) for row in rows if row.strained} == strained
-    assert strained.isdisjoint(experiment.supported["subject"])
-    assert len(experiment.supported)
+    assert strained.isdisjoint(experiment.passed["subject"])
+    assert len(experiment.passed)

@@ -170,7 +170,7 @@ def test_experiments_differ_in_the_settings_that_were_changed() -> None:
     rows = differences_table([other], main).rows
     assert [row.cells for row in rows] == [("scalar_only", "summary.use_trajectory", "true", "false")]
     shown = {str(row.cells[0]): row.cells[1:] for row in comparison_table([main, other], TITLE).rows}
-    assert shown["Subjects supported"] == ("2 of 2 (A, B)", "1 of 2 (A)")
+    assert shown["Subjects prior-supported"] == ("2 of 2 (A, B)", "1 of 2 (A)")
     assert shown["Epochs trained"] == ("3", "3")
     assert median_table([main, other], TITLE).rows[-1].cells[3:] == ("5.00 (4.00 to 6.00)", "–")
     larger = make_experiment("calibrated", {"A": True, "G": True})

@@ -17,12 +17,12 @@ from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Informed, Population, Recorded, Sheet, ShownCurve
 from swesbi.report.sheet_text import header, notes, rows, verdict_text
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 CONTEXT = Context("S-1", "F", 31.0, 1.7, 66.0, 95.0, 36.0, 0.82)
 MEDIANS = np.array([60.0, 5.0, 40.0, 2.0, 50.0])
-SUPPORT = Support(
-    1.0, "", 10, 10, {}, True, "supported: no test speaks against the model", (), "supported",
+VERDICT = Verdict(
+    1.0, "", 10, 10, {}, "not contradicted", "not contradicted: no test speaks against the model", (),
     k_hat=0.3, efficiency=0.4, sampler="importance",
 )  # fmt: skip
 
@@ -49,10 +49,10 @@ def _curve() -> ShownCurve:
 
 @pytest.fixture
 def sheet() -> Sheet:
-    """A supported subject, recorded with some rejections."""
+    """A subject not contradicted, recorded with some rejections."""
     return Sheet(
         context=CONTEXT,
-        support=SUPPORT,
+        verdict=VERDICT,
         result=_result(),
         values=_spread(0.1, 1),
         recorded=Recorded(
@@ -110,13 +110,16 @@ def test_more_repeats_stand_in_columns_or_nowhere(sheet: Sheet) -> None:
     draw_sheet(untold)
 
 
-def test_an_unsupported_subject_is_no_measurement(sheet: Sheet) -> None:
+def test_a_contradicted_subject_is_no_measurement(sheet: Sheet) -> None:
     against = "boundary mass: 22 % of the posterior at a bound"
-    support = replace(
-        SUPPORT, status="unsupported", verdict=f"unsupported: {against}", reasons=(against, "other: too far")
+    verdict = replace(
+        VERDICT,
+        status="contradicted",
+        sentence=f"contradicted: {against}",
+        reasons=(against, "other: too far"),
     )
-    assert verdict_text(support) == ("unsupported", (against[0].upper() + against[1:], "other: too far"))
-    assert notes(replace(sheet, support=support))[0].startswith("UNSUPPORTED: the recording is not one")
+    assert verdict_text(verdict) == ("contradicted", (against[0].upper() + against[1:], "other: too far"))
+    assert notes(replace(sheet, verdict=verdict))[0].startswith("CONTRADICTED: the recording is not one")
 
 
 def test_the_page_is_one_and_the_same_wherever_it_lies_in_memory(sheet: Sheet, tmp_path: Path) -> None:

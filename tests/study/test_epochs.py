@@ -76,7 +76,7 @@ def test_best_epoch_agrees_with_the_experiment(finished: StudyCopy, table: pd.Da
         assert coverage == pytest.approx(recovery["coverage"][name], rel=1e-6)
     scores = pd.read_csv(finished.results / "tables" / "ppc.csv")
     scores = scores[scores["experiment"] == "paper"].set_index("subject")
-    assert scores["supported"].any()
+    assert scores["may_be_read"].any()
     for subject in SUBJECTS:
         for quantity in (RMSE, COVERAGE_GRID, COVERAGE_PHASES):
             (value,) = values(table, quantity, best, subject=subject)
@@ -134,7 +134,7 @@ def run(
         checkpoints=results / "paper" / "checkpoints.pt",
         observations=[results / "cohort" / name / "observation.h5" for name in SUBJECTS],
         passives=[results / "cohort" / name / "passive.h5" for name in SUBJECTS],
-        supports=[results / "paper" / "subjects" / name / "support.json" for name in subjects],
+        verdicts=[results / "paper" / "subjects" / name / "verdict.json" for name in subjects],
         epochs=path,
         settings=settings,
         origin=Origin(20260),
@@ -155,11 +155,11 @@ def test_too_few_draws_leave_numbers_empty(finished: StudyCopy, tmp_path: Path) 
     figure = draw_epochs(
         table, read_history(finished.results / "paper" / "training.csv"), 0.9, "virtual volunteers", "paper"
     )
-    assert "no supported subject" in texts(figure)
+    assert "no prior-supported subject" in texts(figure)
 
 
 def test_a_missing_verdict_is_named(finished: StudyCopy, tmp_path: Path) -> None:
-    with pytest.raises(ArtefactError, match="no support verdict of subject F"):
+    with pytest.raises(ArtefactError, match="no verdict of subject F"):
         run(finished, tmp_path / "epochs.csv", settings_of(finished), ("A",))
 
 

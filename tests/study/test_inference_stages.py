@@ -38,7 +38,7 @@ from swesbi.posterior.truncated import read_posterior
 from swesbi.seeds import integer_seed
 from swesbi.study.stages import inference
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 
 @pytest.fixture(scope="module")
@@ -77,11 +77,11 @@ def test_training_table_has_losses_and_nothing_of_the_clock(results: Path) -> No
 def test_posterior_and_support_agree(results: Path) -> None:
     for context in CONTEXTS:
         draws = read_posterior(results / f"{context.subject}.h5")
-        support = read_support(results / f"{context.subject}.json")
-        assert support.candidate_draws == 2000
-        assert len(draws.theta) == min(300, support.in_prior_draws)
-        assert support.max_abs_z == np.abs(draws.z_obs).max()
-        assert draws.component_names[int(np.abs(draws.z_obs).argmax())] == support.worst_component
+        verdict = read_verdict(results / f"{context.subject}.json")
+        assert verdict.candidate_draws == 2000
+        assert len(draws.theta) == min(300, verdict.in_prior_draws)
+        assert verdict.max_abs_z == np.abs(draws.z_obs).max()
+        assert draws.component_names[int(np.abs(draws.z_obs).argmax())] == verdict.worst_component
 
 
 def test_recovery_has_a_row_for_each_parameter_and_level(results: Path) -> None:
@@ -157,7 +157,7 @@ def test_estimator_of_other_features_is_refused(results: Path, inputs: Inputs, t
             pool=tmp_path / "pool.h5",
             estimator=results / "estimator.pt",
             posterior=tmp_path / "A.h5",
-            support=tmp_path / "A.json",
+            verdict=tmp_path / "A.json",
             settings=POSTERIOR,
             origin=Origin(9, "A"),
         )
@@ -172,7 +172,7 @@ def test_artefacts_say_where_they_come_from(results: Path) -> None:
 
 
 def test_readers_do_not_import_torch() -> None:
-    names = ("networks.settings", "networks.paper.pool", "posterior.truncated", "verdict.support")
+    names = ("networks.settings", "networks.paper.pool", "posterior.truncated", "verdict.prior_support")
     modules = [f"swesbi.{name}" for name in (*names, "population.synthetic")]
     code = f"import sys, {', '.join(modules)}; sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

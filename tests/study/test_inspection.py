@@ -116,10 +116,10 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_told(
         file["scale_kpa"][()] *= 1.01
 
     change_attribute(other / "cohort" / "A" / "passive.h5", change)
-    support = other / "paper" / "subjects" / "F" / "support.json"
-    verdict = json.loads(support.read_text())
-    before = verdict["supported"]
-    support.write_text(json.dumps({**verdict, "supported": not before}))
+    verdict = other / "paper" / "subjects" / "F" / "verdict.json"
+    content = json.loads(verdict.read_text())
+    before = content["status"]
+    verdict.write_text(json.dumps({**content, "status": "another"}))
     (other / "figures" / "ppc.png").write_bytes(b"another")
     (other / "tables" / "ppc.csv").unlink()
     (other / "extra.csv").write_text("a\n1\n")
@@ -128,7 +128,7 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_told(
     sections = {title: lines.index(title) for title in ("settings:", "code and origin:", "verdicts:")}
     assert lines[sections["settings:"] + 1] == "passive.exponent_b: 3.0 -> 4.0  (cohort/A/passive.h5)"
     assert "-> 0123456789abcdef  (cohort/A/passive.h5)" in lines[sections["code and origin:"] + 1]
-    assert lines[sections["verdicts:"] + 1] == f"paper/subjects/F: supported: {before} -> {not before}"
+    assert lines[sections["verdicts:"] + 1] == f"paper/subjects/F: status: {before} -> another"
     row = next(line.split() for line in lines if line.startswith("cohort/A/passive.h5"))
     assert row[1:3] == ["scale_kpa", "kPa"]
     assert float(row[4]) == pytest.approx(0.01 / 1.01, rel=0.01)
@@ -146,8 +146,8 @@ def test_a_damaged_file_does_not_end_the_comparison(
     cut.write_bytes(cut.read_bytes()[:-200])
     (other / "tables" / "ppc.csv").write_bytes(b"\xff\xfe")
     (other / "tables" / "posterior.csv").unlink()
-    support = other / "paper" / "subjects" / "F" / "support.json"
-    support.write_text(json.dumps({**json.loads(support.read_text()), "supported": "changed"}))
+    verdict = other / "paper" / "subjects" / "F" / "verdict.json"
+    verdict.write_text(json.dumps({**json.loads(verdict.read_text()), "status": "changed"}))
     assert main(["--diff", str(first), str(other)]) == 2
     shown = capsys.readouterr()
     lines = [line.strip() for line in shown.out.splitlines()]
@@ -252,9 +252,9 @@ def test_what_is_advised_depends_on_whose_file_it_is(tmp_path: Path, capsys: Sho
 
 
 def test_a_changed_json_is_found(tmp_path: Path, capsys: Shown) -> None:
-    path = tmp_path / "support.json"
+    path = tmp_path / "verdict.json"
     write_json(path, {"status": "strained", "k_hat": 0.3})
     assert main(["--check", str(path)]) == 0
-    path.write_text(path.read_text().replace("strained", "supported"))
+    path.write_text(path.read_text().replace("strained", "contradicted"))
     assert main(["--check", str(path)]) == 2
     assert "does not match its checksum" in capsys.readouterr().err

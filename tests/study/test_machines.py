@@ -21,10 +21,10 @@ from swesbi.heart import compiled
 def test_files_have_the_permissions_that_the_umask_leaves(tmp_path: Path, umask: int, mode: int) -> None:
     before = os.umask(umask)
     try:
-        write_json(tmp_path / "support.json", {})
+        write_json(tmp_path / "verdict.json", {})
     finally:
         os.umask(before)
-    assert (tmp_path / "support.json").stat().st_mode & 0o777 == mode
+    assert (tmp_path / "verdict.json").stat().st_mode & 0o777 == mode
 
 
 def test_the_backend_of_the_callers_shell_stops_no_command(tmp_path: Path) -> None:

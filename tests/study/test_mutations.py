@@ -16,7 +16,7 @@ from study_copy import ROOT, StudyCopy, duplicate
 
 EXACT_OF_A = "calibrated/subjects/A/posterior.h5"
 WEIGHTED_OF_A = "amortised/subjects/A/posterior.h5"
-PAPER_OF_A = "paper/subjects/A/support.json"
+PAPER_OF_A = "paper/subjects/A/verdict.json"
 
 
 @dataclass(frozen=True)
@@ -135,14 +135,14 @@ MUTATIONS = (
         "(values - self.mean) / self.scale",
         "values - self.mean",
         (PAPER_OF_A,),
-        "support/max_abs_z",
+        "verdict/max_abs_z",
     ),
     Mutation(
         "criterion of prior support turned round",
         "if not abs(z_obs[j]) <= limit",
         "if abs(z_obs[j]) <= limit",
         (PAPER_OF_A,),
-        "support/supported",
+        "verdict/status",
     ),
     Mutation(
         "sign of the bias in the recovery",

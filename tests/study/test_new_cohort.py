@@ -84,12 +84,18 @@ def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     table = asked()
     assert list(table.index) == [THICK, GOOD, SHORT, WRONG, ABSENT]
     assert table.loc[[THICK, GOOD], "experiment"].tolist() == ["amortised", "calibrated"]
-    assert table["status"].tolist() == ["supported", "supported", "refused", "refused", "refused"]
+    assert table["status"].tolist() == [
+        "not contradicted",
+        "not contradicted",
+        "refused",
+        "refused",
+        "refused",
+    ]
     assert "swe/P03-before.csv" in str(table.loc[SHORT, "reason"])
     assert "column 'ivsd_cm': '9.5'" in str(table.loc[WRONG, "reason"])
     assert "there is no file GONE.csv" in str(table.loc[ABSENT, "reason"])
     by_cohort = asked("--experiment", "calibrated")
-    assert by_cohort["status"].tolist() == ["refused", "supported", "refused", "refused", "refused"]
+    assert by_cohort["status"].tolist() == ["refused", "not contradicted", "refused", "refused", "refused"]
     assert "ivsd_cm = 1.05 lies outside" in str(by_cohort.loc[THICK, "reason"])
 
 
@@ -127,7 +133,7 @@ def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Pat
 
 def rows() -> list[Asked]:
     phi = np.array([[80.0, 5.0, 20.0, 2.0], [70.0, 4.0, 15.0, 1.5], [90.0, 6.0, 25.0, 2.5]])
-    answer = Answer("supported", "", phi, 0.3, 0.4, "importance")
+    answer = Answer("not contradicted", "", phi, 0.3, 0.4, "importance")
     return [
         Asked("S-1", "calibrated", answer, 0.9),
         Asked("=S-2", "calibrated", None, float("nan"), "two\nlines"),
@@ -140,7 +146,7 @@ def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path)
     read = read_answers(tmp_path / "answers.csv")
     assert list(read) == list(explanations())
     assert read["k0_kpa_median"].tolist()[0] == 80.0
-    assert read["status"].tolist() == ["supported", "refused"]
+    assert read["status"].tolist() == ["not contradicted", "refused"]
     assert read["reason"].tolist()[1] == "two lines"
     text = (tmp_path / "answers.csv").read_text(encoding="utf-8")
     assert all(f"# {name} " in text for name in explanations())

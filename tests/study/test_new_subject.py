@@ -272,7 +272,7 @@ def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyC
     assert not (tmp_path / "out").exists()
 
 
-SAME = ("observation.h5", "posterior.h5", "support.json", "predictive.h5")
+SAME = ("observation.h5", "posterior.h5", "verdict.json", "predictive.h5")
 
 
 @pytest.mark.slow(minutes=2)
@@ -336,9 +336,9 @@ def strangers(folder: Path, shipped: Path) -> Path:
 def check_table(answers: pd.DataFrame) -> None:
     """Each has a row, with the reason of those who have no answer."""
     status = answers["status"].to_dict()
-    assert status.pop("C") in ("supported", "strained", "unsupported")
+    assert status.pop("C") in ("not contradicted", "strained", "contradicted")
     # a septum of 2.2 cm leaves T3 other volumes than were measured
-    assert status == {"T1": "no verdict", "T2": "refused", "T3": "unsupported", "T4": "refused"}
+    assert status == {"T1": "no verdict", "T2": "refused", "T3": "contradicted", "T4": "refused"}
     assert answers["experiment"].loc[["T1", "T3", "C"]].tolist() == ["amortised", "calibrated", "calibrated"]
     assert "0 pushes are acceptable" in str(answers.loc["T2", "reason"])
     assert "natural waves are not interpreted" in str(answers.loc["T4", "reason"])
@@ -347,11 +347,11 @@ def check_table(answers: pd.DataFrame) -> None:
 def check_gated(out: Path, said: str) -> None:
     """A gated subject has all files, a verdict by all tests, and a certificate."""
     assert {path.name for path in out.iterdir()} == {*OUTPUTS.values(), WITH_PRESSURES}
-    support = json.loads((out / "support.json").read_text(encoding="utf-8"))
+    verdict = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
     assert {"noise", "chi2", "context_ranges", "context_leave_one_out"} <= {
-        test["name"] for test in support["tests"]
+        test["name"] for test in verdict["tests"]
     }
-    assert said.startswith(f"C: {support['verdict']}")
+    assert said.startswith(f"C: {verdict['sentence']}")
     assert "k_atp_per_s" in said
     assert "certificate: draws by" in said
     assert "with cuff pressures 150 / 101 mmHg (by " in said
@@ -362,14 +362,14 @@ def check_gated(out: Path, said: str) -> None:
 def check_free(out: Path) -> None:
     """A free-running subject has all files, and is told that there is no verdict."""
     assert {path.name for path in out.iterdir()} == set(FREE_OUTPUTS.values())
-    support = json.loads((out / "support.json").read_text(encoding="utf-8"))
-    assert support["verdict"].startswith("no verdict: a free-running recording has no null distributions")
-    names = [test["name"] for test in support["tests"]]
+    verdict = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
+    assert verdict["sentence"].startswith("no verdict: a free-running recording has no null distributions")
+    names = [test["name"] for test in verdict["tests"]]
     assert names[:3] == ["residuals", "end_diastolic_volume", "end_systolic_volume"]
     assert all(name.startswith("contraction_") for name in names[3:]) and len(names) == 8
     posterior = read_exact_result(out / "posterior.h5")
     assert posterior.converged
-    assert support["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
+    assert verdict["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
     assert read_free_observation(out / "observation.h5").noise_source == "declared"
     check = read_free_predictive(out / "predictive.h5")
     assert check.coverage >= 0.6

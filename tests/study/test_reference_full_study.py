@@ -48,7 +48,7 @@ def test_scores_agree(column: str) -> None:
     keys = ["experiment", "subject"]
     here = finished(RESULTS / "tables" / "ppc.csv").set_index(keys)
     reference = pd.read_csv(REFERENCE / "ppc.csv").set_index(keys)
-    both = reference[reference["supported"] & here["supported"].reindex(reference.index)]
+    both = reference[reference["may_be_read"] & here["may_be_read"].reindex(reference.index)]
     assert len(both) >= len(reference) // 3
     np.testing.assert_allclose(
         here.loc[both.index, column], both[column], rtol=0.0, atol=TOLERANCES[column], err_msg=column
@@ -57,8 +57,8 @@ def test_scores_agree(column: str) -> None:
 
 def test_verdicts_agree() -> None:
     keys = ["experiment", "subject"]
-    here = finished(RESULTS / "tables" / "ppc.csv").set_index(keys)["supported"]
-    reference = pd.read_csv(REFERENCE / "ppc.csv").set_index(keys)["supported"]
+    here = finished(RESULTS / "tables" / "ppc.csv").set_index(keys)["may_be_read"]
+    reference = pd.read_csv(REFERENCE / "ppc.csv").set_index(keys)["may_be_read"]
     pd.testing.assert_series_equal(here.reindex(reference.index), reference)
 
 

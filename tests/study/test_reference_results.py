@@ -41,7 +41,7 @@ def test_every_experiment_is_stored() -> None:
         rows = tables[tables["experiment"] == experiment]
         artefacts = set(rows["quantity"].str.partition("/")[0])
         of_draws = {"recovery", "recovery_acquisition"} if experiment in FEATURES else set()
-        assert {"posterior", "support", "predictive"} | of_draws <= artefacts
+        assert {"posterior", "verdict", "predictive"} | of_draws <= artefacts
         subjects = OF_PAPER if experiment in FEATURES else SUBJECTS
         assert set(subjects) <= set(rows["subject"])
 

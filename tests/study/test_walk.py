@@ -66,7 +66,7 @@ def test_one_recording_is_answered_in_the_order_of_the_page(finished: StudyCopy,
         },
         "verdict": {
             **new, "misspecification": made / "subjects" / "A" / "misspecification.h5",
-            "support": tmp_path / "support.json",
+            "verdict": tmp_path / "verdict.json",
         },
     }  # fmt: skip
     seen: dict[tuple[str, str], None] = {}

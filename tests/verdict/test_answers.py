@@ -28,7 +28,7 @@ from swesbi.verdict.context import ContextRefusedError, check_declared
 from swesbi.verdict.pooled import KIND as NULL
 from swesbi.verdict.pooled import draw_null, read_null, to_dataset
 from swesbi.verdict.statistics import DISTANCES
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 BASE = case.CONFIG.speed_experiments[case.EXPERIMENT.base]
 EXACT = SETTINGS.model_copy(
@@ -183,14 +183,14 @@ def settings() -> stage.PopulationAnswersStageSettings:
 
 def answer(study: dict[str, Path], folder: Path, subjects: tuple[str, ...]) -> dict[str, tuple[bytes, ...]]:
     made = {
-        subject: [folder / f"{subject}-{name}" for name in ("posterior.h5", "support.json", "predictive.h5")]
+        subject: [folder / f"{subject}-{name}" for name in ("posterior.h5", "verdict.json", "predictive.h5")]
         for subject in subjects
     }
-    for subject, (posterior, support, predictive) in made.items():
+    for subject, (posterior, verdict, predictive) in made.items():
         stage.population_answers(
             observation=study[subject],
             noise=study["noise"], estimator=study["estimator"], null=study["null"],
-            posterior=posterior, support=support, predictive=predictive,
+            posterior=posterior, verdict=verdict, predictive=predictive,
             settings=settings(), origin=Origin(1, subject, "c"),
         )  # fmt: skip
     return {subject: tuple(path.read_bytes() for path in paths) for subject, paths in made.items()}
@@ -201,9 +201,9 @@ def test_each_subject_is_answered_whoever_was_answered_before(study: dict[str, P
     both = answer(study, tmp_path, ("S", "T"))
     (tmp_path / "alone").mkdir()
     assert answer(study, tmp_path / "alone", ("T",))["T"] == both["T"]
-    support = read_support(tmp_path / "T-support.json")
-    assert support.status in {"supported", "strained", "unsupported"}
-    assert [test.name for test in support.tests][-1] == "network"
+    verdict = read_verdict(tmp_path / "T-verdict.json")
+    assert verdict.status in {"not contradicted", "strained", "contradicted"}
+    assert [test.name for test in verdict.tests][-1] == "network"
     assert read_exact_result(tmp_path / "T-posterior.h5").phi.shape == (EXACT.draws, 4)
     assert load(tmp_path / "T-posterior.h5", "posterior")[1].subject == "T"
     assert both["S"] != both["T"]

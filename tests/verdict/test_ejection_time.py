@@ -24,10 +24,10 @@ from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.cohort import read_subject_table
 from swesbi.study.stages.verdict import VerdictStageSettings
 from swesbi.verdict.ejection import ejection_tests
-from swesbi.verdict.nulls import Verdict
+from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import EjectionTimeSettings
-from swesbi.verdict.support import SupportTest
-from swesbi.verdict.verdict import grade
+from swesbi.verdict.verdict import VerdictTest
+from swesbi.verdict.with_null import grade
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, forward_model_of
 
 CONFIG: Final = speed_case.shipped()
@@ -58,7 +58,7 @@ def beats_of(volunteer: Volunteer, draws: int = 100) -> Beats:
     return simulate(np.array(volunteer.theta) * np.exp(spread), volunteer.context, settings)
 
 
-def judged(beats: Beats, context: Context, lvet_ms: float) -> SupportTest:
+def judged(beats: Beats, context: Context, lvet_ms: float) -> VerdictTest:
     (test,) = ejection_tests(beats, context.period_s, ClinicalMeasures(lvet_ms=lvet_ms), LVET_SD_MS, SETTINGS)
     return test
 
@@ -73,7 +73,7 @@ def test_the_shipped_ejection_times_pass_and_80_ms_off_do_not(volunteer: Volunte
     for wrong in (measured - 80.0, measured + 80.0):
         test = judged(beats, context, wrong)
         assert test.flagged and np.sign(test.statistic) == np.sign(measured - wrong)
-        assert grade(Verdict.SUPPORTED, (), (test,), 6.0) == Verdict.STRAINED
+        assert grade(Grade.NOT_CONTRADICTED, (), (test,), 6.0) == Grade.STRAINED
 
 
 def test_the_distance_is_over_posterior_measurement_and_model() -> None:

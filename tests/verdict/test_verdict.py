@@ -15,12 +15,12 @@ from swesbi.artefacts import ArtefactError, Provenance, save, write_json
 from swesbi.networks.flow.conditioning import raw_features
 from swesbi.recording.observation import contexts_dataset
 from swesbi.study.stages.verdict import _others
-from swesbi.verdict.nulls import Reference, Verdict
-from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, alarm_rows
+from swesbi.verdict.nulls import Grade, Reference
+from swesbi.verdict.power import COHORT, CONTRADICTED, STRAINED_OR_WORSE, alarm_rows
 from swesbi.verdict.recordings import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES, Checks, no_checks
-from swesbi.verdict.support import Support, SupportTest, read_support
-from swesbi.verdict.verdict import grade, make_support, null_tests
+from swesbi.verdict.verdict import Verdict, VerdictTest, read_verdict
+from swesbi.verdict.with_null import grade, make_verdict, null_tests
 
 NULL_RECORDINGS = 400
 
@@ -55,18 +55,18 @@ def test_p_values_of_fresh_recordings_are_uniform(subject: SubjectChecks, refere
 
 def test_noise_larger_than_stated_is_caught_by_the_fit(bank: Bank, reference: Reference) -> None:
     judged = reference.judge(bank.check(bank.recordings(40, 5, noise=2.0), 3000))
-    assert (judged.status >= Verdict.STRAINED).mean() > 0.8
+    assert (judged.status >= Grade.STRAINED).mean() > 0.8
     chi2 = TEST_NAMES.index("chi2")
     assert (judged.test_p[:, chi2] <= reference.joint.thresholds(0.05)[chi2]).mean() > 0.6
 
 
-def test_a_curve_that_no_theta_gives_is_unsupported(bank: Bank, reference: Reference) -> None:
+def test_a_curve_that_no_theta_gives_contradicts_the_model(bank: Bank, reference: Reference) -> None:
     """A second wave in diastole as high as the first: not in the prior, not in the fit."""
     speeds = bank.recordings(20, 7)
     speeds = np.maximum(speeds, np.roll(speeds, 10, axis=1))
     judged = reference.judge(bank.check(speeds, 4000))
-    assert (judged.status == Verdict.UNSUPPORTED).mean() >= 0.9
-    assert (judged.status >= Verdict.STRAINED).mean() >= 0.95
+    assert (judged.status == Grade.CONTRADICTED).mean() >= 0.9
+    assert (judged.status >= Grade.STRAINED).mean() >= 0.95
     assert (judged.group_p[:, GROUPS.index("prior predictive")] <= 0.02).mean() > 0.8
     features = TEST_NAMES.index("conditional_features")
     assert (judged.test_p[:, features] <= reference.joint.thresholds(0.05)[features]).mean() > 0.5
@@ -82,7 +82,7 @@ def test_mass_at_a_rare_bound_is_caught_by_the_boundary_test_alone(
     mass[0, 1, 1] = 0.9
     pressed = replace(one, bound_mass=mass)
     judged = reference.judge(pressed)
-    assert judged.status[0] == Verdict.UNSUPPORTED
+    assert judged.status[0] == Grade.CONTRADICTED
     flagged = [test for test in null_tests(reference, pressed, judged) if test.flagged]
     assert [test.name for test in flagged] == ["boundary_mass"]
     assert "upper bound of k_atp_per_s" in flagged[0].detail
@@ -120,34 +120,34 @@ def test_alarms_are_counted_once_for_each_recording(subject: SubjectChecks, refe
     assert alone.rate == (status >= 1).mean()
     assert alone.ci_low <= alone.rate <= alone.ci_high
     assert cohort.n == 2 * alone.n
-    assert rows[COHORT, "acquired", UNSUPPORTED].refused == 4
-    assert (COHORT, VOLUNTEER, UNSUPPORTED) not in rows
+    assert rows[COHORT, "acquired", CONTRADICTED].refused == 4
+    assert (COHORT, VOLUNTEER, CONTRADICTED) not in rows
     groups = [rows["T", "own", f"group: {g}"].rate for g in ("prior predictive", "fit", "bounds")]
     assert max(groups) <= alone.rate + 1e-9
     assert sum(groups) >= alone.rate - 0.01
 
 
-def volume(z: float) -> SupportTest:
-    return SupportTest("end_systolic_volume", z, None, 3.0, abs(z) > 3.0, "")
+def volume(z: float) -> VerdictTest:
+    return VerdictTest("end_systolic_volume", z, None, 3.0, abs(z) > 3.0, "")
 
 
-def ranges(outside: int) -> SupportTest:
-    return SupportTest("context_ranges", float(outside), None, 0.0, outside > 0, "")
+def ranges(outside: int) -> VerdictTest:
+    return VerdictTest("context_ranges", float(outside), None, 0.0, outside > 0, "")
 
 
 @pytest.mark.parametrize(
     ("overall", "z", "outside", "expected"),
     [
-        (Verdict.SUPPORTED, -2.9, 0, Verdict.SUPPORTED),
-        (Verdict.SUPPORTED, -3.1, 0, Verdict.STRAINED),
-        (Verdict.SUPPORTED, 6.1, 0, Verdict.UNSUPPORTED),
-        (Verdict.SUPPORTED, 0.0, 1, Verdict.STRAINED),
-        (Verdict.UNSUPPORTED, 3.1, 1, Verdict.UNSUPPORTED),
-        (Verdict.STRAINED, 0.0, 0, Verdict.STRAINED),
+        (Grade.NOT_CONTRADICTED, -2.9, 0, Grade.NOT_CONTRADICTED),
+        (Grade.NOT_CONTRADICTED, -3.1, 0, Grade.STRAINED),
+        (Grade.NOT_CONTRADICTED, 6.1, 0, Grade.CONTRADICTED),
+        (Grade.NOT_CONTRADICTED, 0.0, 1, Grade.STRAINED),
+        (Grade.CONTRADICTED, 3.1, 1, Grade.CONTRADICTED),
+        (Grade.STRAINED, 0.0, 0, Grade.STRAINED),
     ],
 )
 def test_volumes_and_context_strain_and_only_extreme_volumes_do_more(
-    overall: Verdict, z: float, outside: int, expected: Verdict
+    overall: Grade, z: float, outside: int, expected: Grade
 ) -> None:
     assert grade(overall, [volume(z)], [ranges(outside)], 6.0) == expected
 
@@ -163,38 +163,38 @@ class Made:
     efficiency = 0.03
 
 
-def test_support_json_holds_both_forms(tmp_path: Path) -> None:
+def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     z, names = np.array([0.1, -3.4]), ("maximum_kpa", "ivsd_cm")
-    test = SupportTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
-    support = make_support(Verdict.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made())
-    path = tmp_path / "support.json"
-    write_json(path, support.to_json())
-    assert read_support(path) == support
-    assert support.verdict.endswith("; also end systolic volume; overall p = 0.02")
-    assert support.supported
-    assert support.worst_component == "ivsd_cm"
-    assert support.k_hat is None
-    assert support.acceptance == 1.0
-    assert support.reasons[-1] == "MCMC has not converged"
-    assert support.verdict.startswith("strained: chi2: posterior predictive p-value")
-    assert not make_support(Verdict.UNSUPPORTED, 0.0, (test,), z, names, Made()).supported
+    test = VerdictTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
+    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made())
+    path = tmp_path / "verdict.json"
+    write_json(path, verdict.to_json())
+    assert read_verdict(path) == verdict
+    assert verdict.sentence.endswith("; also end systolic volume; overall p = 0.02")
+    assert verdict.may_be_read
+    assert verdict.worst_component == "ivsd_cm"
+    assert verdict.k_hat is None
+    assert verdict.acceptance == 1.0
+    assert verdict.reasons[-1] == "MCMC has not converged"
+    assert verdict.sentence.startswith("strained: chi2: posterior predictive p-value")
+    assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), z, names, Made()).may_be_read
 
 
-def test_support_of_an_experiment_on_features_has_no_new_keys(tmp_path: Path) -> None:
-    old = Support(2.0, "maximum_kpa", 900, 1000, {"k0_kpa": 50.0}, True, "supported by the prior", ())
+def test_the_file_of_an_experiment_on_features_has_no_grading(tmp_path: Path) -> None:
+    old = Verdict(2.0, "maximum_kpa", 900, 1000, {"k0_kpa": 50.0}, "prior-supported", "so it is", ())
     assert list(old.to_json()) == [
+        "status",
+        "sentence",
+        "reasons",
         "max_abs_z",
         "worst_component",
         "in_prior_draws",
         "candidate_draws",
         "acceptance",
         "unfiltered_median",
-        "supported",
-        "verdict",
-        "reasons",
     ]
-    write_json(tmp_path / "support.json", old.to_json())
-    assert read_support(tmp_path / "support.json") == old
+    write_json(tmp_path / "verdict.json", old.to_json())
+    assert read_verdict(tmp_path / "verdict.json") == old
 
 
 def test_a_subject_is_compared_with_the_others_of_the_cohort(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
 from swesbi.verdict.beat import Predicted
 from swesbi.verdict.settings import VolumeSettings
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import VerdictTest
 from swesbi.verdict.volumes import volume_tests
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, simulate_truth
 
@@ -34,7 +34,7 @@ def model_of(context: Context) -> SpeedModel:
     return replace(made, recording=replace(made.recording, context=context))
 
 
-def judged(context: Context, phi: FloatArray) -> tuple[SupportTest, ...]:
+def judged(context: Context, phi: FloatArray) -> tuple[VerdictTest, ...]:
     model = model_of(context)
     return volume_tests(model, phi, model.simulate(phi), SETTINGS)
 
@@ -131,5 +131,5 @@ def test_hearts_that_the_model_describes_raise_an_alarm_no_oftener_than_is_said(
 def test_limits_follow_the_level_and_must_ascend() -> None:
     plain = SETTINGS.to_plain()
     assert SETTINGS.strained_abs_z == pytest.approx(2.807, abs=1e-3)
-    with pytest.raises(ValidationError, match="must be below unsupported_abs_z = 2.5"):
-        VolumeSettings.from_plain(plain | {"unsupported_abs_z": 2.5})
+    with pytest.raises(ValidationError, match="must be below contradicted_abs_z = 2.5"):
+        VolumeSettings.from_plain(plain | {"contradicted_abs_z": 2.5})

@@ -27,7 +27,6 @@ from swesbi.report.tables.exact import (
 )
 from swesbi.report.tables.experiments import level
 from swesbi.report.tables.subjects import score_table
-from swesbi.verdict.answers import status
 from tools.docs.nuisances import Nuisance, nuisances, nuisances_part
 from tools.docs.results import at_length, finished, of_experiment, read_experiment, read_table
 
@@ -92,16 +91,16 @@ def _nuisances(study: Study, name: str, shown: Exact) -> tuple[Nuisance, ...]:
     prior = JointPriorSettings(
         theta=study.config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
     )
-    read = [shown.results[subject].phi for subject, support in shown.supports.items() if support.supported]
+    read = [shown.results[subject].phi for subject, verdict in shown.verdicts.items() if verdict.may_be_read]
     return nuisances(prior, read)
 
 
 def answer_part(results: CalibrationResults) -> str:
     """Say in a few lines what came out."""
     exact, experiment = results.shown, results.shown.experiment
-    statuses = [status(support) for support in exact.supports.values()]
+    statuses = [verdict.status for verdict in exact.verdicts.values()]
     counted = ", ".join(f"{statuses.count(name)} {name}" for name in dict.fromkeys(statuses))
-    covered = experiment.supported["coverage_phases"]
+    covered = experiment.passed["coverage_phases"]
     phases = f"{share(covered.min(), 0)} to {share(covered.max(), 0)}" if len(covered) else MISSING
     own, acquired = (
         ", ".join(share(level(table, experiment)[name]) for name in THETA_NAMES)
@@ -110,7 +109,7 @@ def answer_part(results: CalibrationResults) -> str:
     lines = [
         f"- Verdicts ({results.cohort_title}): {counted}.",
         f"- Coverage of the measured phases by {experiment.predictive_percent:g} % bands of new "
-        f"recordings: {phases} over the subjects that are not unsupported.",
+        f"recordings: {phases} over the subjects not contradicted.",
         f"- {experiment.credible_percent:g} % credible intervals cover, with own noise, {own} of the true "
         f"k_0, k_ATP, k_SR; on recordings acquired sample by sample {acquired}.",
     ]

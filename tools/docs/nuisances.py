@@ -63,7 +63,7 @@ def nuisances_part(free: Sequence[Nuisance]) -> str:
     rows = [_row(nuisance) for nuisance in free]
     note = (
         "Contraction: 1 − posterior variance / prior variance of the logarithm, median over the subjects "
-        "that are not unsupported, least and largest in brackets. Zero: the recording tells nothing."
+        "not contradicted, least and largest in brackets. Zero: the recording tells nothing."
     )
     return markdown(Table("What is not known of a heart.", columns, body(rows), note))
 

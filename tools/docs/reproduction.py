@@ -21,11 +21,11 @@ def support_part(results: ReproductionResults) -> str:
     """Show both criteria of prior support, subject by subject."""
     count = f"{len(results.supported)} of {len(results.subjects)}"
     shown = markdown(verdict_table(results.main, results.cohort_title))
-    return f"Supported: {count} ({results.cohort_title}, experiment `{results.main.name}`).\n\n{shown}"
+    return f"Prior-supported: {count} ({results.cohort_title}, experiment `{results.main.name}`).\n\n{shown}"
 
 
 def scores_part(results: ReproductionResults) -> str:
-    """Show table 1: the scores of the subjects, and mean and standard deviation over the supported ones."""
+    """Show table 1: the scores of the subjects, and mean and standard deviation over those that pass."""
     return markdown(score_table(results.main, results.cohort_title))
 
 
@@ -35,7 +35,7 @@ def recovery_part(results: ReproductionResults) -> str:
 
 
 def truth_part(results: ReproductionResults) -> str:
-    """Set medians and 90 % intervals of the supported subjects beside the theta that made the recordings."""
+    """Set medians and 90 % intervals of prior-supported subjects beside the theta of their recordings."""
     if not results.true_theta:
         return "The cohort has no known true parameters."
     chosen = results.main.posterior
@@ -91,8 +91,8 @@ def _narrowed(results: ReproductionResults) -> str:
     factors = ", ".join(f"{fixed(first[name] / best[name], 0)} for `{name}`" for name in THETA_NAMES)
     now = ", ".join(f"{share(best[name], 2)} for `{name}`" for name in THETA_NAMES)
     return (
-        f"From epoch {earliest} to the best one, {reached}, the posteriors of the supported subjects narrow "
-        f"by a factor of {factors} (medians over subjects), to {now}, relative to the prior's standard "
+        f"From epoch {earliest} to the best one, {reached}, the posteriors of the prior-supported "
+        f"subjects narrow by a factor of {factors} (medians over subjects), to {now}, relative to the prior's standard "
         "deviation."
     )
 

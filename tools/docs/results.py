@@ -16,7 +16,7 @@ from swesbi.config.study import Study
 from swesbi.report.figures.training import read_epochs, read_history
 from swesbi.report.results import Experiment, Recovery
 from swesbi.report.tables.experiments import read_comparison
-from swesbi.verdict.support import Support, read_support
+from swesbi.verdict.verdict import Verdict, read_verdict
 from swesbi.virtual.files import read_true_theta
 
 
@@ -43,14 +43,14 @@ class ReproductionResults:
     true_theta: Mapping[str, NDArray[np.float64]]
 
     @property
-    def supports(self) -> Mapping[str, Support]:
+    def verdicts(self) -> Mapping[str, Verdict]:
         """Support of each subject under the main experiment."""
-        return self.main.supports
+        return self.main.verdicts
 
     @property
     def supported(self) -> tuple[str, ...]:
         """The subjects that the main experiment's prior supports."""
-        return tuple(name for name in self.subjects if self.supports[name].supported)
+        return tuple(name for name in self.subjects if self.verdicts[name].may_be_read)
 
 
 def read_results(folder: Path, study: Study, docs: Path) -> ReproductionResults:
@@ -99,7 +99,7 @@ def read_experiment(folder: Path, study: Study, name: str, docs: Path) -> Experi
     return Experiment(
         name=name,
         settings=section.model_dump(mode="json"),
-        supports={s: read_support(own / "subjects" / s / "support.json") for s in study.subjects_of(name)},
+        verdicts={s: read_verdict(own / "subjects" / s / "verdict.json") for s in study.subjects_of(name)},
         scores=of_experiment(tables / "ppc.csv", name),
         features=of_experiment(tables / "features.csv", name),
         posterior=of_experiment(tables / "posterior.csv", name),

@@ -16,7 +16,7 @@ from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import Study, load_study
 from swesbi.report.page.figures import PagePart
 from swesbi.report.tables.population import OverPopulation
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 from tools.docs.__main__ import documented, main
 from tools.docs.marks import PART, MarkError, fill
 from tools.docs.population import PopulationResults, scaling_part
@@ -86,16 +86,16 @@ def test_parts_hold_the_numbers_of_the_study(written: Path, finished: StudyCopy)
     parts = parts_of((written / "reproduction.md").read_text(encoding="utf-8"))
     scores = pd.read_csv(finished.results / "tables" / "ppc.csv")
     for row in scores[scores["experiment"] == "paper"].itertuples():
-        support = read_support(finished.results / "paper" / "subjects" / row.subject / "support.json")
-        verdict = "supported" if row.supported else "not supported"
+        verdict = read_verdict(finished.results / "paper" / "subjects" / row.subject / "verdict.json")
+        status = "prior-supported" if row.may_be_read else "not prior-supported"
         assert re.search(
-            rf"^\| {row.subject} \| {verdict} \| {support.max_abs_z:.2f} \|",
+            rf"^\| {row.subject} \| {status} \| {verdict.max_abs_z:.2f} \|",
             parts["support"],
             re.MULTILINE,
         )
         shown = re.search(rf"^\| {row.subject} \| .*$", parts["scores"], re.MULTILINE)
         assert shown is not None
-        if row.supported:
+        if row.may_be_read:
             assert f"| {row.rmse_prior_kpa:.2f} | {row.rmse_kpa:.2f} |" in shown[0]
     recovery = pd.read_csv(finished.results / "paper" / "recovery.csv").query("nominal == 0.9")
     assert all(f"| {100 * value:.1f} (" in parts["recovery"] for value in recovery["coverage"])
@@ -146,9 +146,10 @@ def test_true_parameters_are_counted(results: ReproductionResults) -> None:
 
 
 def test_a_study_without_supported_subjects_can_be_shown(results: ReproductionResults) -> None:
-    nobody = {name: replace(support, supported=False) for name, support in results.supports.items()}
-    scores = results.main.scores.assign(supported=False)
-    main = replace(results.main, supports=nobody, scores=scores)
+    none = "not prior-supported"
+    nobody = {name: replace(verdict, status=none) for name, verdict in results.verdicts.items()}
+    scores = results.main.scores.assign(may_be_read=False)
+    main = replace(results.main, verdicts=nobody, scores=scores)
     others = [each for each in results.experiments if each is not results.main]
     for name, part in PARTS.items():
         assert "nan" not in part(replace(results, main=main, experiments=(main, *others))), name

@@ -4,7 +4,7 @@
 rule cohort_posterior:
     input:
         posteriors=of_exact("{experiment}/subjects/{subject}/posterior.h5"),
-        supports=of_exact("{experiment}/subjects/{subject}/support.json"),
+        verdicts=of_exact("{experiment}/subjects/{subject}/verdict.json"),
         observations=of_exact("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
     output:

@@ -299,7 +299,7 @@ def of_cohort(*experiments):
         return {
             "predictives": paths_of(f"{folder}/predictive.h5", *experiments),
             "posteriors": paths_of(f"{folder}/posterior.h5", *experiments),
-            "supports": paths_of(f"{folder}/support.json", *experiments),
+            "verdicts": paths_of(f"{folder}/verdict.json", *experiments),
             "cmaes": list(dict.fromkeys(paths_of("cmaes/{subject}.h5", *experiments))),
         }
 
@@ -453,7 +453,7 @@ def linked_artefacts():
     pages = results_pages()
     shown = [path for path in study_outputs() if path not in pages]
     of_each = ["pool.h5", "training.csv"]
-    of_subject = ["support.json", "posterior.h5", "predictive.h5"]
+    of_subject = ["verdict.json", "posterior.h5", "predictive.h5"]
     return [
         *explorer_page(),
         *(path for path in shown if path.startswith(f"{RESULTS}/tables/")),

@@ -5,7 +5,7 @@ rule predictive:
     """Prior and posterior predictive curves, scores, noisy features in or out of their intervals."""
     input:
         posterior=rules.posterior.output.posterior,
-        support=rules.posterior.output.support,
+        verdict=rules.posterior.output.verdict,
         observation=OBSERVATION,
         passive=rules.passive.output.passive,
         shards=shards_of_subject,
@@ -27,7 +27,7 @@ rule predictive_speeds:
     """New recordings under prior and exact posterior, noise and discrepancy included."""
     input:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        verdict=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
         observation=OBSERVATION,
         noise=rules.noise.output.noise,
         shards=shards_of_subject,
@@ -68,7 +68,7 @@ rule epochs:
         checkpoints=rules.train.output.checkpoints,
         observations=of_experiment("cohort/{subject}/observation.h5"),
         passives=of_experiment("cohort/{subject}/passive.h5"),
-        supports=of_experiment("{experiment}/subjects/{subject}/support.json"),
+        verdicts=of_experiment("{experiment}/subjects/{subject}/verdict.json"),
     output:
         epochs=f"{RESULTS}/{{experiment}}/epochs.csv",
     log:

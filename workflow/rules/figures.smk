@@ -6,7 +6,7 @@ rule subject_figures:
     input:
         predictive=rules.predictive.output.predictive,
         posterior=rules.posterior.output.posterior,
-        support=rules.posterior.output.support,
+        verdict=rules.posterior.output.verdict,
         cmaes=rules.cmaes.output.cmaes,
     output:
         ppc_png=drawn("subject_figures", "ppc"),
@@ -28,7 +28,7 @@ rule exact_subject_figures:
     input:
         predictive=rules.predictive.output.predictive,
         posterior=of_its_subject("{experiment}/subjects/{subject}/posterior.h5"),
-        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        verdict=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
         cmaes=rules.cmaes.output.cmaes,
         truth=truth_files(),
     output:
@@ -104,14 +104,14 @@ rule training_figure:
 
 
 rule workflow_figure:
-    """Figure 1 of the paper, drawn from the results of the first supported subject."""
+    """Figure 1 of the paper, drawn from the results of the first subject whose posterior may be read."""
     input:
         pool=expand(rules.pool.output.pool, experiment=MAIN),
         training=expand(rules.train.output.training, experiment=MAIN),
         observations=paths_of("cohort/{subject}/observation.h5", MAIN),
         predictives=paths_of("{experiment}/subjects/{subject}/predictive.h5", MAIN),
         posteriors=paths_of("{experiment}/subjects/{subject}/posterior.h5", MAIN),
-        supports=paths_of("{experiment}/subjects/{subject}/support.json", MAIN),
+        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", MAIN),
     output:
         figure_pdf=f"{RESULTS}/figures/workflow.pdf",
         figure_png=drawn("workflow_figure", "workflow"),
@@ -134,7 +134,7 @@ rule experiments_figure:
         posteriors=paths_of(
             "{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
         ),
-        supports=paths_of("{experiment}/subjects/{subject}/support.json", *EXPERIMENTS),
+        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
     output:
         figure_pdf=f"{RESULTS}/figures/experiments.pdf",
         figure_png=drawn("experiments_figure", "experiments"),

@@ -49,9 +49,9 @@ rule posterior:
         estimator=rules.train.output.estimator,
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        support=report(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
-            caption="../report/support.rst",
+        verdict=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
+            caption="../report/prior_support.rst",
             category="Experiment {experiment}",
             subcategory="Subject {subject}",
             labels={"result": "verdict on prior support"},

@@ -159,7 +159,7 @@ rule population_answers:
         null=f"{RESULTS}/{{experiment}}/null.h5",
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        support=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        verdict=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
         predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
     log:
         f"{RESULTS}/logs/population_answers/{{experiment}}/{{subject}}.log",
@@ -177,7 +177,7 @@ rule population_cohort:
     """Every subject of the cohort in one table and one figure, those refused with the reason."""
     input:
         posteriors=of_answered("posterior.h5"),
-        supports=of_answered("support.json"),
+        verdicts=of_answered("verdict.json"),
         truth=truth_files(),
     output:
         cohort=report(

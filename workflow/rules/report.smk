@@ -6,7 +6,7 @@ rule report:
     input:
         recording=str(STUDY.cohort / "recording.yaml"),
         observations=of_subjects("cohort/{subject}/observation.h5", SHOWN),
-        supports=paths_of("{experiment}/subjects/{subject}/support.json", *EXPERIMENTS),
+        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
         trainings=expand(rules.train.output.training, experiment=EXPERIMENTS),
         recoveries=expand(rules.recovery.output.recovery, experiment=EXPERIMENTS),
         recovery_acquisitions=expand(

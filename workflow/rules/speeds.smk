@@ -91,8 +91,8 @@ rule verdict:
         contexts=f"{RESULTS}/cohort/contexts.h5",
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
-        support=report(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/support.json",
+        verdict=report(
+            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
             caption="../report/verdict.rst",
             category="Experiment {experiment}",
             subcategory="Subject {subject}",
@@ -139,7 +139,7 @@ rule misspecification_table:
 rule misspecification_figure:
     input:
         table=rules.misspecification_table.output.table,
-        supports=of_experiment("{experiment}/subjects/{subject}/support.json"),
+        verdicts=of_experiment("{experiment}/subjects/{subject}/verdict.json"),
     output:
         figure_pdf=f"{RESULTS}/figures/misspecification-{{experiment}}.pdf",
         figure_png=drawn("misspecification_figure", "misspecification"),

@@ -41,7 +41,7 @@ rule truth:
         posteriors=paths_of(
             "{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
         ),
-        supports=paths_of("{experiment}/subjects/{subject}/support.json", *EXPERIMENTS),
+        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
         truth=str(STUDY.cohort / "truth.csv"),
     output:
         truth_csv=report(
@@ -72,7 +72,7 @@ rule paper_comparison:
         ),
         training=expand(rules.train.output.training, experiment=MAIN),
         pool=expand(rules.pool.output.pool, experiment=MAIN),
-        supports=paths_of("{experiment}/subjects/{subject}/support.json", MAIN),
+        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", MAIN),
         observations=paths_of("cohort/{subject}/observation.h5", MAIN),
         cmaes=paths_of("cmaes/{subject}.h5", MAIN),
     output:

@@ -145,12 +145,12 @@ class Prediction:
 class PredictiveCheck:
     """The prior and the posterior predictive check of one subject.
 
-    A subject outside the prior's support has a posterior prediction of 0 draws, NaN throughout.
+    A subject whose posterior may not be read has a prediction of 0 draws, NaN throughout.
     """
 
     target: Annotated[Target, Part()]
     interval: Annotated[float, Variable("", "1", "probability mass of every interval")]
-    supported: Annotated[bool, Variable("", "1", "1 where the subject has prior support")]
+    may_be_read: Annotated[bool, Variable("", "1", "1 where the posterior may be read, else 0")]
     prior: Annotated[Prediction, Part(group="prior")]
     posterior: Annotated[Prediction, Part(group="posterior")]
 

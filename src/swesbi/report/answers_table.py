@@ -22,8 +22,8 @@ SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper 
 FIRST: Final = {
     "subject": "name in subjects.csv",
     "experiment": "whose network answered: of the study's cohort, or of a population",
-    "status": "verdict: supported, strained or unsupported, of a free-running recording no verdict or "
-    "uninformative; refused: there is no answer",
+    "status": "verdict: not contradicted, strained or contradicted, of a free-running recording no "
+    "verdict or uninformative; refused: there is no answer",
     "reason": "tests that speak against the model, or why there is no answer",
     "interval_mass": "probability that lies between the limits of each interval; 1",
 }
@@ -53,14 +53,14 @@ class Asked:
     refused: str = ""
 
 
-def answered(subject: str, experiment: str, posterior: Path, support: Path) -> Asked:
+def answered(subject: str, experiment: str, posterior: Path, verdict: Path) -> Asked:
     """Return the row of one answer, read from its files.
 
     Raises:
         ArtefactError: A file is not what its name says.
     """
     mass = float(load(posterior, POSTERIOR)[0]["interval_mass"])
-    return Asked(subject, experiment, read_answer(posterior, support), mass)
+    return Asked(subject, experiment, read_answer(posterior, verdict), mass)
 
 
 def explanations() -> dict[str, str]:

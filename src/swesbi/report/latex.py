@@ -41,7 +41,7 @@ _CAPTION = (
     r"posterior's band of noiseless curves, on the grid and on the measured phases; with noise: by the "
     r"predictive interval under the observation model; by the prior's: what its band of noiseless curves and "
     r"their envelope hold of the grid, the ceiling of the first. Mean and standard deviation are over the "
-    r"supported cases."
+    r"cases that may be read."
 )
 POSTERIOR_HEAD: Final = (
     r"Case & Quantity & Median & CI & Measured & CMA-ES & $r_{k_0}$ & $r_{k_\mathrm{ATP}}$ "
@@ -110,9 +110,9 @@ def _ppc_body(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str]) -> It
         if several:
             yield rf"        \multicolumn{{10}}{{@{{}}l}}{{\textit{{{escape(str(experiment))}}}}} \\"
         for row in part.to_dict("records"):
-            yield _scores(row) if row["supported"] else _excluded(row, reasons)
-        if part["supported"].sum() > 1:
-            yield from _mean_and_sd(part[part["supported"]])
+            yield _scores(row) if row["may_be_read"] else _excluded(row, reasons)
+        if part["may_be_read"].sum() > 1:
+            yield from _mean_and_sd(part[part["may_be_read"]])
 
 
 def _scores(row: Mapping[Hashable, Any]) -> str:
@@ -150,9 +150,9 @@ def _excluded(row: Mapping[Hashable, Any], reasons: Mapping[tuple[str, str], str
     return f"        {' & '.join(cells)} \\\\"
 
 
-def _mean_and_sd(supported: pd.DataFrame) -> Iterator[str]:
+def _mean_and_sd(read: pd.DataFrame) -> Iterator[str]:
     """Two rows, since mean and standard deviation side by side would not fit the text width."""
-    numbers = supported.select_dtypes("number")
+    numbers = read.select_dtypes("number")
     yield _line(r"\addlinespace mean", numbers.mean().to_dict())
     yield _line("sd", numbers.std(ddof=1).to_dict())
 
@@ -190,9 +190,9 @@ def _posterior_body(table: pd.DataFrame, reasons: Mapping[tuple[str, str], str])
 
 
 def _subject(subject: str, rows: pd.DataFrame, reason: str) -> Iterator[str]:
-    """Yield the rows of a supported subject, or the reason and the unfiltered medians of an excluded one."""
+    """Yield the rows of a subject that may be read, or reason and unfiltered medians of an excluded one."""
     head, records = rf"\textbf{{{escape(subject)}}}", rows.to_dict("records")
-    if not records[0]["supported"]:
+    if not records[0]["may_be_read"]:
         medians = ", ".join(
             f"{NAMES[row['parameter']]} {_number(row['unfiltered_median'])}"
             for row in records
@@ -259,7 +259,7 @@ def _caption(cohort_title: str) -> str:
     return (
         rf"\textbf{{Every number of the paper}} beside this study's ({text(cohort_title)}). Cases A to D "
         r"of the paper and the subjects of these names here are different people. Means and standard "
-        r"deviations are over the supported subjects. Designed: a choice of this study, named in "
+        r"deviations are over the prior-supported subjects. Designed: a choice of this study, named in "
         r"\texttt{paper\_comparison.csv}, brought the value or its agreement about."
     )
 

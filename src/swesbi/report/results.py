@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import pandas as pd
 
 from swesbi.recording.observation import Observation
-from swesbi.verdict.answers import SUPPORTED, status
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import NOT_CONTRADICTED, PRIOR_SUPPORTED, Verdict
+
+PASSED: Final = frozenset({NOT_CONTRADICTED, PRIOR_SUPPORTED})
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Experiment:
     Attributes:
         name: Its name in the configuration.
         settings: Its section of the configuration, plain; the prior as the prior itself.
-        supports: Verdict of each subject.
+        verdicts: Verdict of each subject.
         scores: Its rows of ``ppc.csv``.
         features: Its rows of ``features.csv``.
         posterior: Its rows of ``posterior.csv``.
@@ -43,7 +44,7 @@ class Experiment:
 
     name: str
     settings: Mapping[str, Any]
-    supports: Mapping[str, Support]
+    verdicts: Mapping[str, Verdict]
     scores: pd.DataFrame
     features: pd.DataFrame
     posterior: pd.DataFrame
@@ -51,10 +52,10 @@ class Experiment:
     training: pd.DataFrame
 
     @property
-    def supported(self) -> pd.DataFrame:
-        """The scores of the subjects that are supported; strained ones are left out."""
-        known = {name for name, support in self.supports.items() if status(support) == SUPPORTED}
-        return self.scores[self.scores["supported"] & self.scores["subject"].isin(known)]
+    def passed(self) -> pd.DataFrame:
+        """The scores of subjects not contradicted, or prior-supported; strained ones are left out."""
+        known = {name for name, verdict in self.verdicts.items() if verdict.status in PASSED}
+        return self.scores[self.scores["may_be_read"] & self.scores["subject"].isin(known)]
 
     @property
     def credible_percent(self) -> float:

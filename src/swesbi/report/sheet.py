@@ -21,7 +21,7 @@ from swesbi.recording.free_observation import FreeObservation
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Sheet:
 
     Attributes:
         context: Who.
-        support: The verdict.
+        verdict: The verdict.
         result: The exact posterior.
         values: Its draws of the four parameters and of the attained stiffness; (n, 5).
         recorded: The recording's quality.
@@ -116,7 +116,7 @@ class Sheet:
     """
 
     context: Context
-    support: Support
+    verdict: Verdict
     result: ExactResult
     values: FloatArray
     recorded: Recorded

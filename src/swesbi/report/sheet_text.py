@@ -13,8 +13,8 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import ISOMETRIC_SYMBOL, K_0, PHI
 from swesbi.report.numbers import REJECTIONS, as_percent
 from swesbi.report.sheet import Informed, Recorded, Sheet, ShownCurve
-from swesbi.verdict.answers import UNSUPPORTED, sampler_in_words, status, weights_in_words
-from swesbi.verdict.support import Support
+from swesbi.verdict.answers import sampler_in_words, weights_in_words
+from swesbi.verdict.verdict import CONTRADICTED, Verdict
 
 MS_PER_S: Final = 1e3
 FEW: Final = 20
@@ -56,11 +56,11 @@ def in_words(reason: str) -> str:
     return words[0].lower() + words[1:]
 
 
-def verdict_text(support: Support) -> tuple[str, tuple[str, ...]]:
+def verdict_text(verdict: Verdict) -> tuple[str, tuple[str, ...]]:
     """Return the verdict in a word, and what is said for it."""
-    word = status(support)
-    sentence = support.verdict.removeprefix(word).lstrip(" :;,")
-    further = (reason for reason in support.reasons if reason.partition(": ")[2] not in support.verdict)
+    word = verdict.status
+    sentence = verdict.sentence.removeprefix(word).lstrip(" :;,")
+    further = (reason for reason in verdict.reasons if reason.partition(": ")[2] not in verdict.sentence)
     return word, tuple(filter(None, (sentence[:1].upper() + sentence[1:], *further)))
 
 
@@ -99,7 +99,7 @@ def notes(sheet: Sheet) -> list[str]:
         "and of both ends of the interval." + _among(sheet.context, sheet.population.hearts),
         _predictive(sheet.curve, sheet.recorded),
         *_more_words(sheet),
-        f"Draws by {sampler_in_words(sheet.support)}; weights: {weights_in_words(sheet.support)} (k-hat at "
+        f"Draws by {sampler_in_words(sheet.verdict)}; weights: {weights_in_words(sheet.verdict)} (k-hat at "
         f"most {sheet.result.k_hat_limit:.2f}).",
     ]
 
@@ -132,9 +132,9 @@ def _figures(value: float) -> str:
 
 def _caution(sheet: Sheet) -> list[str]:
     said = []
-    if status(sheet.support) == UNSUPPORTED:
+    if sheet.verdict.status == CONTRADICTED:
         said.append(
-            "UNSUPPORTED: the recording is not one that this model makes. Medians and intervals are printed "
+            "CONTRADICTED: the recording is not one that this model makes. Medians and intervals are printed "
             "for whoever looks for the reason; they are no measurement of this heart."
         )
     if not sheet.result.converged:

@@ -15,11 +15,10 @@ from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.scores import band, reduction_percent
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.posterior.truncated import Posterior
-from swesbi.verdict.answers import status
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 PPC_COLUMNS: Final = (
-    "experiment", "subject", "supported", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
+    "experiment", "subject", "may_be_read", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
     "r2", "post_peak_rmse_kpa", "coverage_grid", "coverage_phases", "rmse_cmaes_kpa",
     "coverage_noiseless_grid", "coverage_noiseless_phases", "coverage_observed_grid",
     "coverage_observed_phases", "coverage_prior_band_grid", "coverage_prior_envelope_grid",
@@ -27,13 +26,13 @@ PPC_COLUMNS: Final = (
 CEILING: Final = PPC_COLUMNS[-2:]
 """What the prior's own band, and the envelope of all its draws, hold of the observed curve."""
 FEATURE_COLUMNS: Final = (
-    "experiment", "subject", "supported", "feature", "observed", "noise_sd", "prior_median", "prior_pi_low",
+    "experiment", "subject", "may_be_read", "feature", "observed", "noise_sd", "prior_median", "prior_pi_low",
     "prior_pi_high", "median", "pi_low", "pi_high", "inside",
 )  # fmt: skip
 FloatArray = NDArray[np.float64]
 CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
 POSTERIOR_COLUMNS: Final = (
-    "experiment", "subject", "supported", "parameter", "unit", "median", "ci_low", "ci_high", "measured",
+    "experiment", "subject", "may_be_read", "parameter", "unit", "median", "ci_low", "ci_high", "measured",
     *CORRELATIONS, "unfiltered_median", "cmaes",
 )  # fmt: skip
 TRUTH_COLUMNS: Final = (
@@ -43,13 +42,13 @@ TRUTH_COLUMNS: Final = (
 
 @dataclass(frozen=True)
 class Case:
-    """One subject in one experiment: predictive check, posterior, support, and the CMA-ES fit beside them."""
+    """One subject in one experiment: predictive check, posterior, verdict, and the CMA-ES fit beside them."""
 
     experiment: str
     subject: str
     check: PredictiveCheck
     posterior: Posterior
-    support: Support
+    verdict: Verdict
     fit: CmaesFit
 
 
@@ -70,7 +69,7 @@ def _row(case: Case) -> dict[str, Any]:
     return {
         "experiment": case.experiment,
         "subject": case.subject,
-        "supported": case.check.supported,
+        "may_be_read": case.check.may_be_read,
         "rmse_prior_kpa": prior.rmse_kpa,
         "rmse_kpa": posterior.rmse_kpa,
         "rmse_reduction_percent": reduction_percent(prior.rmse_kpa, posterior.rmse_kpa),
@@ -108,12 +107,12 @@ def features_table(cases: Sequence[Case]) -> pd.DataFrame:
 def _feature_rows(case: Case) -> Iterator[dict[str, Any]]:
     check = case.check
     prior, posterior = check.prior.features.predicted, check.posterior.features.predicted
-    missing = 1.0 if check.supported else float("nan")
+    missing = 1.0 if check.may_be_read else float("nan")
     for j, name in enumerate(check.target.feature_names):
         yield {
             "experiment": case.experiment,
             "subject": case.subject,
-            "supported": check.supported,
+            "may_be_read": check.may_be_read,
             "feature": name,
             "observed": check.target.features[j],
             "noise_sd": check.target.feature_noise_sd[j],
@@ -123,7 +122,7 @@ def _feature_rows(case: Case) -> Iterator[dict[str, Any]]:
             "median": missing * posterior.median[j],
             "pi_low": missing * posterior.low[j],
             "pi_high": missing * posterior.high[j],
-            "inside": bool(check.posterior.features.inside[j]) if check.supported else None,
+            "inside": bool(check.posterior.features.inside[j]) if check.may_be_read else None,
         }
 
 
@@ -142,7 +141,7 @@ def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
 
 def _parameters(case: Case) -> Iterator[dict[str, Any]]:
     posterior = case.posterior
-    missing = 1.0 if case.support.supported else np.nan
+    missing = 1.0 if case.verdict.may_be_read else np.nan
     for j, (name, unit) in enumerate(zip(THETA_NAMES, THETA_UNITS, strict=True)):
         low, high = missing * posterior.interval[j]
         correlations = zip(CORRELATIONS, missing * posterior.correlation[j], strict=True)
@@ -152,7 +151,7 @@ def _parameters(case: Case) -> Iterator[dict[str, Any]]:
             "ci_low": low,
             "ci_high": high,
             **dict(correlations),
-            "unfiltered_median": case.support.unfiltered_median[name],
+            "unfiltered_median": case.verdict.unfiltered_median[name],
             "cmaes": case.fit.theta[j],
         }
 
@@ -160,7 +159,7 @@ def _parameters(case: Case) -> Iterator[dict[str, Any]]:
 def _derived(case: Case) -> Iterator[dict[str, Any]]:
     draws = case.check.posterior.draws
     target = case.check.target
-    missing = 1.0 if case.support.supported else np.nan
+    missing = 1.0 if case.verdict.may_be_read else np.nan
     measured_fraction = 1.0 - target.lvesv_ml / target.lvedv_ml
     quantities = {
         ("ejection_fraction", "1"): (draws.ejection_fraction, measured_fraction),
@@ -180,7 +179,7 @@ def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
     return {
         "experiment": case.experiment,
         "subject": case.subject,
-        "supported": case.support.supported,
+        "may_be_read": case.verdict.may_be_read,
         "parameter": name,
         "unit": unit,
     }
@@ -193,14 +192,14 @@ class JudgedPosterior:
     experiment: str
     subject: str
     posterior: Posterior
-    support: Support
+    verdict: Verdict
 
 
 def truth_table(answers: Sequence[JudgedPosterior], truths: Mapping[str, FloatArray]) -> pd.DataFrame:
     """Return one row an experiment, subject and active parameter.
 
     ``low`` and ``high`` are the ends of the credible interval; they and the median are missing where the
-    subject is not supported, whose posterior is not reported. Subjects without a known truth have no row.
+    posterior may not be read, and is not reported. Subjects without a known truth have no row.
 
     Args:
         answers: Posteriors.
@@ -211,18 +210,18 @@ def truth_table(answers: Sequence[JudgedPosterior], truths: Mapping[str, FloatAr
 
 
 def _truth_rows(answer: JudgedPosterior, truths: Mapping[str, FloatArray]) -> Iterator[dict[str, Any]]:
-    reported = 1.0 if answer.support.supported else np.nan
+    reported = 1.0 if answer.verdict.may_be_read else np.nan
     for j, name in enumerate(THETA_NAMES):
         truth = float(truths[answer.subject][j])
         low, high = reported * answer.posterior.interval[j]
         yield {
             "experiment": answer.experiment,
             "subject": answer.subject,
-            "status": status(answer.support),
+            "status": answer.verdict.status,
             "parameter": name,
             "truth": truth,
             "median": reported * answer.posterior.median[j],
             "low": low,
             "high": high,
-            "inside": bool(low <= truth <= high) if answer.support.supported else None,
+            "inside": bool(low <= truth <= high) if answer.verdict.may_be_read else None,
         }

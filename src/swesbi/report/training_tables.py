@@ -36,7 +36,7 @@ class EpochRow:
         subject: The subject, where the quantity has one.
         parameter: The parameter, where it has one.
         value: The value; NaN where too few draws lie within the prior's bounds, or the subject is not
-            supported.
+            prior-supported.
         ci_low: Lower end of the interval on a mean or a coverage over synthetic recordings, which the
             setting ``recovery.confidence`` sizes.
         ci_high: Its upper end.

@@ -15,29 +15,29 @@ from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 WIDTH: Final = 18
 
 
-def answer_text(subject: str, result: ExactResult, support: Support, prior: Sequence[ParameterPrior]) -> str:
+def answer_text(subject: str, result: ExactResult, verdict: Verdict, prior: Sequence[ParameterPrior]) -> str:
     """Return verdict, intervals and certificate in lines.
 
     Args:
         subject: Name.
         result: The exact posterior.
-        support: The verdict.
+        verdict: The verdict.
         prior: Prior of each parameter of phi, whose bounds are printed beside the intervals.
     """
     doubt = "" if result.converged else "; NOT CONVERGED, do not use"
     mass = f"{100.0 * result.interval_mass:.0f} % interval"
     return "\n".join(
         [
-            f"{subject}: {support.verdict}",
-            *(f"  {reason}" for reason in support.reasons),
+            f"{subject}: {verdict.sentence}",
+            *(f"  {reason}" for reason in verdict.reasons),
             f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds",
             *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
-            f"certificate: draws by {sampler_in_words(support)}; weights: {weights_in_words(support)} "
+            f"certificate: draws by {sampler_in_words(verdict)}; weights: {weights_in_words(verdict)} "
             f"(k-hat at most {result.k_hat_limit:.2f}){doubt}",
         ]
     )

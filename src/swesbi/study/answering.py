@@ -23,7 +23,7 @@ OUTPUTS: Final = {
     "observation": "observation.h5",
     "shard": "simulations.h5",
     "posterior": "posterior.h5",
-    "support": "support.json",
+    "verdict": "verdict.json",
     "predictive": "predictive.h5",
     "ppc_png": "ppc.png",
     "posterior_png": "posterior.png",

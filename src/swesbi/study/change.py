@@ -255,7 +255,7 @@ def _compare(made: Path, asked: Asked, visits: Sequence[Path], plain: Mapping[st
     answers = {
         "observations": [folder / OUTPUTS["observation"] for folder in visits],
         "posteriors": [folder / OUTPUTS["posterior"] for folder in visits],
-        "supports": [folder / OUTPUTS["support"] for folder in visits],
+        "verdicts": [folder / OUTPUTS["verdict"] for folder in visits],
         "protocol": asked.study.new_protocol,
         "pooled_observations": (),
     }

@@ -189,7 +189,7 @@ def _write_table(
     for subject in (*study.new_rows, *study.new_refused):
         if subject in given:
             experiment, made = given[subject].experiment, given[subject].folder
-            rows.append(answered(subject, experiment, made / OUTPUTS["posterior"], made / OUTPUTS["support"]))
+            rows.append(answered(subject, experiment, made / OUTPUTS["posterior"], made / OUTPUTS["verdict"]))
         else:
             asked = ", ".join(request.experiments)
             rows.append(Asked(subject, asked, None, float("nan"), refused[subject]))
@@ -200,12 +200,12 @@ def _write_table(
 def _text(study: Study, subject: str, given: Given) -> str:
     from swesbi.posterior.result import read_exact_result
     from swesbi.recording.free_observation import read_free_observation
-    from swesbi.verdict.support import read_support
+    from swesbi.verdict.verdict import read_verdict
 
     prior = study.config.speed_experiments[study.config.base_of(given.experiment)]
     bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
     result, folder = read_exact_result(given.folder / OUTPUTS["posterior"]), given.folder
-    answer = [answer_text(subject, result, read_support(folder / OUTPUTS["support"]), bounds)]
+    answer = [answer_text(subject, result, read_verdict(folder / OUTPUTS["verdict"]), bounds)]
     if is_free_running(study, subject):
         answer.append(free_text(read_free_observation(folder / FREE_OUTPUTS["observation"])))
         return "\n".join([*answer, f"written to {folder.resolve()}: {', '.join(FREE_OUTPUTS.values())}"])

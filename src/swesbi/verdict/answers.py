@@ -15,7 +15,8 @@ from swesbi.artefacts import ArtefactError, load
 from swesbi.context import Context
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.truncated import POSTERIOR
-from swesbi.verdict.support import Support, SupportTest, read_support, support_numbers
+from swesbi.verdict.prior_support import support_numbers
+from swesbi.verdict.verdict import CONTRADICTED, STATUSES, STRAINED, Verdict, VerdictTest, read_verdict
 
 RECORDINGS: Final = {
     "own": "the model's own noise",
@@ -26,15 +27,7 @@ RECORDINGS: Final = {
 ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
 POOLED: Final = "pooled"
 """In place of a subject: the recordings of all."""
-ALARMS: Final = ("strained or unsupported", "unsupported")
-SUPPORTED: Final = "supported"
-STRAINED: Final = "strained"
-UNSUPPORTED: Final = "unsupported"
-NO_VERDICT: Final = "no verdict"
-"""Of a recording without null distributions, where nothing else speaks against the model."""
-UNINFORMATIVE: Final = "uninformative"
-"""Of a free-running recording that leaves every quantity as the prior has it."""
-STATUSES: Final = (SUPPORTED, STRAINED, UNSUPPORTED)
+ALARMS: Final = (f"{STRAINED} or {CONTRADICTED}", CONTRADICTED)
 SHOWN_TESTS: Final = 3
 TEST_LABELS: Final = {
     "chi2": "χ²",
@@ -52,38 +45,31 @@ LIMITS: Final = ("median", "low", "high")
 SEPARATOR: Final = "; "
 
 
-def is_exact(support: Support) -> bool:
+def is_exact(verdict: Verdict) -> bool:
     """Return whether the posterior is that of an exact likelihood, of an experiment on speeds."""
-    return support.status is not None
+    return verdict.sampler is not None
 
 
-def status(support: Support) -> str:
-    """Return supported, strained or unsupported; an experiment on features knows the first and the last."""
-    if support.status is not None:
-        return support.status
-    return SUPPORTED if support.supported else UNSUPPORTED
-
-
-def verdict_numbers(support: Support, shown: int = SHOWN_TESTS) -> tuple[str, ...]:
+def verdict_numbers(verdict: Verdict, shown: int = SHOWN_TESTS) -> tuple[str, ...]:
     """Return what decided, in short lines: ``shown`` flagged tests, or the two criteria of prior support."""
-    if not is_exact(support):
-        return support_numbers(support)
-    flagged = sorted((test for test in support.tests if test.flagged), key=_evidence)
+    if not is_exact(verdict):
+        return support_numbers(verdict)
+    flagged = sorted((test for test in verdict.tests if test.flagged), key=_evidence)
     lines = tuple(map(_short, flagged))
     more = len(lines) - shown
     return lines if more < 2 else (*lines[:shown], f"and {more} more")
 
 
-def weights_in_words(support: Support) -> str:
+def weights_in_words(verdict: Verdict) -> str:
     """Return how the importance weights did: "k-hat 0.35, efficiency 81 %"."""
-    shape = "inf" if support.k_hat is None else f"{support.k_hat:.2f}"
-    share = "" if support.efficiency is None else f", efficiency {100.0 * support.efficiency:.0f} %"
+    shape = "inf" if verdict.k_hat is None else f"{verdict.k_hat:.2f}"
+    share = "" if verdict.efficiency is None else f", efficiency {100.0 * verdict.efficiency:.0f} %"
     return f"k-hat {shape}{share}"
 
 
-def sampler_in_words(support: Support) -> str:
+def sampler_in_words(verdict: Verdict) -> str:
     """Return what gave the exact draws: "importance weights" or "MCMC"."""
-    return "MCMC" if support.sampler == "mcmc" else "importance weights"
+    return "MCMC" if verdict.sampler == "mcmc" else "importance weights"
 
 
 def label_of_test(name: str) -> str:
@@ -91,12 +77,12 @@ def label_of_test(name: str) -> str:
     return TEST_LABELS.get(name, name.replace("_", " "))
 
 
-def _evidence(test: SupportTest) -> float:
+def _evidence(test: VerdictTest) -> float:
     """Order tests by how strongly they speak, those without a p-value first."""
     return -1.0 if test.p_value is None else test.p_value
 
 
-def _short(test: SupportTest) -> str:
+def _short(test: VerdictTest) -> str:
     if test.p_value is None:
         return label_of_test(test.name)
     small = test.p_value < 0.001
@@ -124,19 +110,19 @@ class Answer:
     sampler: str
 
 
-def read_answer(posterior: Path, support: Path) -> Answer:
+def read_answer(posterior: Path, verdict: Path) -> Answer:
     """Read the summary of a posterior, and not its draws, with the verdict on it.
 
     Raises:
         ArtefactError: A file is not what its name says.
     """
-    root, judged = load(posterior, POSTERIOR)[0], read_support(support)
+    root, judged = load(posterior, POSTERIOR)[0], read_verdict(verdict)
     if "passive_scale_median_kpa" not in root:
         raise ArtefactError(f"{posterior}: is not the posterior of an experiment on speeds")
     theta = np.vstack([root["median"].to_numpy(), root["interval"].transpose("bound", "parameter")])
     scale = np.append(root["passive_scale_median_kpa"], root["passive_scale_interval_kpa"])
     return Answer(
-        status=status(judged),
+        status=judged.status,
         reason=SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
         phi=np.column_stack([theta, scale]),
         k_hat=float(root["k_hat"]),

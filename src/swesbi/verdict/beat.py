@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import VerdictTest
 
 FloatArray = NDArray[np.float64]
 
@@ -43,10 +43,10 @@ class Predicted:
         """Median of the prediction less what was measured, over their standard deviation."""
         return float((np.median(self.values) - self.measured) / self.sd)
 
-    def test(self, name: str, short: str, unit: str, limit: float) -> SupportTest:
+    def test(self, name: str, short: str, unit: str, limit: float) -> VerdictTest:
         """Return the test that is flagged where the two lie more than ``limit`` standard deviations apart."""
         low, middle, high = np.quantile(self.values, (0.05, 0.5, 0.95))
-        return SupportTest(
+        return VerdictTest(
             name=name,
             statistic=self.z,
             p_value=None,

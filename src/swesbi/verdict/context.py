@@ -21,7 +21,7 @@ from scipy.special import stdtr
 from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
 from swesbi.population.settings import PopulationSettings, in_declared_range
 from swesbi.verdict.settings import ContextCheckSettings
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import VerdictTest
 
 FloatArray = NDArray[np.float64]
 CONTINUOUS: Final = tuple(name for name in CONTEXT_NAMES if name != "sex_male")
@@ -32,7 +32,7 @@ SIMULATED: Final = tuple(CONTEXT_RANGES)
 
 def context_tests(
     context: Context, others: Sequence[Context], settings: ContextCheckSettings
-) -> tuple[SupportTest, ...]:
+) -> tuple[VerdictTest, ...]:
     """Return the leave-one-subject-out test, where there are enough others, and the declared ranges."""
     ranges = _ranges_test(context, settings)
     if len(others) < LEAST_OTHERS:
@@ -54,14 +54,14 @@ def leave_one_out(context: FloatArray, others: FloatArray) -> tuple[FloatArray, 
     return t, np.asarray(2.0 * stdtr(n - 1, -np.abs(t)))
 
 
-def _leave_one_out_test(context: Context, others: Sequence[Context], level: float) -> SupportTest:
+def _leave_one_out_test(context: Context, others: Sequence[Context], level: float) -> VerdictTest:
     columns = [CONTEXT_NAMES.index(name) for name in CONTINUOUS]
     values = np.stack([other.as_array()[columns] for other in others])
     t, p = leave_one_out(context.as_array()[columns], values)
     worst = int(np.argmin(p))
     # Bonferroni over the values, which all come from one subject
     joint = min(1.0, float(p[worst]) * len(CONTINUOUS))
-    return SupportTest(
+    return VerdictTest(
         name="context_leave_one_out",
         statistic=float(np.clip(abs(t[worst]), 0.0, np.finfo(np.float64).max)),
         p_value=joint,
@@ -72,13 +72,13 @@ def _leave_one_out_test(context: Context, others: Sequence[Context], level: floa
     )
 
 
-def _ranges_test(context: Context, settings: ContextCheckSettings) -> SupportTest:
+def _ranges_test(context: Context, settings: ContextCheckSettings) -> VerdictTest:
     outside = [
         f"{name} = {_value(context, name):g} outside [{low:g}, {high:g}]"
         for name, (low, high) in settings.ranges.items()
         if not low <= _value(context, name) <= high
     ]
-    return SupportTest(
+    return VerdictTest(
         name="context_ranges",
         statistic=float(len(outside)),
         p_value=None,

@@ -16,11 +16,11 @@ from swesbi.base.arrays import FloatArray
 from swesbi.heart.simulate import Beats
 from swesbi.parameters import PHI, REPORTED
 from swesbi.verdict.settings import UninformativeSettings
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import VerdictTest
 
 ATTAINED: Final = "attained_kpa"
 CONTRACTION: Final = "contraction_"
-"""Before a quantity: the name of its entry in ``support.json``."""
+"""Before a quantity: the name of its entry in ``verdict.json``."""
 IN_WORDS: Final = {
     **{parameter.name: parameter.text for parameter in PHI},
     ATTAINED: "attained stiffness",
@@ -48,10 +48,10 @@ class Contraction:
         """The quantity with its ratio: "k_ATP 0.98, uninformative"."""
         return f"{IN_WORDS[self.name]} {self.sd_ratio:.2f}{', uninformative' if self.uninformative else ''}"
 
-    def test(self, limit: float) -> SupportTest:
-        """Return it as an entry of ``support.json``, which speaks neither for nor against the model."""
+    def test(self, limit: float) -> VerdictTest:
+        """Return it as an entry of ``verdict.json``, which speaks neither for nor against the model."""
         moved = f"its median moved by {self.shift:+.2f} of it"
-        return SupportTest(
+        return VerdictTest(
             name=f"{CONTRACTION}{self.name}",
             statistic=self.sd_ratio,
             p_value=None,
@@ -85,8 +85,8 @@ class Contractions:
         return f"posterior over prior sd of the log: {'; '.join(one.in_words for one in self.of_each)}"
 
     @property
-    def tests(self) -> tuple[SupportTest, ...]:
-        """The contractions as entries of ``support.json``."""
+    def tests(self) -> tuple[VerdictTest, ...]:
+        """The contractions as entries of ``verdict.json``."""
         return tuple(one.test(self.limit) for one in self.of_each)
 
 

@@ -10,7 +10,7 @@ from swesbi.heart.simulate import Beats
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.verdict.beat import Predicted
 from swesbi.verdict.settings import EjectionTimeSettings
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import VerdictTest
 
 
 def ejection_tests(
@@ -19,7 +19,7 @@ def ejection_tests(
     clinical: ClinicalMeasures,
     lvet_sd_ms: float,
     settings: EjectionTimeSettings,
-) -> tuple[SupportTest, ...]:
+) -> tuple[VerdictTest, ...]:
     """Compare the ejection time of the posterior's beats with the measured one; no test where there is none.
 
     A beat in which a valve never opens ejects for no time.

@@ -27,6 +27,7 @@ from swesbi.verdict.statistics import (
     fit_feature_space,
     tail_scores,
 )
+from swesbi.verdict.verdict import STATUSES
 
 FloatArray = NDArray[np.float64]
 SMALLEST_P: Final = 1e-6
@@ -157,17 +158,17 @@ def _smallest(test_p: FloatArray, members: tuple[tuple[int, ...], ...]) -> Float
     return np.stack([-np.log(test_p[:, list(group)].min(axis=1)) for group in members], axis=1)
 
 
-class Verdict(IntEnum):
-    """The verdict on a subject, from good to bad."""
+class Grade(IntEnum):
+    """What a recording amounts to, from good to bad."""
 
-    SUPPORTED = 0
+    NOT_CONTRADICTED = 0
     STRAINED = 1
-    UNSUPPORTED = 2
+    CONTRADICTED = 2
 
     @property
     def word(self) -> str:
-        """The verdict as files and figures print it."""
-        return self.name.lower()
+        """The grade as files and figures print it."""
+        return STATUSES[self]
 
 
 @dataclass(frozen=True)
@@ -223,7 +224,7 @@ class Judgement:
         test_p: P-value of each test; shape (n, T).
         group_p: P-value of each group of tests; shape (n, G).
         overall_p: P-value of the recording; shape (n,).
-        status: Verdict as the integers of :class:`Verdict`; shape (n,).
+        status: The grades as the integers of :class:`Grade`; shape (n,).
     """
 
     statistics: FloatArray
@@ -240,14 +241,14 @@ class Reference:
     statistics: Statistics
     joint: JointNull
     strained_level: float
-    unsupported_level: float
+    contradicted_level: float
 
     def judge(self, checks: Checks) -> Judgement:
         """Return the p-values and verdicts of recordings that are not among the null's."""
         statistics = self.statistics.of(checks)
         test_p = self.joint.test_p(statistics)
         overall = self.joint.overall_p(test_p)
-        status = (overall <= self.strained_level).astype(np.int64) + (overall <= self.unsupported_level)
+        status = (overall <= self.strained_level).astype(np.int64) + (overall <= self.contradicted_level)
         return Judgement(statistics, test_p, self.joint.group_p(test_p), overall, status)
 
 
@@ -285,4 +286,4 @@ def fit_reference(
     scale = score_scale(null.tails)
     statistics = Statistics(space, feature_names, scale, prior_mass, settings.strained_level)
     joint = fit_joint_null(statistics.of(null), MEMBERS, settings.tail_fraction)
-    return Reference(statistics, joint, settings.strained_level, settings.unsupported_level)
+    return Reference(statistics, joint, settings.strained_level, settings.contradicted_level)

@@ -147,7 +147,7 @@ def pooled_reference(null: PooledNull, predictive: PriorPredictive, settings: Ru
         name: np.quantile(made[name], null.distance_level[:, column]) for column, name in enumerate(DISTANCES)
     }
     joint = fit_joint_null(statistics.table(null.checks, distances), MEMBERS, settings.tail_fraction)
-    return Reference(statistics, joint, settings.strained_level, settings.unsupported_level)
+    return Reference(statistics, joint, settings.strained_level, settings.contradicted_level)
 
 
 def _space(features: FloatArray, settings: RuleSettings) -> FeatureSpace:

@@ -9,14 +9,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.verdict.nulls import Judgement, Reference, Verdict
+from swesbi.verdict.nulls import Grade, Judgement, Reference
 from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER, SubjectChecks
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import GROUPS, TESTS, Checks, stack_checks
+from swesbi.verdict.verdict import CONTRADICTED
 
 COHORT: Final = "all"
-STRAINED_OR_WORSE: Final = "strained or unsupported"
-UNSUPPORTED: Final = "unsupported"
+STRAINED_OR_WORSE: Final = "strained or contradicted"
 CONFIDENCE: Final = 0.95
 
 
@@ -86,8 +86,8 @@ def _raised(reference: Reference, judgement: Judgement) -> dict[str, NDArray[np.
         for group, members in zip(GROUPS, reference.joint.members, strict=True)
     }
     verdicts: dict[str, NDArray[np.bool_]] = {
-        STRAINED_OR_WORSE: judgement.status >= Verdict.STRAINED,
-        UNSUPPORTED: judgement.status >= Verdict.UNSUPPORTED,
+        STRAINED_OR_WORSE: judgement.status >= Grade.STRAINED,
+        CONTRADICTED: judgement.status >= Grade.CONTRADICTED,
     }
     return {**tests, **groups, **verdicts}
 

@@ -44,8 +44,8 @@ class VolumeSettings(Settings):
     strained_level: Level = Field(
         description="False-alarm rate of both volumes together. Chosen: 2.8 standard deviations each."
     )
-    unsupported_abs_z: Positive = Field(
-        description="Standard deviations beyond which the subject is unsupported. Chosen: no measurement "
+    contradicted_abs_z: Positive = Field(
+        description="Standard deviations beyond which the model is contradicted. Chosen: no measurement "
         "explains it."
     )
 
@@ -56,10 +56,10 @@ class VolumeSettings(Settings):
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
-        if self.strained_abs_z >= self.unsupported_abs_z:
+        if self.strained_abs_z >= self.contradicted_abs_z:
             raise ValueError(
                 f"strained_level = {self.strained_level:g} strains beyond {self.strained_abs_z:.3g} standard "
-                f"deviations, which must be below unsupported_abs_z = {self.unsupported_abs_z:g}"
+                f"deviations, which must be below contradicted_abs_z = {self.contradicted_abs_z:g}"
             )
         return self
 
@@ -158,15 +158,15 @@ class RuleSettings(Settings):
         description="False-alarm rate of 'strained' or worse, over all tests with a null distribution "
         "together. Chosen."
     )
-    unsupported_level: Level = Field(description="False-alarm rate of 'unsupported', over all tests. Chosen.")
+    contradicted_level: Level = Field(description="False-alarm rate of 'contradicted', over all tests. Chosen.")
     volumes: VolumeSettings = Field(description="The test of the volumes of the cavity.")
     context: ContextCheckSettings = Field(description="The test of the context.")
 
     @model_validator(mode="after")
     def _check_levels(self) -> Self:
-        if self.unsupported_level >= self.strained_level:
+        if self.contradicted_level >= self.strained_level:
             raise ValueError(
-                f"unsupported_level = {self.unsupported_level:g} must be below "
+                f"contradicted_level = {self.contradicted_level:g} must be below "
                 f"strained_level = {self.strained_level:g}"
             )
         return self

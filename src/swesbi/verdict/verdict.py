@@ -1,226 +1,138 @@
-"""The verdict on one subject, from tests with a null distribution, volumes, ejection, context and network.
-
-The tests with a null distribution decide together, at an overall false-alarm rate. Predicted volumes can
-strain a subject, and make it unsupported only where they lie extremely far; ejection time and context can
-strain it. How far model and echocardiography may differ in volumes and times the prior does not say, so these
-have no null distribution, and their distance is given in units of a stated tolerance.
-"""
+"""What is said of one subject, and the file that keeps it: ``verdict.json``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Final, Protocol
+import json
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any, Final
 
-import numpy as np
-from numpy.typing import NDArray
+from swesbi.artefacts import ArtefactError
 
-from swesbi.draws import median_and_interval
-from swesbi.parameters import PHI, PHI_NAMES, REPORTED, THETA_NAMES
-from swesbi.verdict.nulls import Judgement, Reference, Verdict
-from swesbi.verdict.statistics import BOUNDS, FEATURE_TESTS, TESTS, Checks, strip_ratios
-from swesbi.verdict.support import Support, SupportTest
+NOT_CONTRADICTED: Final = "not contradicted"
+STRAINED: Final = "strained"
+CONTRADICTED: Final = "contradicted"
+NO_VERDICT: Final = "no verdict"
+"""Of a recording without null distributions, where nothing else speaks against the model."""
+UNINFORMATIVE: Final = "uninformative"
+"""Of a free-running recording that leaves every quantity as the prior has it."""
+STATUSES: Final = (NOT_CONTRADICTED, STRAINED, CONTRADICTED)
+"""Of experiments on measured speeds, from good to bad."""
+PRIOR_SUPPORTED: Final = "prior-supported"
+NOT_PRIOR_SUPPORTED: Final = "not prior-supported"
+PAPER_STATUSES: Final = (PRIOR_SUPPORTED, NOT_PRIOR_SUPPORTED)
+"""Of experiments with noise on features, by the criterion of the paper."""
 
-FloatArray = NDArray[np.float64]
-NAMED_FEATURES: Final = 3
-KNOWN_EFFICIENCY: Final = 0.3
-"""Of a network that knows a recording; nothing depends on it."""
 
+@dataclass(frozen=True)
+class VerdictTest:
+    """The outcome of one test of an experiment on measured speeds.
 
-def network_test(efficiency: Sequence[float]) -> SupportTest:
-    """Say how well the network knew the recording; the weights make good for it, so it is never flagged.
-
-    Args:
-        efficiency: Of all draws after each round, of the network's own first.
+    Attributes:
+        name: Name of the test.
+        statistic: Its value.
+        p_value: Under the model; None for a test without a null distribution.
+        threshold: Of the p-value, at or below which the test is flagged; else of the statistic's size.
+        flagged: The test speaks against the subject.
+        detail: What it found, in words.
     """
-    rounds, last = len(efficiency) - 1, f"{efficiency[-1]:.0%} of all draws are"
-    after = f"; after {rounds} rounds fitted to the recording, {last}" if rounds else ""
-    return SupportTest(
-        name="network",
-        statistic=efficiency[0],
-        p_value=None,
-        threshold=KNOWN_EFFICIENCY,
-        flagged=False,
-        detail=f"{efficiency[0]:.1%} of the network's own draws are effective{after}",
-    )
+
+    name: str
+    statistic: float
+    p_value: float | None
+    threshold: float
+    flagged: bool
+    detail: str
 
 
-class CertifiedPosterior(Protocol):
-    """What the verdict says of the making of the posterior."""
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on one subject.
 
-    @property
-    def phi(self) -> FloatArray:
-        """Equally weighted exact draws, those that are reported first; shape (n, d)."""
+    An experiment with noise on features judges by both criteria of the paper and leaves the last fields
+    empty; one on measured speeds judges by its misspecification tests and fills them.
 
-    @property
-    def interval_mass(self) -> float:
-        """Mass of the credible intervals."""
-
-    @property
-    def npe_phi(self) -> FloatArray:
-        """Draws of the network; shape (m, 4)."""
-
-    @property
-    def sampler(self) -> str:
-        """What gave the exact draws: importance or mcmc."""
-
-    @property
-    def converged(self) -> bool:
-        """Whether weights or sampler are reliable."""
-
-    @property
-    def reasons(self) -> str:
-        """Why the weights were not used, and what the sampler missed; may be empty."""
-
-    @property
-    def k_hat(self) -> float:
-        """Pareto shape of the weights."""
-
-    @property
-    def efficiency(self) -> float:
-        """Effective share of the weighted draws."""
-
-
-def null_tests(reference: Reference, checks: Checks, judgement: Judgement) -> tuple[SupportTest, ...]:
-    """Return the outcome of every test with a null distribution on one recording.
-
-    A test is flagged where its p-value alone brings the overall one to the level of "strained".
+    Attributes:
+        max_abs_z: Largest |z_obs,j|.
+        worst_component: Name of the component that attains it.
+        in_prior_draws: Candidates within the prior's bounds.
+        candidate_draws: Candidates drawn.
+        unfiltered_median: Median of all candidates, by parameter.
+        status: The outcome in a word: of an experiment on speeds "not contradicted", "strained",
+            "contradicted", "no verdict" or "uninformative"; of one on features "prior-supported" or not.
+        sentence: The outcome in a sentence.
+        reasons: What speaks against the model, or why the prior does not support the subject; may be empty.
+        tests: The misspecification tests.
+        k_hat: Pareto shape of the importance weights.
+        efficiency: Effective share of the weighted draws.
+        sampler: What gave the exact draws, "importance" or "mcmc"; None of an experiment on features.
+        answer: What the exact posterior says of each parameter, by name: median, limits of the credible
+            interval, its mass and the unit.
     """
-    thresholds = reference.joint.thresholds(reference.strained_level)
-    details = _details(reference, checks)
-    return tuple(
-        SupportTest(
-            name=test.name,
-            statistic=float(judgement.statistics[0, index]),
-            p_value=float(judgement.test_p[0, index]),
-            threshold=float(thresholds[index]),
-            flagged=bool(judgement.test_p[0, index] <= thresholds[index]),
-            detail=details.get(test.name, test.meaning),
-        )
-        for index, test in enumerate(TESTS)
-    )
 
+    max_abs_z: float
+    worst_component: str
+    in_prior_draws: int
+    candidate_draws: int
+    unfiltered_median: dict[str, float]
+    status: str
+    sentence: str
+    reasons: tuple[str, ...]
+    tests: tuple[VerdictTest, ...] = ()
+    k_hat: float | None = None
+    efficiency: float | None = None
+    sampler: str | None = None
+    answer: Mapping[str, Mapping[str, float | str]] = field(default_factory=dict)
 
-def grade(
-    overall: Verdict, volumes: Sequence[SupportTest], contexts: Sequence[SupportTest], extreme_abs_z: float
-) -> Verdict:
-    """Return the worst of what the null tests, the volumes and the context amount to."""
-    if any(abs(test.statistic) > extreme_abs_z for test in volumes):
-        return Verdict.UNSUPPORTED
-    if any(test.flagged for test in (*volumes, *contexts)):
-        return max(overall, Verdict.STRAINED)
-    return overall
+    @property
+    def may_be_read(self) -> bool:
+        """Whether the posterior may be read: neither contradicted nor outside the prior's support."""
+        return self.status not in {CONTRADICTED, NOT_PRIOR_SUPPORTED}
 
+    @property
+    def acceptance(self) -> float:
+        """Share of the candidates within the prior's bounds."""
+        return self.in_prior_draws / self.candidate_draws
 
-def make_support(
-    status: Verdict,
-    overall_p: float,
-    tests: tuple[SupportTest, ...],
-    z_obs: FloatArray,
-    component_names: tuple[str, ...],
-    exact: CertifiedPosterior,
-) -> Support:
-    """Put the verdict together.
-
-    No draw of the network can leave the prior's box, so all candidates are in-prior draws.
-
-    Args:
-        status: The verdict.
-        overall_p: P-value of the tests with a null distribution, together.
-        tests: All tests.
-        z_obs: Conditioning vector of the recording; shape (C,).
-        component_names: Names of its components.
-        exact: How the exact posterior was made.
-    """
-    worst = int(np.argmax(np.abs(z_obs)))
-    flagged = sorted((test for test in tests if test.flagged), key=_strength)
-    reasons = tuple(map(_reason, flagged))
-    unsure = () if exact.converged else (exact.reasons,)
-    median = np.median(exact.npe_phi, axis=0)
-    return Support(
-        max_abs_z=float(np.abs(z_obs[worst])),
-        worst_component=component_names[worst],
-        in_prior_draws=len(exact.npe_phi),
-        candidate_draws=len(exact.npe_phi),
-        unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
-        supported=status != Verdict.UNSUPPORTED,
-        verdict=_verdict(status, overall_p, flagged),
-        reasons=(*reasons, *unsure),
-        status=status.word,
-        tests=tests,
-        k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
-        efficiency=exact.efficiency,
-        sampler=exact.sampler,
-        answer=answer_of(exact),
-    )
-
-
-def answer_of(exact: CertifiedPosterior) -> dict[str, dict[str, float | str]]:
-    """Return median and limits of the credible interval of each reported parameter, with mass and unit."""
-    ends = median_and_interval(exact.phi[:, REPORTED], exact.interval_mass)
-    return {
-        parameter.name: {
-            "median": float(median),
-            "low": float(low),
-            "high": float(high),
-            "interval_mass": exact.interval_mass,
-            "unit": parameter.unit,
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of ``verdict.json``."""
+        return {
+            "status": self.status,
+            "sentence": self.sentence,
+            "reasons": list(self.reasons),
+            "max_abs_z": self.max_abs_z,
+            "worst_component": self.worst_component,
+            "in_prior_draws": self.in_prior_draws,
+            "candidate_draws": self.candidate_draws,
+            "acceptance": self.acceptance,
+            "unfiltered_median": self.unfiltered_median,
+            **self._graded(),
         }
-        for parameter, low, median, high in zip(PHI, *ends, strict=True)
-    }
+
+    def _graded(self) -> dict[str, Any]:
+        """Return what only an experiment on measured speeds has."""
+        if self.sampler is None:
+            return {}
+        own = {name: getattr(self, name) for name in ("k_hat", "efficiency", "sampler")}
+        own["answer"] = {name: dict(said) for name, said in self.answer.items()}
+        return {**own, "tests": [asdict(test) for test in self.tests]}
 
 
-def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
-    """Say which features and which bound the tests found."""
-    statistics = reference.statistics
-    worst = statistics.worst_features(checks.tails[0])[:NAMED_FEATURES]
-    features = ", ".join(f"{statistics.feature_names[j]} (P {checks.tails[0, j]:.3f})" for j in worst)
-    return {
-        "chi2": f"posterior predictive p-value of chi2 = {checks.chi2_p[0]:.3f}",
-        "conditional_features": f"least likely given the recording: {features}",
-        "boundary_mass": _boundary_detail(
-            checks.bound_mass[0], statistics.prior_mass, statistics.strip_level
-        ),
-        **{
-            name: f"{feature} is larger than in "
-            f"{checks.tails[0, statistics.feature_names.index(feature)]:.1%} of replicated recordings"
-            for name, feature in FEATURE_TESTS.items()
-        },
-    }
+def read_verdict(path: Path) -> Verdict:
+    """Read ``verdict.json`` of any experiment; what else is added to it is left alone.
+
+    Raises:
+        ArtefactError: The file is missing or not such a file.
+    """
+    try:
+        plain = json.loads(path.read_text(encoding="utf-8"))
+        named = {f.name: plain[f.name] for f in fields(Verdict) if _is_required(f) or f.name in plain}
+        tests = tuple(VerdictTest(**test) for test in plain.get("tests", ()))
+        return Verdict(**{**named, "reasons": tuple(plain["reasons"]), "tests": tests})
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ArtefactError(f"{path}: cannot be read as a verdict ({error}); delete it") from error
 
 
-def _boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> str:
-    ratio = np.where(prior_mass <= level, strip_ratios(mass, prior_mass), -np.inf)
-    if not (mass[prior_mass <= level] > 0.0).any():
-        return "no posterior mass at any bound where the prior has little"
-    parameter, bound = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
-    return (
-        f"{mass[parameter, bound]:.1%} of the posterior in the strip at the {BOUNDS[bound]} bound of "
-        f"{PHI_NAMES[parameter]}, where the prior has {prior_mass[parameter, bound]:.2%}"
-    )
-
-
-def _reason(test: SupportTest) -> str:
-    name = _words(test)
-    if test.p_value is None:
-        return f"{name}: {test.detail}"
-    return f"{name} (p = {test.p_value:.2g}, {test.threshold:.2g} allowed): {test.detail}"
-
-
-def _verdict(status: Verdict, overall_p: float, flagged: Sequence[SupportTest]) -> str:
-    """Say the verdict, the test that speaks loudest with what it found, and the names of the others."""
-    together = f"overall p = {overall_p:.2g}"
-    if not flagged:
-        return f"{status.word}: no test speaks against the model, {together}"
-    also = f"; also {', '.join(map(_words, flagged[1:]))}" if len(flagged) > 1 else ""
-    return f"{status.word}: {_words(flagged[0])}: {flagged[0].detail}{also}; {together}"
-
-
-def _strength(test: SupportTest) -> float:
-    """Order flagged tests: a p-value by how far it lies below its threshold, others by how far above."""
-    if test.p_value is not None:
-        return test.p_value / test.threshold
-    return test.threshold / abs(test.statistic)
-
-
-def _words(test: SupportTest) -> str:
-    return test.name.replace("_", " ")
+def _is_required(of: Field[Any]) -> bool:
+    return of.default is MISSING and of.default_factory is MISSING

@@ -18,7 +18,7 @@ from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.verdict.beat import Predicted
 from swesbi.verdict.settings import VolumeSettings
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import VerdictTest
 
 FloatArray = NDArray[np.float64]
 WALL_DRAWS: Final = 200
@@ -29,7 +29,7 @@ THICK_CM: Final = 1.0
 
 def volume_tests(
     model: SpeedModel, phi: FloatArray, beats: Beats, settings: VolumeSettings
-) -> tuple[SupportTest, ...]:
+) -> tuple[VerdictTest, ...]:
     """Compare the end-diastolic and end-systolic volumes that the posterior predicts with LVEDV and LVESV.
 
     Args:

@@ -22,12 +22,11 @@ from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactResult
-from swesbi.verdict.answers import NO_VERDICT, UNINFORMATIVE
 from swesbi.verdict.contraction import Contractions
-from swesbi.verdict.nulls import Verdict
+from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.support import Support, SupportTest
-from swesbi.verdict.verdict import answer_of, grade
+from swesbi.verdict.verdict import NO_VERDICT, UNINFORMATIVE, Verdict, VerdictTest
+from swesbi.verdict.with_null import answer_of, grade
 
 WHY_NONE: Final = (
     "a free-running recording has no null distributions to be judged by, and neither residuals nor "
@@ -38,7 +37,7 @@ WHY_UNINFORMATIVE: Final = "the pushes leave every quantity as the prior has it"
 
 def residual_test(
     model: FreeModel, predicted: PredictedSpeeds, rule: RuleSettings, rng: np.random.Generator
-) -> SupportTest:
+) -> VerdictTest:
     """Return the posterior predictive p-value of the squared residuals, over factors of the errors as well.
 
     Given phi and the factor, the standardised residuals of a new recording are independent normals, so that
@@ -54,7 +53,7 @@ def residual_test(
     return tested_residuals(model.innovations(predicted, factor).chi_squared, len(model.cell), "pushes", rule)
 
 
-def tested_residuals(chi_squared: FloatArray, count: int, of: str, rule: RuleSettings) -> SupportTest:
+def tested_residuals(chi_squared: FloatArray, count: int, of: str, rule: RuleSettings) -> VerdictTest:
     """Return the posterior predictive p-value of residuals that are independent normals at the true phi.
 
     Args:
@@ -65,7 +64,7 @@ def tested_residuals(chi_squared: FloatArray, count: int, of: str, rule: RuleSet
     """
     p_value = float(np.mean(chdtrc(count, chi_squared)))
     level = 0.5 * rule.strained_level
-    return SupportTest(
+    return VerdictTest(
         name="residuals",
         statistic=float(np.median(chi_squared)),
         p_value=p_value,
@@ -76,16 +75,16 @@ def tested_residuals(chi_squared: FloatArray, count: int, of: str, rule: RuleSet
     )
 
 
-def support_without_null(
+def verdict_without_null(
     model: FreeModel,
     exact: ExactResult,
     predicted: PredictedSpeeds,
-    residuals: SupportTest,
-    volumes: Sequence[SupportTest],
-    ejection: Sequence[SupportTest],
+    residuals: VerdictTest,
+    volumes: Sequence[VerdictTest],
+    ejection: Sequence[VerdictTest],
     contractions: Contractions,
     rule: RuleSettings,
-) -> Support:
+) -> Verdict:
     """Put together what is said of a recording that has no null distributions.
 
     Args:
@@ -98,24 +97,23 @@ def support_without_null(
         contractions: The posterior of each quantity beside its prior.
         rule: Levels and limits.
     """
-    status = grade(grade_of_residuals(residuals, rule), volumes, ejection, rule.volumes.unsupported_abs_z)
+    graded = grade(grade_of_residuals(residuals, rule), volumes, ejection, rule.volumes.contradicted_abs_z)
     flagged = [test for test in (residuals, *volumes, *ejection) if test.flagged]
     unspoken = (UNINFORMATIVE, WHY_UNINFORMATIVE) if contractions.uninformative else (NO_VERDICT, WHY_NONE)
-    word = status.word if status else unspoken[0]
+    word = graded.word if graded else unspoken[0]
     found = "; ".join(f"{test.name.replace('_', ' ')}: {test.detail}" for test in flagged) or unspoken[1]
     unsure = () if exact.converged else (exact.reasons,)
     z = np.abs(_residuals_at_best(model, predicted))
     median = np.median(exact.npe_phi, axis=0)
-    return Support(
+    return Verdict(
         max_abs_z=float(z.max()),
         worst_component=f"push at {model.model.recording.phase[int(np.argmax(z))]:.3f} of its beat",
         in_prior_draws=len(exact.npe_phi),
         candidate_draws=len(exact.npe_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
-        supported=status != Verdict.UNSUPPORTED,
-        verdict=f"{word}: {found}",
-        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure, contractions.in_words),
         status=word,
+        sentence=f"{word}: {found}",
+        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure, contractions.in_words),
         tests=(residuals, *volumes, *ejection, *contractions.tests),
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
@@ -124,12 +122,12 @@ def support_without_null(
     )
 
 
-def grade_of_residuals(test: SupportTest, rule: RuleSettings) -> Verdict:
+def grade_of_residuals(test: VerdictTest, rule: RuleSettings) -> Grade:
     """Return what the residuals amount to; their p-value is held against half a level."""
     p_value = 1.0 if test.p_value is None else test.p_value
-    if p_value <= 0.5 * rule.unsupported_level:
-        return Verdict.UNSUPPORTED
-    return Verdict.STRAINED if test.flagged else Verdict.SUPPORTED
+    if p_value <= 0.5 * rule.contradicted_level:
+        return Grade.CONTRADICTED
+    return Grade.STRAINED if test.flagged else Grade.NOT_CONTRADICTED
 
 
 def _residuals_at_best(model: FreeModel, predicted: PredictedSpeeds) -> FloatArray:

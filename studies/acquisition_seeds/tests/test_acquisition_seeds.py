@@ -15,7 +15,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 from tools.claims.findings import HOLDS, judged
 from tools.claims.manifest import read_manifest
 from tools.claims.sources import Sources
@@ -62,9 +62,9 @@ def test_the_shipped_seed_gives_the_outcome_of_the_study(finished: StudyCopy, ta
     assert tuple(shipped.index) == SUBJECTS
     assert study["supported"].any()
     for name, row in shipped.iterrows():
-        support = read_support(finished.results / "paper" / "subjects" / str(name) / "support.json")
-        assert row["max_abs_z"] == pytest.approx(support.max_abs_z, rel=1e-6)
-        assert (row["worst_component"], row["supported"]) == (support.worst_component, support.supported)
+        verdict = read_verdict(finished.results / "paper" / "subjects" / str(name) / "verdict.json")
+        assert row["max_abs_z"] == pytest.approx(verdict.max_abs_z, rel=1e-6)
+        assert (row["worst_component"], row["supported"]) == (verdict.worst_component, verdict.may_be_read)
         assert row["rmse_prior_kpa"] == pytest.approx(study["rmse_prior_kpa"][name], rel=1e-6)
         for score in SCORES:
             np.testing.assert_allclose(row[score], study[score][name], rtol=1e-6, err_msg=f"{name} {score}")
@@ -122,11 +122,11 @@ def test_medians_count_and_skip_what_is_missing() -> None:
         )
         for i, rmse in enumerate((1.0, 2.0, 6.0))
     ]
-    unsupported = SeedRow(
+    excluded = SeedRow(
         subject="A", acquisition_seed=3, max_abs_z=40.0, rmse_prior_kpa=9.0, **{**common, "within_z": False}
     )
     refused = SeedRow(subject="A", acquisition_seed=4, shipped=False, accepted=False, reason="no sample")
-    (row,) = medians_table(seeds_table([*scored, unsupported, refused])).to_dict("records")
+    (row,) = medians_table(seeds_table([*scored, excluded, refused])).to_dict("records")
     assert (row["seeds"], row["seeds_within_z"], row["seeds_enough_draws"], row["seeds_supported"]) == (
         5,
         3,

@@ -22,7 +22,7 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.seeds import generator
-from swesbi.verdict.answers import SUPPORTED
+from swesbi.verdict.verdict import NOT_CONTRADICTED
 from swesbi.virtual.hearts.recorded import RecordedHeart
 
 Inference = Literal["intact", "reference beat", "wrong nuisances", "hidden scale"]
@@ -98,7 +98,7 @@ def answer(
     attained_kpa = model.simulate(phi).active_stiffness_kpa.max(axis=1)
     found = intervals(phi, attained_kpa, settings.prior.column(phi, "speed_scale"), INTERVAL)
     return HeartAnswer(
-        number, made.heart.context, made.redrawn, SUPPORTED, "", by_mcmc=False,
+        number, made.heart.context, made.redrawn, NOT_CONTRADICTED, "", by_mcmc=False,
         converged=converged, efficiency=efficiency, truth=truths(made.heart), **vars(found),
     )  # fmt: skip
 

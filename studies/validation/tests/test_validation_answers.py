@@ -25,8 +25,7 @@ from swesbi.draws import interval_levels
 from swesbi.posterior.result import read_exact_result
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import status
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 from swesbi.virtual.files import samples_table
 from swesbi.virtual.generated import PHYSIOLOGY
 from swesbi.virtual.hearts import ranges
@@ -148,7 +147,7 @@ def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: 
     given = ("--overlay", overlay, "--experiment", "amortised", "--cohort", str(cohort))
     assert main(["new-subject", *given, "--subject", subject, "--out", str(out)]) == 0
     exact = read_exact_result(out / "posterior.h5")
-    assert found.status == status(read_support(out / "support.json"))
+    assert found.status == read_verdict(out / "verdict.json").status
     assert found.efficiency == exact.efficiency
     low, high = np.quantile(exact.phi[:, 0], interval_levels(0.9))
     assert (found.low[2], found.high[2]) == (low, high)

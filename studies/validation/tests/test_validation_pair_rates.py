@@ -17,7 +17,7 @@ def row(number: int, **changes: object) -> dict[str, object]:
     """A row of an unchanged k_0 whose interval of the log ratio is -0.1 to 0.1."""
     return {
         "shares": "configured", "variant": "changed", "number": number, "quantity": QUANTITIES[0],
-        "failure": "", "supported": "", "true_log_ratio": 0.0, "left_alone": 1, "low_log": -0.1,
+        "failure": "", "not_contradicted": "", "true_log_ratio": 0.0, "left_alone": 1, "low_log": -0.1,
         "median_log": 0.0, "high_log": 0.1, "sd_log": 0.06, "risen_1": 0.0, "fallen_1": 0.0,
         "narrowing_1": 0.3, "efficiency_1": 0.2, "sampler": "importance", "converged": 1, "p_value_1": 0.5,
         "found_distance_sd": 1.0, "true_distance_sd": 1.0, "cost_own_s": 2.0, "cost_joint_s": 3.0,
@@ -37,11 +37,11 @@ def test_coverage_counts_truths_between_the_limits() -> None:
     assert found["seconds_a_pair"] == 5.0
 
 
-def test_supported_pairs_are_told_only_where_recordings_were_judged() -> None:
-    assert rated(row(0), row(1))["supported_pairs"] is None
-    found = rated(row(0, supported="yes"), row(1, supported="no", true_log_ratio=0.5))
-    assert found["supported_pairs"] == 1
-    assert (found["coverage_90_1"], found["coverage_90_supported_1"]) == (0.5, 1.0)
+def test_pairs_not_contradicted_are_told_only_where_recordings_were_judged() -> None:
+    assert rated(row(0), row(1))["pairs_not_contradicted"] is None
+    found = rated(row(0, not_contradicted="yes"), row(1, not_contradicted="no", true_log_ratio=0.5))
+    assert found["pairs_not_contradicted"] == 1
+    assert (found["coverage_90_1"], found["coverage_90_not_contradicted_1"]) == (0.5, 1.0)
 
 
 def test_false_change_is_asked_of_what_was_left_alone_and_lies_within_the_threshold() -> None:

@@ -102,14 +102,14 @@ def test_the_table_counts_verdicts_coverage_and_misses() -> None:
     assert list(table.index) == list(QUANTITIES)
     assert set(table["generator"]) == {"a: one"}
     row = table.loc["attained_kpa"]
-    assert (row["n"], row["n_supported"], row["tested"]) == (50, 40, TESTED)
-    shares = row[["supported", "strained", "unsupported", "refused"]]
+    assert (row["n"], row["n_not_contradicted"], row["tested"]) == (50, 40, TESTED)
+    shares = row[["not_contradicted", "strained", "contradicted", "refused"]]
     assert shares.tolist() == pytest.approx([0.8, 0.16, 0.0, 0.04])
     assert row["coverage"] == pytest.approx(38 / 48)
-    assert row["coverage_supported"] == pytest.approx(0.75)
-    assert table["missed_and_supported"].tolist() == pytest.approx([0.25] * 4)
+    assert row["coverage_not_contradicted"] == pytest.approx(0.75)
+    assert table["missed_not_contradicted"].tolist() == pytest.approx([0.25] * 4)
     assert table.loc["k_sr_per_s", "coverage"] == pytest.approx(40 / 48)
-    assert table.loc["k_sr_per_s", "coverage_supported"] == 1.0
+    assert table.loc["k_sr_per_s", "coverage_not_contradicted"] == 1.0
     assert row["coverage_low"] == pytest.approx(beta.ppf(0.025, 38, 11))
     assert row["coverage_high"] == pytest.approx(beta.ppf(0.975, 39, 10))
     assert row["bias_log"] == pytest.approx(10 / 48 * np.log(2.0))
@@ -124,16 +124,18 @@ def test_widths_are_medians_over_the_answered() -> None:
     assert row["width_log_scale_fixed"] == 1.2
 
 
-@pytest.mark.parametrize(("supported", "tested"), [(29, NOT_TESTED), (30, TESTED)])
-def test_a_generator_with_fewer_than_thirty_supported_hearts_is_not_tested(
-    supported: int, tested: str
+@pytest.mark.parametrize(("good", "tested"), [(29, NOT_TESTED), (30, TESTED)])
+def test_a_generator_with_fewer_than_thirty_hearts_not_contradicted_is_not_tested(
+    good: int, tested: str
 ) -> None:
-    made = [answer(number) for number in range(supported)]
-    made += [answer(supported + number, "unsupported") for number in range(40)]
+    made = [answer(number) for number in range(good)]
+    made += [answer(good + number, "contradicted") for number in range(40)]
     row = validation_table({"a": made}, TITLES, SCORE).iloc[0]
     assert row["tested"] == tested
-    of_supported = row[["coverage_supported", "missed_and_supported", "coverage_supported_low"]]
-    assert of_supported.isna().all() == (tested == NOT_TESTED)
+    of_not_contradicted = row[
+        ["coverage_not_contradicted", "missed_not_contradicted", "coverage_not_contradicted_low"]
+    ]
+    assert of_not_contradicted.isna().all() == (tested == NOT_TESTED)
     assert row["coverage"] == 1.0
 
 

@@ -17,14 +17,14 @@ from swesbi.report.tables.validation_outcomes import in_brief
 TITLES: Final = {"a": "own", "b": "wide", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
 
 
-def hearts(inside: int, outside: int, unsupported: int = 0, without_k_sr: bool = False) -> list[HeartAnswer]:
-    """So many supported hearts whose intervals hold the truth or do not, and unsupported ones that do."""
+def hearts(inside: int, outside: int, contradicted: int = 0, without_k_sr: bool = False) -> list[HeartAnswer]:
+    """So many hearts whose intervals hold the truth or do not, and contradicted ones that do."""
     truth = (40.0, float("nan") if without_k_sr else 30.0, 60.0, 6.0)
     far = (80.0, *truth[1:])
     return [
         *(answer(number, truth=truth) for number in range(inside)),
         *(answer(number, truth=far) for number in range(outside)),
-        *(answer(number, "unsupported", truth=truth) for number in range(unsupported)),
+        *(answer(number, "contradicted", truth=truth) for number in range(contradicted)),
     ]
 
 
@@ -43,18 +43,19 @@ def made_table(**answers: list[HeartAnswer]) -> pd.DataFrame:
 
 def test_sentences_follow_the_numbers_worst_first() -> None:
     below, missed, untested, of_b, of_a, reached = in_brief(made_table())
-    asked = "85 % of the supported hearts"
+    asked = "85 % of the hearts not contradicted"
     assert (
         below == f"The interval holds the truth in fewer than {asked}: (d) spring, attained stiffness 60.0 %."
     )
-    assert missed == "More than 15 % missed and supported: (d) spring, 40.0 %."
-    assert untested == "Not tested, since too few hearts are supported: (e) blocks, 12 of 60."
+    assert missed == "More than 15 % missed and not contradicted: (d) spring, 40.0 %."
+    assert untested == "Not tested, since too few hearts are not contradicted: (e) blocks, 12 of 60."
     assert of_b == (
-        "(b) wide: 45.0 % supported, fewer than the asked 60 %; of all answered hearts outside 85 to 95 % "
-        "lie k_SR 100.0 %, k_0 100.0 %, k_ATP 100.0 %."
+        "(b) wide: 45.0 % not contradicted, fewer than the asked 60 %; of all answered hearts outside 85 to "
+        "95 % lie k_SR 100.0 %, k_0 100.0 %, k_ATP 100.0 %."
     )
     assert of_a == (
-        "(a) own: 91.7 % supported, at least 80 %; of all answered hearts each quantity in 85 to 100 %."
+        "(a) own: 91.7 % not contradicted, at least 80 %; of all answered hearts each quantity in 85 to "
+        "100 %."
     )
     assert reached.startswith(
         f"The intervals hold attained stiffness and k_SR in at least {asked}: (b) wide,"
@@ -68,7 +69,7 @@ def test_sentences_follow_the_numbers_worst_first() -> None:
 def test_the_limit_itself_is_reached(inside: int, outside: int, reached: bool) -> None:
     sentences = in_brief(made_table(d=hearts(inside, outside)))
     assert any("in at least 85 %" in sentence for sentence in sentences) is reached
-    assert any("missed and supported" in sentence for sentence in sentences) is not reached
+    assert any("missed and not contradicted" in sentence for sentence in sentences) is not reached
 
 
 @pytest.mark.parametrize("sitting", ["sitting_1", "sitting_2"])

@@ -16,7 +16,7 @@ VALIDATION: Final = configured()
 
 def answer(
     number: int = 0,
-    status: str = "supported",
+    status: str = "not contradicted",
     truth: tuple[float, float, float, float] = (40.0, 30.0, 60.0, 6.0),
     low: float = 0.8,
     median: float = 1.0,

@@ -31,7 +31,7 @@ from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import PriorSettings
 
-VERDICTS: Final = ("supported", "strained", "unsupported")
+VERDICTS: Final = ("not contradicted", "strained", "contradicted")
 """From the best to the worst."""
 
 
@@ -61,7 +61,7 @@ def member_of_change(
 
 
 def verdict_of_pair(change: StoredChange) -> str:
-    """Return the worse verdict of both visits; unsupported where the pair is of two persons, or unusable."""
+    """Return the worse verdict of both visits; contradicted where the pair is of two persons, or unusable."""
     if change.one_person.flagged or not change.converged:
         return VERDICTS[-1]
     return max(map(str, change.verdict), key=VERDICTS.index)

@@ -46,14 +46,14 @@ class OutlierSettings(Settings):
     Such a subject's own answer stays as it is, and says nothing of the others.
     """
 
-    supported: Probability = Field(
-        description="Probability of a subject whose recording the model supports. Chosen: one of twenty "
+    not_contradicted: Probability = Field(
+        description="Probability of a subject whose recording nothing contradicts. Chosen: one of twenty "
         "may be of another kind of heart."
     )
     strained: Probability = Field(
         description="Probability of one whose recording strains the model. Chosen between the two others."
     )
-    unsupported: Probability = Field(
+    contradicted: Probability = Field(
         description="Probability of one whose recording the model cannot have made. Chosen: nearly every "
         "one is of another kind of heart."
     )
@@ -64,9 +64,10 @@ class OutlierSettings(Settings):
         Raises:
             ValueError: There is no such verdict.
         """
-        if status not in type(self).model_fields:
-            raise ValueError(f"verdict {status!r}: expected one of {', '.join(type(self).model_fields)}")
-        return float(getattr(self, status))
+        words = {name.replace("_", " "): name for name in type(self).model_fields}
+        if status not in words:
+            raise ValueError(f"verdict {status!r}: expected one of {', '.join(words)}")
+        return float(getattr(self, words[status]))
 
 
 class HierarchySettings(Settings):

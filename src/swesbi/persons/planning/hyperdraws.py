@@ -158,12 +158,12 @@ def _hyperprior(design: str, by: Recycling) -> Hyperprior:
 def _model(
     values: FloatArray, treated: Sequence[bool], design: str, prior: Hyperprior, by: Recycling
 ) -> CohortModel:
-    """Return the model of persons with draws (N, n, 3), whose recordings the model is taken to support."""
+    """Return the model of persons with draws (N, n, 3), none of whose recordings is contradicted."""
     return CohortModel(
         settings=PopulationSettings(prior),
         recycled=equal_draws(list(values)),
         design=planned_design(design, treated).matrix,
-        outlier=np.full(len(values), by.cohort.outliers.supported),
+        outlier=np.full(len(values), by.cohort.outliers.not_contradicted),
         theta_prior=RatioPrior(by.theta) if design == PAIRED else by.theta,
     )
 

@@ -117,7 +117,7 @@ def assumption_lines(planned: Planned) -> list[str]:
         else "- groups alike in age, sex, heart rate and all else: by chance, or by matching; no slopes are "
         "inferred on them",
         f"- recordings as `acquisition` describes them with errors scaled to {planned.noise:.1%}, all of "
-        "which the model supports: plan some more persons for those refused or lost",
+        "none of which is contradicted: plan some more persons for those refused or lost",
         f"- a study finds the effect where the probability of its direction is above "
         f"{planned.settings.probability:g}; {studies.studies} studies of each size, drawn with replacement "
         f"from {persons.number} simulated persons; what is known of their luck is taken off, the rest is "

@@ -32,7 +32,7 @@ from swesbi.report.figures.style import (
     style,
     titled,
 )
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 COLOURS: Final = (POSTERIOR, CMAES)
 """Of the earlier visit and of the later."""
@@ -49,7 +49,7 @@ class ShownVisit:
 
     Attributes:
         observed: The observed curve.
-        support: The verdict.
+        verdict: The verdict.
         phase: Phases of the band; shape (k,).
         low: Lower end in kPa; shape (k,).
         median: Median; shape (k,).
@@ -57,7 +57,7 @@ class ShownVisit:
     """
 
     observed: Observation
-    support: Support
+    verdict: Verdict
     phase: FloatArray
     low: FloatArray
     median: FloatArray
@@ -156,7 +156,7 @@ def _recordings(change: StoredChange, visits: Sequence[ShownVisit]) -> list[str]
     for name, visit in zip(change.visit, visits, strict=True):
         observed, context = visit.observed, visit.observed.context
         accepted, rejected = observed.samples_accepted.sum(), observed.samples_rejected.sum()
-        reasons = f"; {'; '.join(visit.support.reasons)}" if visit.support.reasons else ""
+        reasons = f"; {'; '.join(visit.verdict.reasons)}" if visit.verdict.reasons else ""
         lines.append(
             f"{name}: {context.hr_bpm:g} bpm, {observed.measured.sum()} of {len(observed.phase)} phases "
             f"measured, {accepted} samples accepted, {rejected} rejected{reasons}"

@@ -28,7 +28,8 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent, fixed, share
-from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR, STATUSES
+from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR
+from swesbi.verdict.verdict import STATUSES
 
 FloatArray = NDArray[np.float64]
 WIDTH_IN: Final = 7.2

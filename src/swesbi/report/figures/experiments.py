@@ -38,18 +38,18 @@ class ExperimentScore:
     Attributes:
         experiment: Its name.
         subject: Name.
-        supported: Whether the experiment's prior supports the subject.
+        may_be_read: Whether its posterior may be read.
         rmse_kpa: RMSE of the posterior predictive median on the grid.
         prior_rmse_kpa: RMSE of the prior predictive median.
         coverage_noiseless: Fraction of the grid inside the posterior's band of noiseless curves.
         coverage_observed: Fraction of the grid inside the interval of new observations.
         k_atp_per_s: Lower end of the credible interval of k_ATP, median, upper end.
-        unfiltered_k_atp_per_s: Median of all candidates, where the subject is not supported.
+        unfiltered_k_atp_per_s: Median of all candidates, where it may not be read.
     """
 
     experiment: str
     subject: str
-    supported: bool
+    may_be_read: bool
     rmse_kpa: float
     prior_rmse_kpa: float
     coverage_noiseless: float
@@ -63,7 +63,7 @@ def draw_experiments(
 ) -> Figure:
     """Draw four panels with one column a subject and one mark an experiment.
 
-    The last one shows k_ATP in percent of its median in the reference experiment, where both support the
+    The last one shows k_ATP in percent of its median in the reference experiment, where both give one of the
     subject: shifts that the scale of all subjects hides.
 
     Args:
@@ -111,7 +111,7 @@ def _draw_score(panels: Sequence[Axes], x: float, which: int, score: ExperimentS
     panels[0].plot(
         x, score.prior_rmse_kpa, "_", color=PRIOR, ms=5.0, mew=1.0, label="prior predictive median"
     )
-    if not score.supported:
+    if not score.may_be_read:
         panels[2].plot(
             x, score.unfiltered_k_atp_per_s, marker, color=color, mfc="none", ms=3.2, mew=0.7,
             label="excluded (grey): unfiltered median",
@@ -128,7 +128,7 @@ def _draw_change(
     axes: Axes, x: float, which: int, score: ExperimentScore, reference: ExperimentScore | None
 ) -> None:
     """Draw the posterior of k_ATP in percent of its median in the reference experiment."""
-    if reference is None or not (score.supported and reference.supported):
+    if reference is None or not (score.may_be_read and reference.may_be_read):
         return
     median_there = reference.k_atp_per_s[1]
     low, median, high = (100.0 * (value / median_there - 1.0) for value in score.k_atp_per_s)
@@ -143,7 +143,7 @@ def _draw_interval(axes: Axes, x: float, which: int, values: tuple[float, float,
 
 
 def _name_experiments(axes: Axes, experiments: Sequence[str]) -> None:
-    """Enter every experiment into the legend, one without a supported subject too."""
+    """Enter every experiment into the legend, one without a subject to read too."""
     for which, name in enumerate(experiments):
         color, marker = COLORS[which % len(COLORS)], MARKERS[which % len(MARKERS)]
         label = name.replace("_", " ")
@@ -153,10 +153,10 @@ def _name_experiments(axes: Axes, experiments: Sequence[str]) -> None:
 def _shade(
     axes: Axes, scores: Sequence[ExperimentScore], subjects: Sequence[str], experiments: Sequence[str]
 ) -> None:
-    """Grey the slot of every experiment whose prior does not support the subject, and part the columns."""
+    """Grey the slot of every experiment without a posterior of the subject to read, and part columns."""
     half = SPREAD / len(experiments) / 2.0
     for score in scores:
-        if not score.supported:
+        if not score.may_be_read:
             which = experiments.index(score.experiment)
             x = subjects.index(score.subject) + _offset(which, len(experiments))
             axes.axvspan(x - half, x + half, color=EXCLUDED_BACKGROUND, lw=0, zorder=0)

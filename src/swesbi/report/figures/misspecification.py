@@ -22,17 +22,17 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, UNSUPPORTED, AlarmRow
+from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, AlarmRow
 from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES
-from swesbi.verdict.support import Support, SupportTest
+from swesbi.verdict.verdict import CONTRADICTED, Verdict, VerdictTest
 
 ROW_IN: Final = 0.26
 RATES_IN: Final = 2.1
 MARGINS_IN: Final = 1.75
 SMALLEST_SHOWN: Final = 1e-4
 WELL_SPECIFIED: Final = 2  # bars of well-specified recordings
-STATUS_COLORS: Final = {"supported": TRUTH, "strained": "#E69F00", "unsupported": CMAES}
+STATUS_COLORS: Final = {"not contradicted": TRUTH, "strained": "#E69F00", "contradicted": CMAES}
 GROUP_COLORS: Final = dict(zip(GROUPS, ("#56B4E9", "#CC79A7", POSTERIOR), strict=True))
 GROUP_LABELS: Final = dict(
     zip(GROUPS, ("not what the prior predicts", "not what the fit predicts", "at a bound"), strict=True)
@@ -56,7 +56,7 @@ LABELS: Final = {
 
 
 def draw_misspecification(
-    verdicts: Mapping[str, Support], rows: Sequence[AlarmRow], level: float, cohort_title: str
+    verdicts: Mapping[str, Verdict], rows: Sequence[AlarmRow], level: float, cohort_title: str
 ) -> Figure:
     """Draw p-values and verdicts above, rates of alarms below.
 
@@ -81,16 +81,16 @@ def draw_misspecification(
     return figure
 
 
-def _draw_verdicts(axes: Axes, verdicts: Mapping[str, Support]) -> None:
+def _draw_verdicts(axes: Axes, verdicts: Mapping[str, Verdict]) -> None:
     """Draw one row a subject and one column a test; darker is less likely, a frame is a flag."""
     names = _columns(verdicts)
     shade = Normalize(0.0, -np.log10(SMALLEST_SHOWN))
-    for row, support in enumerate(verdicts.values()):
-        outcomes = {test.name: test for test in support.tests}
+    for row, verdict in enumerate(verdicts.values()):
+        outcomes = {test.name: test for test in verdict.tests}
         for column, name in enumerate(names):
             if name in outcomes:
                 _draw_cell(axes, column, row, outcomes[name], shade)
-        word = support.status or "not graded"
+        word = verdict.status
         color = STATUS_COLORS.get(word, PRIOR)
         axes.text(len(names) - 0.3, row, word, color=color, va="center", fontweight="bold", fontsize=6.5)
     axes.set_xlim(-0.5, len(names) + 1.6)
@@ -106,7 +106,7 @@ def _draw_verdicts(axes: Axes, verdicts: Mapping[str, Support]) -> None:
         spine.set_visible(False)
 
 
-def _draw_cell(axes: Axes, column: int, row: int, test: SupportTest, shade: Normalize) -> None:
+def _draw_cell(axes: Axes, column: int, row: int, test: VerdictTest, shade: Normalize) -> None:
     """Draw a p-value shaded by its size, or the statistic of a test without one."""
     face, ink, text = "white", "black", _statistic_text(test)
     if test.p_value is not None:
@@ -125,8 +125,8 @@ def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
     by_alarm = {(row.subject, row.recordings, row.alarm): row for row in rows}
     alarms = [(f"group: {group}", GROUP_COLORS[group], GROUP_LABELS[group]) for group in GROUPS]
     alarms += [
-        (STRAINED_OR_WORSE, STATUS_COLORS["strained"], "verdict: strained or unsupported"),
-        (UNSUPPORTED, STATUS_COLORS["unsupported"], "verdict: unsupported"),
+        (STRAINED_OR_WORSE, STATUS_COLORS["strained"], "verdict: strained or contradicted"),
+        (CONTRADICTED, STATUS_COLORS[CONTRADICTED], "verdict: contradicted"),
     ]
     width = 0.8 / len(alarms)
     for which, (alarm, color, label) in enumerate(alarms):
@@ -147,9 +147,9 @@ def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
     axes.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), columnspacing=1.2, handlelength=1.4)
 
 
-def _columns(verdicts: Mapping[str, Support]) -> list[str]:
+def _columns(verdicts: Mapping[str, Verdict]) -> list[str]:
     """Return the names of all tests, those with a null distribution first."""
-    names = dict.fromkeys(test.name for support in verdicts.values() for test in support.tests)
+    names = dict.fromkeys(test.name for verdict in verdicts.values() for test in verdict.tests)
     return [*(name for name in TEST_NAMES if name in names), *(n for n in names if n not in TEST_NAMES)]
 
 
@@ -161,14 +161,14 @@ def _recordings(rows: Sequence[AlarmRow]) -> list[tuple[str, str]]:
 
 def _bar_label(rows: Mapping[tuple[str, str, str], AlarmRow], subject: str, kind: str) -> str:
     words = {OWN: "own noise", ACQUIRED: "acquired"}
-    return f"{words.get(kind, subject)}\nn = {rows[(subject, kind, UNSUPPORTED)].n}"
+    return f"{words.get(kind, subject)}\nn = {rows[(subject, kind, CONTRADICTED)].n}"
 
 
 def _p_text(p: float) -> str:
     return "<.001" if p < 0.001 else f"{p:.3f}".lstrip("0") if p < 0.1 else f"{p:.2f}".lstrip("0")
 
 
-def _statistic_text(test: SupportTest) -> str:
+def _statistic_text(test: VerdictTest) -> str:
     """Return a count as a count, and a z with a true minus."""
     if test.threshold == 0.0:
         return f"{test.statistic:.0f}"

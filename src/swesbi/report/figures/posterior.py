@@ -36,7 +36,7 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.answers import UNSUPPORTED, status
+from swesbi.verdict.verdict import CONTRADICTED
 
 FloatArray = NDArray[np.float64]
 
@@ -77,24 +77,24 @@ def draw_cohort_posteriors(
     """
     if not panels:
         raise ValueError("no subject to draw: the cohort is empty")
-    supported = [panel for panel in panels if panel.support.supported]
-    slots = [len(panels) + 1] + ([max(len(supported), FEWEST_SLOTS)] if supported else [])
+    read = [panel for panel in panels if panel.verdict.may_be_read]
+    slots = [len(panels) + 1] + ([max(len(read), FEWEST_SLOTS)] if read else [])
     with style():
         width = max(TEXT_WIDTH_IN, FRAME_WIDTH_IN + SLOT_WIDTH_IN * sum(slots))
         figure = new_figure(width, FRAME_HEIGHT_IN + ROW_HEIGHT_IN * len(THETA_NAMES))
         grid = figure.subplots(len(THETA_NAMES), len(slots), sharex="col", squeeze=False, width_ratios=slots)
         for j in range(len(THETA_NAMES)):
             _draw_on_prior_scale(grid[j, 0], panels, j, prior.parameters[j], interval)
-            if supported:
-                _draw_about_medians(grid[j, 1], supported, j, interval)
-        _label_columns(grid, panels, supported)
+            if read:
+                _draw_about_medians(grid[j, 1], read, j, interval)
+        _label_columns(grid, panels, read)
         figure.suptitle(titled("Marginal posteriors", cohort_title), fontsize=7.5)
         shared_legend(figure, list(grid[:, 0]), entries_a_row=3)
     return figure
 
 
 def _label_columns(
-    grid: NDArray[np.object_], panels: Sequence[PosteriorPanel], supported: Sequence[PosteriorPanel]
+    grid: NDArray[np.object_], panels: Sequence[PosteriorPanel], read: Sequence[PosteriorPanel]
 ) -> None:
     """Name the subjects below each column; long names stand upright, so that neighbours do not touch."""
     rotation = 90.0 if max(len(panel.subject) for panel in panels) > LONGEST_LEVEL_NAME else 0.0
@@ -102,10 +102,10 @@ def _label_columns(
     grid[-1, 0].set_xticks(range(len(names)), names, rotation=rotation)
     grid[0, 0].set_xlim(-0.6, len(panels) + 0.6)
     grid[0, 0].set_title("on the scale of the prior", loc="center", fontsize=6.5)
-    if supported:
-        shown = range(1, len(supported) + 1)
-        grid[-1, 1].set_xticks(shown, [panel.subject for panel in supported], rotation=rotation)
-        grid[0, 1].set_xlim(0.4, len(supported) + 0.6)
+    if read:
+        shown = range(1, len(read) + 1)
+        grid[-1, 1].set_xticks(shown, [panel.subject for panel in read], rotation=rotation)
+        grid[0, 1].set_xlim(0.4, len(read) + 0.6)
         grid[0, 1].set_title("about the median (%)", loc="right", fontsize=6.5)
 
 
@@ -116,17 +116,17 @@ def _draw_on_prior_scale(
     axes.tick_params(axis="x", length=0)
     axes.set_ylabel(THETA_LABELS[j])
     for position, panel in enumerate(panels, start=1):
-        if panel.support.supported:
+        if panel.verdict.may_be_read:
             _draw_posterior(axes, position, panel.theta[:, j], interval)
         else:
-            _draw_excluded(axes, position, panel.support.unfiltered_median[THETA_NAMES[j]])
+            _draw_excluded(axes, position, panel.verdict.unfiltered_median[THETA_NAMES[j]])
         _draw_fit(axes, position, panel.fit_theta[j])
 
 
-def _draw_about_medians(axes: Axes, supported: Sequence[PosteriorPanel], j: int, interval: float) -> None:
+def _draw_about_medians(axes: Axes, read: Sequence[PosteriorPanel], j: int, interval: float) -> None:
     """Draw each posterior in percent of its median; CMA-ES fits only where they lie within the axis."""
     reach = 0.0
-    for position, panel in enumerate(supported, start=1):
+    for position, panel in enumerate(read, start=1):
         draws, median = panel.theta[:, j], np.median(panel.theta[:, j])
         relative = 100.0 * (draws / median - 1.0)
         theta, density = log_density_of_draws(draws)
@@ -136,7 +136,7 @@ def _draw_about_medians(axes: Axes, supported: Sequence[PosteriorPanel], j: int,
     axes.set_ylim(-1.1 * reach or -1.0, 1.1 * reach or 1.0)
     axes.yaxis.set_major_locator(MaxNLocator(5))
     axes.tick_params(axis="x", length=0)
-    for position, panel in enumerate(supported, start=1):
+    for position, panel in enumerate(read, start=1):
         deviation = 100.0 * (panel.fit_theta[j] / np.median(panel.theta[:, j]) - 1.0)
         if abs(deviation) <= reach:
             _draw_fit(axes, position, deviation)
@@ -233,7 +233,7 @@ def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: Par
     _prior_scale(axes, prior, exact=True)
     axes.set_ylabel(PHI_LABELS[j].replace(" (", "\n("))
     for position, panel in enumerate(panels, start=1):
-        verdict = status(panel.support)
+        verdict = panel.verdict.status
         phi = panel.result.phi[:, j]
         density = log_density_of_draws(phi)
         _violin(axes, position, *density, STATUS_COLORS[verdict], f"posterior, {verdict}", exact=True)
@@ -290,9 +290,9 @@ def _draw_efficiencies(axes: Axes, panels: Sequence[ExactPanel]) -> None:
 
 
 def _shade(axes: Axes, panels: Sequence[ExactPanel]) -> None:
-    """Grey the column of every unsupported subject."""
+    """Grey the column of every contradicted subject."""
     for position, panel in enumerate(panels, start=1):
-        if status(panel.support) == UNSUPPORTED:
+        if panel.verdict.status == CONTRADICTED:
             axes.axvspan(position - 0.5, position + 0.5, color=EXCLUDED_BACKGROUND, lw=0, zorder=0)
 
 

@@ -24,8 +24,8 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.answers import status, verdict_numbers, weights_in_words
-from swesbi.verdict.support import support_numbers
+from swesbi.verdict.answers import verdict_numbers, weights_in_words
+from swesbi.verdict.prior_support import support_numbers
 
 FloatArray = NDArray[np.float64]
 
@@ -46,8 +46,8 @@ def draw_subject_posterior(
         interval: Probability mass of the credible intervals and of the outer contour.
         cohort_title: What the subject is one of ("virtual volunteers").
     """
-    draws = panel.theta if panel.support.supported else _finite(panel.unfiltered)
-    color = POSTERIOR if panel.support.supported else density.EXCLUDED_COLOR
+    draws = panel.theta if panel.verdict.may_be_read else _finite(panel.unfiltered)
+    color = POSTERIOR if panel.verdict.may_be_read else density.EXCLUDED_COLOR
     fit = tuple(map(float, panel.fit_theta))
     limits = [density.shown_range(draws[:, j], [fit[j]]) for j in range(ACTIVE)]
     with style():
@@ -64,7 +64,7 @@ def draw_subject_posterior(
             if i <= j:
                 density.draw_bounds(axes, prior.parameters[i], limits[i])
                 density.draw_point(axes, (fit[i], fit[j] if i < j else 0.0), CMAES)
-        if not panel.support.supported:
+        if not panel.verdict.may_be_read:
             density.mark_excluded(grid)
         figure.suptitle(_title(panel, cohort_title), fontsize=8.0)
         figure.align_ylabels(list(grid[:, 0]))
@@ -74,9 +74,9 @@ def draw_subject_posterior(
 
 def _title(panel: PosteriorPanel, cohort_title: str) -> str:
     title = titled(f"{panel.subject}, posterior of the active parameters", cohort_title)
-    if panel.support.supported:
+    if panel.verdict.may_be_read:
         return title
-    return f"{title}\nexcluded: {', '.join(support_numbers(panel.support))}; unfiltered candidates shown"
+    return f"{title}\nexcluded: {', '.join(support_numbers(panel.verdict))}; unfiltered candidates shown"
 
 
 def _finite(draws: FloatArray) -> FloatArray:
@@ -84,7 +84,7 @@ def _finite(draws: FloatArray) -> FloatArray:
 
 
 def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) -> None:
-    what = "posterior" if panel.support.supported else "unfiltered candidates"
+    what = "posterior" if panel.verdict.may_be_read else "unfiltered candidates"
     mass = as_percent(interval)
     handles = [
         Line2D([], [], color=color, label=what),
@@ -97,14 +97,14 @@ def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_titl
     """Draw a corner plot of the exact posterior of the active parameters and the passive scale.
 
     The network's own draws, or those of the prior where there was no network, are outlines: where they agree
-    with the reported ones, the weights had little to do. An unsupported subject is drawn on grey.
+    with the reported ones, the weights had little to do. A contradicted subject is drawn on grey.
 
     Args:
         panel: The subject.
         prior: The joint prior, drawn behind the marginals, each density scaled to its maximum.
         cohort_title: What the subject is one of ("virtual volunteers").
     """
-    phi, color = panel.result.phi, STATUS_COLORS[status(panel.support)]
+    phi, color = panel.result.phi, STATUS_COLORS[panel.verdict.status]
     limits = [density.shown_range(phi[:, j], _points(panel, j)) for j in range(PARAMETERS)]
     with style():
         figure = new_figure(EXACT_SIDE_IN, EXACT_SIDE_IN)
@@ -118,7 +118,7 @@ def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_titl
             if i <= j:
                 density.draw_bounds(axes, prior.parameters[i], limits[i])
                 _draw_references(axes, panel, i, j)
-        if not panel.support.supported:
+        if not panel.verdict.may_be_read:
             density.mark_excluded(grid)
         figure.suptitle(_exact_title(panel, cohort_title), fontsize=8.0)
         figure.align_ylabels(list(grid[:, 0]))
@@ -157,16 +157,16 @@ def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
 
 def _exact_title(panel: ExactPanel, cohort_title: str) -> str:
     """Say what is shown, the verdict, and how the draws were obtained."""
-    result, support = panel.result, panel.support
+    result, verdict = panel.result, panel.verdict
     made = "MCMC" if result.by_mcmc else "importance weights"
     certificate = f", R-hat {result.r_hat:.3f}" if result.by_mcmc else ""
     doubt = "" if result.converged else ", NOT CONVERGED"
-    reasons = ": ".join([status(support), ", ".join(verdict_numbers(support))]).removesuffix(": ")
+    reasons = ": ".join([verdict.status, ", ".join(verdict_numbers(verdict))]).removesuffix(": ")
     return "\n".join(
         [
             titled(f"{panel.subject}, exact posterior", cohort_title),
             reasons,
-            f"draws by {made}{certificate}{doubt}; weights: {weights_in_words(support)}",
+            f"draws by {made}{certificate}{doubt}; weights: {weights_in_words(verdict)}",
         ]
     )
 
@@ -174,7 +174,7 @@ def _exact_title(panel: ExactPanel, cohort_title: str) -> str:
 def _exact_legend(figure: Figure, panel: ExactPanel, color: str) -> None:
     mass = as_percent(panel.result.interval_mass)
     handles = [
-        Line2D([], [], color=color, label=f"exact posterior ({status(panel.support)})"),
+        Line2D([], [], color=color, label=f"exact posterior ({panel.verdict.status})"),
         Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"{panel.start}, {mass} region"),
         *_common_handles(mass),
     ]

@@ -34,8 +34,8 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent, digits, feature_label
-from swesbi.verdict.answers import is_exact, sampler_in_words, status, verdict_numbers, weights_in_words
-from swesbi.verdict.support import Support
+from swesbi.verdict.answers import is_exact, sampler_in_words, verdict_numbers, weights_in_words
+from swesbi.verdict.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
 PANEL_HEIGHT_IN = 1.35
@@ -57,7 +57,7 @@ class PredictivePanel:
     subject: str
     check: PredictiveCheck
     fit: CmaesFit | None
-    support: Support
+    verdict: Verdict
 
 
 @dataclass(frozen=True)
@@ -66,17 +66,17 @@ class PosteriorPanel:
 
     Attributes:
         subject: Name.
-        theta: (n, 3) draws within the prior's bounds; shown only where the subject is supported.
+        theta: (n, 3) draws within the prior's bounds; shown only where they may be read.
         unfiltered: (m, 3) candidates as they came, shown where it is not.
         fit_theta: (3,) the CMA-ES reference fit.
-        support: Support diagnostics.
+        verdict: The verdict.
     """
 
     subject: str
     theta: FloatArray
     unfiltered: FloatArray
     fit_theta: FloatArray
-    support: Support
+    verdict: Verdict
 
 
 NETWORK_ALONE: Final = "network alone"
@@ -90,7 +90,7 @@ class ExactPanel:
         subject: Name.
         result: Draws, the network's draws, and how reliable they are.
         fit_theta: (3,) the CMA-ES reference fit, if one was made; else None.
-        support: The verdict.
+        verdict: The verdict.
         truth: (3,) active parameters that made the recording, of a generated cohort; else None.
         start: What the draws are with which the inference began.
     """
@@ -98,7 +98,7 @@ class ExactPanel:
     subject: str
     result: ExactResult
     fit_theta: FloatArray | None
-    support: Support
+    verdict: Verdict
     truth: FloatArray | None
     start: str = NETWORK_ALONE
 
@@ -106,21 +106,22 @@ class ExactPanel:
 def draw_predictions(axes: Axes, panel: PredictivePanel) -> None:
     """Draw prior and posterior predictive medians, bands of noiseless curves, and the interval with noise.
 
-    A subject outside the prior's support has no posterior prediction in an experiment on features, and a
-    grey one in an experiment on speeds, whose intervals are those of new recordings, and the only ones shown.
+    A subject outside the prior's support has no posterior prediction in an experiment on features. A
+    contradicted one has a grey one in an experiment on speeds. There the intervals are those of new
+    recordings, and the only ones shown.
     """
-    check, exact = panel.check, is_exact(panel.support)
+    check, exact = panel.check, is_exact(panel.verdict)
     grid = check.target.grid
     mass = as_percent(check.interval)
     label = f"noisy {mass} PI" if exact else f"{mass} band, noiseless"
     _draw_band(axes, grid, check.prior.curve, PRIOR, "--", ("prior median", f"prior {label}"))
-    if check.supported:
+    if check.may_be_read:
         names = ("posterior median", f"posterior {label}")
         if not exact:
             _draw_observed(axes, grid, check.posterior.observed, f"posterior {mass} PI, with noise")
         _draw_band(axes, grid, check.posterior.curve, POSTERIOR, "-", names)
     elif exact:
-        names = ("unsupported: median", f"unsupported: {label}")
+        names = ("contradicted: median", f"contradicted: {label}")
         _draw_band(axes, grid, check.posterior.curve, EXCLUDED_POSTERIOR, "-", names)
 
 
@@ -173,7 +174,7 @@ def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> 
             _draw_panel(panel_axes, panel)
         axes[0].set_xlim(0.0, 1.0)
         axes[0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
-        exact = any(is_exact(panel.support) for panel in panels)
+        exact = any(is_exact(panel.verdict) for panel in panels)
         axes[0].set_ylim(0.0, (HEAD_ROOM_OF_REASONS if exact else COHORT_HEAD_ROOM) * axes[0].get_ylim()[1])
         what = "Predictive checks, intervals of new noisy recordings" if exact else "Predictive checks"
         figure.suptitle(titled(what, cohort_title), fontsize=7.5)
@@ -195,18 +196,18 @@ def _draw_panel(axes: Axes, panel: PredictivePanel) -> None:
     axes.set_title(panel.subject, fontweight="bold", pad=3.0)
     look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 6.0, "linespacing": 1.1}
     axes.text(0.99, 0.98, _note(panel), transform=axes.transAxes, **look)
-    if not panel.check.supported:
+    if not panel.check.may_be_read:
         mark_excluded(axes)
 
 
 def _note(panel: PredictivePanel) -> str:
     prior, posterior = panel.check.prior.scores, panel.check.posterior.scores
     errors = f"RMSE {prior.rmse_kpa:.1f} → {posterior.rmse_kpa:.1f} kPa"
-    reasons = verdict_numbers(panel.support, SHOWN_TESTS)
-    if not is_exact(panel.support):
-        return errors if panel.check.supported else "\n".join(["excluded", *reasons])
-    lines = [status(panel.support), *reasons]
-    if panel.check.supported:
+    reasons = verdict_numbers(panel.verdict, SHOWN_TESTS)
+    if not is_exact(panel.verdict):
+        return errors if panel.check.may_be_read else "\n".join(["excluded", *reasons])
+    lines = [panel.verdict.status, *reasons]
+    if panel.check.may_be_read:
         inside = panel.check.posterior.phase_scores.coverage
         lines += [errors, f"{as_percent(round(inside, 2))} of phases in PI"]
     return "\n".join(lines)
@@ -227,11 +228,11 @@ def draw_subject_check(panel: PredictivePanel, cohort_title: str) -> Figure:
         _draw_curves(curves, panel)
         _draw_residuals(residuals, panel)
         _write_scores(figure.add_subplot(grid[:, 1]), panel)
-        if not panel.check.supported:
+        if not panel.check.may_be_read:
             mark_excluded(curves)
             mark_excluded(residuals)
         figure.align_ylabels([curves, residuals])
-        noise = ", intervals of new noisy recordings" if is_exact(panel.support) else ""
+        noise = ", intervals of new noisy recordings" if is_exact(panel.verdict) else ""
         figure.suptitle(titled(f"{panel.subject}, predictive check{noise}", cohort_title), fontsize=8.0)
         shared_legend(figure, [curves], entries_a_row=4)
     return figure
@@ -252,10 +253,10 @@ def _draw_residuals(axes: Axes, panel: PredictivePanel) -> None:
     target, posterior = panel.check.target, panel.check.posterior
     grid, observed = target.grid, target.curve_kpa
     axes.axhline(0.0, color=OBSERVED, lw=0.6)
-    if panel.check.supported or is_exact(panel.support):
-        color = POSTERIOR if panel.check.supported else EXCLUDED_POSTERIOR
+    if panel.check.may_be_read or is_exact(panel.verdict):
+        color = POSTERIOR if panel.check.may_be_read else EXCLUDED_POSTERIOR
         wider = Band(*(values - observed for values in vars(posterior.observed).values()))
-        if not is_exact(panel.support):
+        if not is_exact(panel.verdict):
             _draw_observed(axes, grid, wider, "")
         low, high = posterior.curve.low - observed, posterior.curve.high - observed
         axes.fill_between(grid, low, high, color=color, alpha=0.25, lw=0)
@@ -284,12 +285,12 @@ def _write_scores(axes: Axes, panel: PredictivePanel) -> None:
 
 
 def _verdict_lines(panel: PredictivePanel) -> list[str]:
-    support = panel.support
-    if is_exact(support):
-        made = [f"draws by {sampler_in_words(support)}", f"  {weights_in_words(support)}"]
-        return [f"verdict: {status(support)}", *verdict_numbers(support), *made]
-    words = "within prior support" if panel.check.supported else "excluded: outside prior support"
-    return [words, *verdict_numbers(support), f"  in {feature_label(support.worst_component)}"]
+    verdict = panel.verdict
+    if is_exact(verdict):
+        made = [f"draws by {sampler_in_words(verdict)}", f"  {weights_in_words(verdict)}"]
+        return [f"verdict: {verdict.status}", *verdict_numbers(verdict), *made]
+    words = "within prior support" if panel.check.may_be_read else "excluded: outside prior support"
+    return [words, *verdict_numbers(verdict), f"  in {feature_label(verdict.worst_component)}"]
 
 
 def _score_rows(panel: PredictivePanel) -> list[Row]:
@@ -314,7 +315,7 @@ def _score_rows(panel: PredictivePanel) -> list[Row]:
 def _coverage_rows(panel: PredictivePanel) -> list[Row]:
     """Return what each interval holds of the grid and of the measured phases."""
     mass, both = as_percent(panel.check.interval), (panel.check.prior, panel.check.posterior)
-    alone = "measurement noise alone" if is_exact(panel.support) else "with recording noise"
+    alone = "measurement noise alone" if is_exact(panel.verdict) else "with recording noise"
     return [
         ("coverage, grid | phases", "prior", "posterior"),
         (f"  {mass} band, noiseless", *_coverages("noiseless", *both)),
@@ -332,7 +333,7 @@ def _coverages(name: str, *predictions: Prediction) -> Row:
 def _feature_rows(panel: PredictivePanel) -> list[Row]:
     """Compare observed features with the posterior's intervals, the prior's where there is no posterior."""
     check = panel.check
-    which, name = (check.posterior, "posterior") if check.supported else (check.prior, "prior")
+    which, name = (check.posterior, "posterior") if check.may_be_read else (check.prior, "prior")
     features = which.features
     rows: list[Row] = [("feature, observed", "", "", f"{name} {as_percent(panel.check.interval)} PI")]
     for j, label in enumerate(check.target.feature_names):

@@ -84,7 +84,7 @@ FIGURES: Final = (
         "exact_figures", "ppc", "speeds", "predictive checks",
         "Predictive checks of each subject in the experiment *{experiment}* ({cohort}): medians of the "
         "noiseless prediction within intervals of new recordings, measurement noise and model "
-        "discrepancy included. Unsupported subjects are grey, with the tests that say so.",
+        "discrepancy included. Contradicted subjects are grey, with the tests that say so.",
     ),
     FigureSpec(
         "exact_figures", "posterior", "speeds", "exact posteriors",

@@ -36,7 +36,7 @@ from swesbi.report.sheet_text import (
     said_of,
     verdict_text,
 )
-from swesbi.verdict.answers import STATUSES, status
+from swesbi.verdict.verdict import STATUSES
 
 # what is judged has the colour of the verdict; where nothing is, the word stands in grey
 BOX_COLORS: Final = {word: STATUS_COLORS[word] if word in STATUSES else PRIOR for word in STATUS_COLORS}
@@ -60,7 +60,7 @@ def draw_sheet(sheet: Sheet) -> Figure:
         parts = _parts(figure, PARTS)
         left = _draw_head(parts[0].subplots(), sheet)
         curves, counts = parts[1].subplots(1, 2, width_ratios=(3.0, 1.0))
-        _draw_curve(curves, sheet.curve, STATUS_COLORS[status(sheet.support)])
+        _draw_curve(curves, sheet.curve, STATUS_COLORS[sheet.verdict.status])
         parts[1].legend(loc="outside lower center", ncols=4, columnspacing=1.2, handlelength=1.6)
         _draw_counts(counts, sheet.recorded)
         _draw_densities(parts[2].subplots(1, len(SYMBOLS)), sheet)
@@ -84,7 +84,7 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
     axes.text(0.0, 1.0, sheet.context.subject, fontsize=15.0, weight="bold", **place)
     axes.text(1.0, 0.98, sheet.cohort_title, fontsize=8.0, color=PRIOR, ha="right", **place)
     axes.text(0.0, 0.74, heart_line(sheet.context), fontsize=8.0, **place)
-    word, said = verdict_text(sheet.support)
+    word, said = verdict_text(sheet.verdict)
     box = {"boxstyle": "round,pad=0.45", "facecolor": BOX_COLORS[word], "edgecolor": "none"}
     axes.text(0.008, 0.52, word.upper(), fontsize=9.0, weight="bold", color="white", bbox=box, **place)
     broken = [textwrap.wrap(line, VERDICT_LINE) for line in said]
@@ -131,7 +131,7 @@ def _draw_counts(axes: Axes, recorded: Recorded) -> None:
 def _draw_densities(axes: Sequence[Axes], sheet: Sheet) -> None:
     """Draw prior and posterior of each quantity, with median and interval."""
     low, median, high = sheet.limits
-    colour = STATUS_COLORS[status(sheet.support)]
+    colour = STATUS_COLORS[sheet.verdict.status]
     for j, panel in enumerate(axes):
         prior, draws = sheet.population.prior[:, j], sheet.values[:, j]
         ends = np.log([np.percentile(prior, SHOWN), np.percentile(draws, SHOWN)])

@@ -35,11 +35,11 @@ EXCLUDED_POSTERIOR: Final = "#4D5B66"
 STRAINED: Final = "#B07000"
 NETWORK: Final = "#6A1B9A"
 STATUS_COLORS: Final = {
-    "supported": POSTERIOR,
+    "not contradicted": POSTERIOR,
     "no verdict": POSTERIOR,
     "uninformative": POSTERIOR,
     "strained": STRAINED,
-    "unsupported": EXCLUDED_POSTERIOR,
+    "contradicted": EXCLUDED_POSTERIOR,
 }
 
 RC: Final[Any] = {

@@ -160,9 +160,11 @@ def _observed(axes: Axes, table: pd.DataFrame, interval: float) -> None:
     _coverage_axis(axes, interval)
     axes.set_ylim(-0.03, 1.03)
     axes.set_ylabel("phases in the noiseless band")
-    axes.set_title("(c) recordings, supported subjects")
+    axes.set_title("(c) recordings, prior-supported subjects")
     if not subjects:
-        axes.text(0.5, 0.5, "no supported subject", transform=axes.transAxes, ha="center", color="#5A5A5A")
+        axes.text(
+            0.5, 0.5, "no prior-supported subject", transform=axes.transAxes, ha="center", color="#5A5A5A"
+        )
     elif len(subjects) <= NAMED_SUBJECTS:
         axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.88), ncols=2, columnspacing=1.0)
 

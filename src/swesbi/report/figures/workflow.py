@@ -83,7 +83,7 @@ def draw_workflow(picture: workflow_panels.WorkflowPicture, cohort_title: str) -
         workflow_panels.draw_posterior(posterior, picture)
         check = _axes(figure, CHECK_BOX)
         workflow_panels.draw_check(check, picture)
-        if not picture.support.supported:
+        if not picture.verdict.may_be_read:
             for axes in (*posterior, check):
                 mark_excluded(axes)
         _write(figure, picture, cohort_title)
@@ -94,7 +94,7 @@ def draw_workflow(picture: workflow_panels.WorkflowPicture, cohort_title: str) -
 def _write(figure: Figure, picture: workflow_panels.WorkflowPicture, cohort_title: str) -> None:
     """Write the heads of both rows, the title of each panel, and the context."""
     copies = len(picture.sample_z)
-    state = "" if picture.support.supported else " (excluded)"
+    state = "" if picture.verdict.may_be_read else " (excluded)"
     subject = _short(picture.subject)
     heads = {
         ROW_A: f"(a) Training: {picture.subjects} {cohort_title} pooled, here {subject}",

@@ -20,7 +20,8 @@ from swesbi.parameters import THETA_LABELS
 from swesbi.prior import PriorSettings
 from swesbi.report.figures.density import log_density_of_prior
 from swesbi.report.figures.style import CMAES, OBSERVED, POSTERIOR, PRIOR
-from swesbi.verdict.support import Support, support_numbers
+from swesbi.verdict.prior_support import support_numbers
+from swesbi.verdict.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
 SMALL_PT = 5.2
@@ -47,7 +48,7 @@ class WorkflowPicture:
         sample_z: (N_aug, C) the noisy copies of one simulation among them.
         z_obs: (C,) observed conditioning vector.
         theta: (m, parameters) posterior draws; unfiltered candidates where the subject is excluded.
-        support: Support diagnostics.
+        verdict: The verdict.
         history: Losses by epoch.
         estimator: What the density estimator is called ("MAF").
         subjects: Number of subjects pooled.
@@ -63,7 +64,7 @@ class WorkflowPicture:
     sample_z: FloatArray
     z_obs: FloatArray
     theta: FloatArray
-    support: Support
+    verdict: Verdict
     history: pd.DataFrame
     estimator: str
     subjects: int
@@ -85,7 +86,7 @@ def draw_prior(axes: Sequence[Axes], picture: WorkflowPicture) -> None:
 
 def draw_posterior(axes: Sequence[Axes], picture: WorkflowPicture) -> None:
     """Draw the marginal posteriors, each on its own scale, with the median."""
-    color = POSTERIOR if picture.support.supported else EXCLUDED
+    color = POSTERIOR if picture.verdict.may_be_read else EXCLUDED
     for j, (panel, label) in enumerate(zip(axes, THETA_LABELS, strict=True)):
         draws = picture.theta[:, j]
         low, median, high = map(float, np.quantile(draws, [SHOWN_QUANTILES[0], 0.5, SHOWN_QUANTILES[1]]))
@@ -119,14 +120,14 @@ def draw_check(axes: Axes, picture: WorkflowPicture) -> None:
     """Draw the predictive medians with the posterior's interval, over the measured phases."""
     check, grid = picture.check, picture.check.target.grid
     axes.plot(grid, check.prior.curve.median, color=PRIOR, ls="--", lw=0.8)
-    if check.supported:
+    if check.may_be_read:
         curve = check.posterior.curve
         axes.fill_between(grid, curve.low, curve.high, color=POSTERIOR, alpha=0.3, lw=0)
         axes.plot(grid, curve.median, color=POSTERIOR, lw=0.8)
     _draw_phases(axes, picture)
     _finish_curves(axes, float(check.target.curve_kpa.max()))
-    excluded = dict.fromkeys(support_numbers(picture.support), EXCLUDED)
-    last = {"posterior": POSTERIOR} if check.supported else excluded
+    excluded = dict.fromkeys(support_numbers(picture.verdict), EXCLUDED)
+    last = {"posterior": POSTERIOR} if check.may_be_read else excluded
     _write_key(axes, {"measured": OBSERVED, "prior": PRIOR} | last)
 
 

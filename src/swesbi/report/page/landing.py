@@ -27,15 +27,26 @@ from swesbi.report.table import Column, Row, Table, words
 from swesbi.report.tables.exact import Exact
 from swesbi.report.tables.experiments import level, nearest_level
 from swesbi.report.tables.subjects import beside_the_measured
-from swesbi.verdict.answers import STATUSES, STRAINED, SUPPORTED, label_of_test, status
-from swesbi.verdict.support import Support
+from swesbi.verdict.answers import label_of_test
+from swesbi.verdict.verdict import (
+    CONTRADICTED,
+    NOT_CONTRADICTED,
+    NOT_PRIOR_SUPPORTED,
+    PAPER_STATUSES,
+    PRIOR_SUPPORTED,
+    STATUSES,
+    STRAINED,
+    Verdict,
+)
 
 EJECTION: Final = "ejection_fraction"
 SHOWN_LIMITS: Final = 2
 MEANING: Final = {
-    "supported": "the model can have made this recording",
-    "strained": "read with care: some tests speak against the model",
-    "unsupported": "not to be read: the model cannot have made this recording",
+    NOT_CONTRADICTED: "the model can have made this recording",
+    STRAINED: "read with care: some tests speak against the model",
+    CONTRADICTED: "not to be read: the model cannot have made this recording",
+    PRIOR_SUPPORTED: "the prior can make such a recording",
+    NOT_PRIOR_SUPPORTED: "not to be read: the prior does not make such a recording",
 }
 
 
@@ -72,6 +83,7 @@ class Landing:
         believed: Whether to believe it, in sentences.
         answers: A row for each subject.
         panels: The figure, a panel for each parameter.
+        statuses: What the experiment may say of a subject, from good to bad.
         cards: One for each subject.
         paper: The paper's experiment in a line.
         explorer: The explorer, relative to the page; empty where there is none.
@@ -82,6 +94,7 @@ class Landing:
     believed: tuple[str, ...]
     answers: Table
     panels: tuple[Panel, ...]
+    statuses: tuple[str, ...]
     cards: tuple[Card, ...]
     paper: str
     explorer: str
@@ -98,7 +111,7 @@ def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Se
     """
     speeds = next(iter(exact), None)
     experiment = speeds.experiment if speeds else results.main
-    pictures = {name: f"{experiment.name}/subjects/{name}/ppc.png" for name in experiment.supports}
+    pictures = {name: f"{experiment.name}/subjects/{name}/ppc.png" for name in experiment.verdicts}
     observed = {each.context.subject: each for each in results.observations}
     return Landing(
         experiment=experiment.name,
@@ -109,9 +122,10 @@ def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Se
             panel(symbol, PARAMETER_UNITS[name], _intervals(experiment, name))
             for name, symbol in PARAMETERS.items()
         ),
+        statuses=statuses_of(experiment),
         cards=tuple(
-            _card(experiment, observed[name], support, pictures[name] if pictures[name] in links else "")
-            for name, support in experiment.supports.items()
+            _card(experiment, observed[name], verdict, pictures[name] if pictures[name] in links else "")
+            for name, verdict in experiment.verdicts.items()
         ),
         paper=paper_in_a_line(results.main),
         explorer=next((link for link in links if link == "explorer.html"), ""),
@@ -120,7 +134,7 @@ def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Se
 
 def answer_of(experiment: Experiment, subject: str, name: str) -> tuple[float, float, float]:
     """Return median and limits: of the exact posterior, or of ``posterior.csv``; NaN where unanswered."""
-    if said := experiment.supports[subject].answer.get(name):
+    if said := experiment.verdicts[subject].answer.get(name):
         return float(said["median"]), float(said["low"]), float(said["high"])
     row = _rows(experiment, subject).get(name)
     if row is None:
@@ -136,10 +150,10 @@ def answers_table(experiment: Experiment, exact: Exact | None, title: str) -> Ta
         *words("What limits them"),
     )
     rows = []
-    for subject, support in experiment.supports.items():
+    for subject, verdict in experiment.verdicts.items():
         values = [_shown(*answer_of(experiment, subject, name)) for name in PARAMETERS]
-        cells = (subject, status(support), *values, "; ".join(limits(experiment, exact, subject)) or MISSING)
-        rows.append(Row(cells, muted=not support.supported, strained=status(support) == STRAINED))
+        cells = (subject, verdict.status, *values, "; ".join(limits(experiment, exact, subject)) or MISSING)
+        rows.append(Row(cells, muted=not verdict.may_be_read, strained=verdict.status == STRAINED))
     mass = f"{experiment.credible_percent:g} %"
     return Table(
         f"Posterior medians and {mass} credible intervals ({title}).",
@@ -151,11 +165,11 @@ def answers_table(experiment: Experiment, exact: Exact | None, title: str) -> Ta
 
 def limits(experiment: Experiment, exact: Exact | None, subject: str) -> Iterator[str]:
     """Yield what limits a subject's answer: tests, its sampler, what it predicts, bounds of the prior."""
-    support = experiment.supports[subject]
-    if flagged := [label_of_test(test.name) for test in support.tests if test.flagged]:
+    verdict = experiment.verdicts[subject]
+    if flagged := [label_of_test(test.name) for test in verdict.tests if test.flagged]:
         more = f" and {len(flagged) - SHOWN_LIMITS} more" if len(flagged) > SHOWN_LIMITS else ""
         yield f"{', '.join(flagged[:SHOWN_LIMITS])}{more}"
-    elif not support.supported:
+    elif not verdict.may_be_read:
         yield "outside the prior"
     if exact and not exact.results[subject].converged:
         yield "sampler not converged"
@@ -189,21 +203,26 @@ def _shown(median: float, low: float, high: float) -> str:
 
 def _intervals(experiment: Experiment, name: str) -> list[Interval]:
     return [
-        Interval(subject, status(support), *answer_of(experiment, subject, name))
-        for subject, support in experiment.supports.items()
+        Interval(subject, verdict.status, *answer_of(experiment, subject, name))
+        for subject, verdict in experiment.verdicts.items()
     ]
 
 
+def statuses_of(experiment: Experiment) -> tuple[str, ...]:
+    """Return what an experiment may say of a subject, from good to bad."""
+    return STATUSES if experiment.exact else PAPER_STATUSES
+
+
 def _found(experiment: Experiment, title: str) -> Iterator[str]:
-    supports = experiment.supports
+    verdicts, statuses = experiment.verdicts, statuses_of(experiment)
     by_status = {
-        word: [name for name, support in supports.items() if status(support) == word] for word in STATUSES
+        word: [name for name, verdict in verdicts.items() if verdict.status == word] for word in statuses
     }
     counted = ", ".join(
         f"{len(names)} {word} ({', '.join(names)})" for word, names in by_status.items() if names
     )
-    yield f"Could the model have made these recordings? Of {len(supports)} {title}: {counted}."
-    names = by_status[SUPPORTED]
+    yield f"Could the model have made these recordings? Of {len(verdicts)} {title}: {counted}."
+    names = by_status[statuses[0]]
     if not names:
         yield "No answer may be read as a subject's without care."
         return
@@ -213,7 +232,7 @@ def _found(experiment: Experiment, title: str) -> Iterator[str]:
         span = " to ".join(dict.fromkeys(significant(value, 2) for value in (min(medians), max(medians))))
         ranges.append(f"{symbol} {span} {PARAMETER_UNITS[parameter]}")
     what = "medians of active stiffness, contraction and relaxation rate"
-    yield f"Among the supported, {what} are {', '.join(ranges)}."
+    yield f"Among those {statuses[0]}, {what} are {', '.join(ranges)}."
 
 
 def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
@@ -239,15 +258,15 @@ def paper_in_a_line(main: Experiment) -> str:
     nominal, covered = nearest_level(table, main), level(table, main)
     values = [covered[name] for name in PARAMETERS]
     span = " to ".join(dict.fromkeys((percent(min(values), 0), percent(max(values), 0))))
-    supported = sum(support.supported for support in main.supports.values())
+    inside = sum(verdict.may_be_read for verdict in main.verdicts.values())
     return (
-        f"The experiment {main.name} repeats the published method: its prior supports {supported} of "
-        f"{len(main.supports)} subjects, and with the noise of an acquisition its "
+        f"The experiment {main.name} repeats the published method: its prior supports {inside} of "
+        f"{len(main.verdicts)} subjects, and with the noise of an acquisition its "
         f"{share(nominal, 0)} intervals hold the truth in {span} %."
     )
 
 
-def _card(experiment: Experiment, observation: Observation, support: Support, picture: str) -> Card:
+def _card(experiment: Experiment, observation: Observation, verdict: Verdict, picture: str) -> Card:
     context, subject = observation.context, observation.context.subject
     ejected = percent(1.0 - context.lvesv_ml / context.lvedv_ml, 0)
     medians = "; ".join(
@@ -263,9 +282,9 @@ def _card(experiment: Experiment, observation: Observation, support: Support, pi
     who = f"{context.sex}, {context.age_years:g} years, {context.hr_bpm:g} /min"
     return Card(
         subject=subject,
-        status=status(support),
+        status=verdict.status,
         recording=f"{who}, ejection fraction {ejected} %",
-        verdict=MEANING[status(support)],
+        verdict=MEANING[verdict.status],
         medians=medians,
         check=check,
         picture=picture,

@@ -128,7 +128,7 @@ def make_page(
     return Page(
         landing=landing,
         cohort=cohort,
-        verdicts=verdicts_in_words(results.main.supports),
+        verdicts=verdicts_in_words(results.main.verdicts),
         main=results.main.name,
         experiments=tuple(experiment.name for experiment in results.experiments),
         facts=headline(results.main),
@@ -163,7 +163,7 @@ def study_figures(
     Raises:
         ArtefactError: A file is no PNG, a figure is missing, or the page knows no figure of a file's name.
     """
-    out = [subject for subject, support in main.supports.items() if not support.supported]
+    out = [subject for subject, verdict in main.verdicts.items() if not verdict.may_be_read]
     fields = {
         "predictive": main.predictive_percent,
         "credible": main.credible_percent,

@@ -30,8 +30,8 @@ from swesbi.report.tables.experiments import PAIRS, correlations, level, nearest
 from swesbi.report.tables.population import OverPopulation, cohort_table, range_in_words, strata_table
 from swesbi.report.tables.pressures import in_words, pressures_table, subjects_table
 from swesbi.report.tables.subjects import NOISELESS, NOISY, derived_table, feature_table, score_table
-from swesbi.verdict.answers import OUTCOMES, STATUSES, status
-from swesbi.verdict.support import Support
+from swesbi.verdict.answers import OUTCOMES
+from swesbi.verdict.verdict import STATUSES, Verdict
 
 COVERAGES: Final = (*NOISELESS.columns, *NOISY.columns, *CEILING)
 
@@ -49,9 +49,9 @@ def headline(experiment: Experiment) -> tuple[Fact, ...]:
     return tuple(_facts(experiment))
 
 
-def verdicts_in_words(supports: Mapping[str, Support]) -> tuple[Fact, ...]:
+def verdicts_in_words(verdicts: Mapping[str, Verdict]) -> tuple[Fact, ...]:
     """Return the verdict of each subject as a sentence."""
-    return tuple(Fact(name, in_sentences(support.verdict)) for name, support in supports.items())
+    return tuple(Fact(name, in_sentences(verdict.sentence)) for name, verdict in verdicts.items())
 
 
 def caution(experiment: Experiment) -> str:
@@ -73,8 +73,8 @@ def caution(experiment: Experiment) -> str:
 
 
 def _facts(experiment: Experiment) -> Iterator[Fact]:
-    supports, scores = experiment.supports, experiment.supported
-    yield Fact("Subjects that the prior supports", f"{len(scores)} of {len(supports)}")
+    verdicts, scores = experiment.verdicts, experiment.passed
+    yield Fact("Subjects that the prior supports", f"{len(scores)} of {len(verdicts)}")
     if len(scores):
         before, after = (mean_sd(scores[name].to_numpy(), 2) for name in ("rmse_prior_kpa", "rmse_kpa"))
         reduction = mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1)
@@ -94,7 +94,7 @@ def _facts(experiment: Experiment) -> Iterator[Fact]:
 
 def _coverage_facts(experiment: Experiment) -> Iterator[Fact]:
     """Yield both readings of the predictive interval, and the ceiling of the first."""
-    scores, mass = experiment.supported, f"{experiment.predictive_percent:g} %"
+    scores, mass = experiment.passed, f"{experiment.predictive_percent:g} %"
     percents = {name: mean_sd(100.0 * scores[name].to_numpy(), 0) for name in COVERAGES}
     for what, reading in (("band of noiseless curves", NOISELESS), ("interval of new observations", NOISY)):
         grid, phases = (percents[name] for name in reading.columns)
@@ -144,7 +144,7 @@ def make_section(
     }
     if len(exact.truth):
         tables["truth"] = truth_table(exact, cohort_title)
-    verdicts = verdicts_in_words(exact.supports)
+    verdicts = verdicts_in_words(exact.verdicts)
     return Section(experiment.name, tuple(_exact_facts(exact)), verdicts, tables, figures, cohort)
 
 
@@ -164,7 +164,7 @@ def section_figures(
 
 def _exact_facts(exact: Exact) -> Iterator[Fact]:
     """Yield what an abstract would say."""
-    experiment, statuses = exact.experiment, [status(support) for support in exact.supports.values()]
+    experiment, statuses = exact.experiment, [verdict.status for verdict in exact.verdicts.values()]
     yield Fact(
         "Verdicts", ", ".join(f"{statuses.count(name)} {name}" for name in STATUSES if name in statuses)
     )
@@ -172,9 +172,9 @@ def _exact_facts(exact: Exact) -> Iterator[Fact]:
     by_mcmc = [name for name, result in exact.results.items() if result.by_mcmc]
     efficient = f"median efficiency of the weights {fixed(float(np.median(efficiencies)), 0)} %"
     yield Fact("Exact posteriors", f"{efficient}; by MCMC: {', '.join(by_mcmc) or 'none'}")
-    if len(experiment.supported):
-        after = mean_sd(experiment.supported["rmse_kpa"].to_numpy(), 2)
-        inside = mean_sd(100.0 * experiment.supported["coverage_observed_phases"].to_numpy(), 0)
+    if len(experiment.passed):
+        after = mean_sd(experiment.passed["rmse_kpa"].to_numpy(), 2)
+        inside = mean_sd(100.0 * experiment.passed["coverage_observed_phases"].to_numpy(), 0)
         yield Fact(
             "Predictive check",
             f"RMSE {after} kPa; {inside} % of the measured phases inside the "

@@ -13,7 +13,7 @@ from swesbi.checks.cmaes import CmaesFit
 from swesbi.networks.paper.pool import Pool
 from swesbi.recording.observation import Observation
 from swesbi.report.paper.values import Option
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 
 NAN = float("nan")
 LARGE = 1e4
@@ -43,7 +43,7 @@ class StudyResults:
         ppc: The predictive scores of every experiment and subject.
         posterior: Medians, intervals and correlations of every experiment and subject.
         features: The checked features of every experiment and subject.
-        supports: Verdicts of the main experiment, by subject, in the cohort's order.
+        verdicts: Verdicts of the main experiment, by subject, in the cohort's order.
         recoveries: Recovery scores by experiment.
         training: Losses of the main experiment, one row an epoch.
         pool: Size of the main experiment's pool.
@@ -58,23 +58,23 @@ class StudyResults:
     ppc: pd.DataFrame
     posterior: pd.DataFrame
     features: pd.DataFrame
-    supports: Mapping[str, Support]
+    verdicts: Mapping[str, Verdict]
     recoveries: Mapping[str, pd.DataFrame]
     training: pd.DataFrame
     pool: PoolSize
     observations: Sequence[Observation]
     fits: Mapping[str, CmaesFit]
 
-    def scores(self, experiment: str = "", supported: bool = True) -> pd.DataFrame:
-        """Return the scores of one experiment (the main one), by subject; of the supported ones alone."""
+    def scores(self, experiment: str = "", readable: bool = True) -> pd.DataFrame:
+        """Return the scores of one experiment (the main one), by subject; of those that may be read alone."""
         table = self.ppc[self.ppc["experiment"] == (experiment or self.main)].set_index("subject")
-        return table[table["supported"].astype(bool)] if supported else table
+        return table[table["may_be_read"].astype(bool)] if readable else table
 
     def parameter(self, name: str, experiment: str = "") -> pd.DataFrame:
-        """Return the posterior of one parameter in one experiment, by supported subject."""
+        """Return the posterior of one parameter in one experiment, by prior-supported subject."""
         table = self.posterior
         chosen = (table["experiment"] == (experiment or self.main)) & (table["parameter"] == name)
-        return table[chosen & table["supported"].astype(bool)].set_index("subject")
+        return table[chosen & table["may_be_read"].astype(bool)].set_index("subject")
 
 
 def pool_size(pool: Pool) -> PoolSize:
@@ -91,7 +91,7 @@ class Measured:
     Attributes:
         text: As the table shows it.
         value: The number; NaN where there is none.
-        sd: Standard deviation over the supported subjects; NaN where there is none.
+        sd: Standard deviation over the prior-supported subjects; NaN where there is none.
         n: How many things the value counts over, where the reading needs it.
         several: Values of several subjects, where the paper has one.
         missing: Why there is no value; empty where there is one.
@@ -131,9 +131,9 @@ def number(value: float, asked: Asked, suffix: str = "") -> Measured:
 
 
 def spread(values: Sequence[float], asked: Asked) -> Measured:
-    """Return mean and standard deviation (n - 1) of one value a supported subject."""
+    """Return mean and standard deviation (n - 1) of one value a prior-supported subject."""
     if not len(values):
-        return absent("no subject is supported")
+        return absent("no subject is prior-supported")
     mean = float(np.mean(values))
     if len(values) == 1:
         return Measured(f"{shown(mean, asked.digits)} (one subject)", mean, n=1)
@@ -143,7 +143,9 @@ def spread(values: Sequence[float], asked: Asked) -> Measured:
 
 def share(count: int, total: int) -> Measured:
     """Return "count of total"."""
-    return Measured(f"{count} of {total}", count, n=total) if total else absent("no subject is supported")
+    return (
+        Measured(f"{count} of {total}", count, n=total) if total else absent("no subject is prior-supported")
+    )
 
 
 def absent(why: str) -> Measured:

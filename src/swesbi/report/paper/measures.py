@@ -12,30 +12,31 @@ import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.paper import measured
-from swesbi.verdict.support import Support, support_numbers
+from swesbi.verdict.prior_support import support_numbers
+from swesbi.verdict.verdict import Verdict
 
 
 def supported_count(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
     """Return how many subjects the prior supports, and their names."""
-    names = [name for name, support in study.supports.items() if support.supported]
-    return _named_share(names, len(study.supports))
+    names = [name for name, verdict in study.verdicts.items() if verdict.may_be_read]
+    return _named_share(names, len(study.verdicts))
 
 
 def excluded_count(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
     """Return how many subjects the prior does not support, and their names."""
     names = list(_excluded(study))
-    return measured.Measured(f"{len(names)}{_listed(names)}", len(names), n=len(study.supports))
+    return measured.Measured(f"{len(names)}{_listed(names)}", len(names), n=len(study.verdicts))
 
 
 def excluded(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
     """Return a diagnostic of every excluded subject: max |z|, its component, in-prior draws, or a median."""
     what = asked.option("what")
-    cases = {name: _diagnostic(support, what) for name, support in _excluded(study).items()}
+    cases = {name: _diagnostic(verdict, what) for name, verdict in _excluded(study).items()}
     if not cases:
         return measured.absent("no subject is excluded")
     suffix = {
-        name: f" ({support.worst_component})" if what == "worst_component" else ""
-        for name, support in _excluded(study).items()
+        name: f" ({verdict.worst_component})" if what == "worst_component" else ""
+        for name, verdict in _excluded(study).items()
     }
     text = "; ".join(
         f"{name}: {measured.shown(value, asked.digits)}{suffix[name]}" for name, value in cases.items()
@@ -44,35 +45,35 @@ def excluded(study: measured.StudyResults, asked: measured.Asked) -> measured.Me
 
 
 def score_mean(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Return mean and sd of a score over the supported subjects."""
+    """Return mean and sd of a score over the prior-supported subjects."""
     return measured.spread(study.scores()[asked.option("column")].tolist(), asked)
 
 
 def score(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
     """Return a score of the subject that bears the name of the paper's case."""
-    table, column = study.scores(supported=False), asked.option("column")
+    table, column = study.scores(readable=False), asked.option("column")
     if asked.case not in table.index:
         return measured.absent(f"the cohort has no subject {asked.case}")
     value = float(table[column].to_dict()[asked.case])
     if math.isnan(value):
-        why = ", ".join(support_numbers(study.supports[asked.case]))
-        return measured.absent(f"{asked.case} is not supported: {why}")
+        why = ", ".join(support_numbers(study.verdicts[asked.case]))
+        return measured.absent(f"{asked.case} is not prior-supported: {why}")
     return measured.number(value, asked)
 
 
 def extreme_case(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Return the supported subject with the largest (or smallest) score, and that score."""
+    """Return the prior-supported subject with the largest (or smallest) score, and that score."""
     values = study.scores()[asked.option("column")]
     if values.empty:
-        return measured.absent("no subject is supported")
+        return measured.absent("no subject is prior-supported")
     name = str(values.idxmax() if asked.of["largest"] else values.idxmin())
     return measured.Measured(f"{name} ({measured.shown(float(values[name]), asked.digits)})")
 
 
 def features_inside(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Return in how many supported subjects every checked feature lies in its interval, and which do not."""
+    """Return in how many prior-supported subjects every checked feature is inside, and which do not."""
     table = study.features[study.features["experiment"] == study.main]
-    table = table[table["supported"].astype(bool)]
+    table = table[table["may_be_read"].astype(bool)]
     inside = table["inside"].astype(bool)
     outside = [f"{row.subject}: {row.feature}" for row in table[~inside].itertuples()]
     complete = inside.groupby(table["subject"], sort=False).all()
@@ -84,20 +85,20 @@ def features_inside(study: measured.StudyResults, asked: measured.Asked) -> meas
 
 
 def peak_underestimated(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Return in how many supported subjects the prior predictive median of the maximum is too low."""
+    """Return in how many prior-supported subjects the prior predictive median of the maximum is too low."""
     table = study.features[study.features["experiment"] == study.main]
-    table = table[table["supported"].astype(bool) & (table["feature"] == "maximum_kpa")]
+    table = table[table["may_be_read"].astype(bool) & (table["feature"] == "maximum_kpa")]
     return measured.share(int((table["prior_median"] < table["observed"]).sum()), len(table))
 
 
 def sbi_below_cmaes(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Return in how many supported subjects the posterior predictive median has the lower RMSE."""
+    """Return in how many prior-supported subjects the posterior predictive median has the lower RMSE."""
     table = study.scores()
     return measured.share(int((table["rmse_kpa"] < table["rmse_cmaes_kpa"]).sum()), len(table))
 
 
 def correlation_mean(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Return mean and sd of a posterior correlation over the supported subjects."""
+    """Return mean and sd of a posterior correlation over the prior-supported subjects."""
     table = study.parameter(asked.option("parameter"))
     return measured.spread(table[f"correlation_{asked.option('other')}"].tolist(), asked)
 
@@ -124,17 +125,17 @@ def recovery(study: measured.StudyResults, asked: measured.Asked) -> measured.Me
     return measured.Measured(f"{share} [{', '.join(ends)}], {scored} scored", value, n=scored)
 
 
-def _excluded(study: measured.StudyResults) -> dict[str, Support]:
-    return {name: support for name, support in study.supports.items() if not support.supported}
+def _excluded(study: measured.StudyResults) -> dict[str, Verdict]:
+    return {name: verdict for name, verdict in study.verdicts.items() if not verdict.may_be_read}
 
 
-def _diagnostic(support: Support, what: str) -> float:
+def _diagnostic(verdict: Verdict, what: str) -> float:
     numbers = {
-        "max_abs_z": support.max_abs_z,
-        "worst_component": support.max_abs_z,
-        "in_prior_draws": float(support.in_prior_draws),
+        "max_abs_z": verdict.max_abs_z,
+        "worst_component": verdict.max_abs_z,
+        "in_prior_draws": float(verdict.in_prior_draws),
     }
-    return (numbers | support.unfiltered_median)[what]
+    return (numbers | verdict.unfiltered_median)[what]
 
 
 def _named_share(names: list[str], total: int) -> measured.Measured:
@@ -165,24 +166,24 @@ RESULT_MEASURES: Final[Mapping[str, measured.Measure]] = {
 
 
 def scalar_only_degrades(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Say whether the RMSE is higher in the other experiment, over the subjects supported in both."""
+    """Say whether the RMSE is higher in the other experiment, over the subjects prior-supported in both."""
     if missing := _not_run(study, asked):
         return missing
     both = _beside(study.scores(), study.scores(asked.option("experiment")))
     if both.empty:
-        return measured.absent("no subject is supported in both experiments")
+        return measured.absent("no subject is prior-supported in both experiments")
     worse = both["rmse_kpa_other"] > both["rmse_kpa"]
     return measured.Measured(f"{_verdict(worse)}: RMSE {_changes(both, 'rmse_kpa', asked)} kPa")
 
 
 def k_atp_shift(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Say whether the credible intervals of k_ATP are apart, over the subjects supported in both."""
+    """Say whether the credible intervals of k_ATP are apart, over the subjects prior-supported in both."""
     if missing := _not_run(study, asked):
         return missing
     main, other = (study.parameter("k_atp_per_s", name) for name in (study.main, asked.option("experiment")))
     both = _beside(main, other)
     if both.empty:
-        return measured.absent("no subject is supported in both experiments")
+        return measured.absent("no subject is prior-supported in both experiments")
     apart = (both["ci_low_other"] > both["ci_high"]) | (both["ci_high_other"] < both["ci_low"])
     return measured.Measured(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
 
@@ -211,7 +212,7 @@ def constraint_order(study: measured.StudyResults, asked: measured.Asked) -> mea
         table = study.parameter(name)
         widths.append(100.0 * float(((table["ci_high"] - table["ci_low"]) / table["median"]).mean()))
     if np.isnan(widths).any():
-        return measured.absent("no subject is supported")
+        return measured.absent("no subject is prior-supported")
     named = ", ".join(
         f"{name} {measured.shown(width, asked.digits)}"
         for name, width in zip(THETA_NAMES, widths, strict=True)

@@ -23,6 +23,7 @@ from swesbi.persons.cohort.table import (
 from swesbi.report.numbers import MISSING, PARAMETER_UNITS, PARAMETERS, estimate, fixed, percent
 from swesbi.report.results import records
 from swesbi.report.table import Column, Row, Table, words
+from swesbi.verdict.verdict import CONTRADICTED
 
 SURE: Final = 0.95
 """Probability from which a sentence calls a difference one."""
@@ -130,7 +131,7 @@ def _subject(name: str, table: pd.DataFrame) -> Row:
             percent(float(first["outlier_probability"]), 0),
             f"{first['effective_draws']:.0f}{anew}",
         ),
-        muted=first["verdict"] == "unsupported",
+        muted=first["verdict"] == CONTRADICTED,
     )
 
 

@@ -29,8 +29,8 @@ from swesbi.report.numbers import (
 )
 from swesbi.report.results import Experiment, is_true, records
 from swesbi.report.table import Cell, Column, Row, Strong, Table, words
-from swesbi.verdict.answers import STRAINED, label_of_test, sampler_in_words, status
-from swesbi.verdict.support import Support, SupportTest
+from swesbi.verdict.answers import label_of_test, sampler_in_words
+from swesbi.verdict.verdict import STRAINED, Verdict, VerdictTest
 
 PASSIVE: Final = "passive_scale_kpa"
 SYMBOLS: Final = {**PARAMETERS, PASSIVE: "passive scale a"}
@@ -60,9 +60,9 @@ class Exact:
     truth: pd.DataFrame
 
     @property
-    def supports(self) -> Mapping[str, Support]:
+    def verdicts(self) -> Mapping[str, Verdict]:
         """Verdict of each subject."""
-        return self.experiment.supports
+        return self.experiment.verdicts
 
 
 def verdicts_table(exact: Exact, cohort_title: str) -> Table:
@@ -75,20 +75,20 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
         *words("Sampler converged"),
     )
     rows = []
-    for subject, support in exact.supports.items():
+    for subject, verdict in exact.verdicts.items():
         result = exact.results[subject]
-        flagged = ", ".join(_flag(test) for test in support.tests if test.flagged)
+        flagged = ", ".join(_flag(test) for test in verdict.tests if test.flagged)
         cells = (
             subject,
-            status(support),
+            verdict.status,
             flagged or MISSING,
-            sampler_in_words(support),
+            sampler_in_words(verdict),
             fixed(result.k_hat, 2) if math.isfinite(result.k_hat) else "inf",
             percent(result.efficiency, 0),
             fixed(result.r_hat, 3),
             "yes" if result.converged else "no",
         )
-        rows.append(Row(cells, muted=not support.supported, strained=status(support) == STRAINED))
+        rows.append(Row(cells, muted=not verdict.may_be_read, strained=verdict.status == STRAINED))
     note = (
         "Draws come from the network, weighted with the exact likelihood; k-hat is the Pareto shape of the "
         "weights, efficiency their effective share. Where either fails, MCMC on the same likelihood answers, "
@@ -102,15 +102,15 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
 
 def outcomes_table(exact: Exact, cohort_title: str) -> Table:
     """Return every test of every subject: its p-value, or the statistic where it has none."""
-    names = list(dict.fromkeys(test.name for support in exact.supports.values() for test in support.tests))
-    columns = (*words("Test"), *(Column(subject) for subject in exact.supports))
+    names = list(dict.fromkeys(test.name for verdict in exact.verdicts.values() for test in verdict.tests))
+    columns = (*words("Test"), *(Column(subject) for subject in exact.verdicts))
     outcomes = {
-        (subject, test.name): test for subject, support in exact.supports.items() for test in support.tests
+        (subject, test.name): test for subject, verdict in exact.verdicts.items() for test in verdict.tests
     }
     rows = []
     for name in names:
         cells: list[Cell] = [label_of_test(name)]
-        for subject in exact.supports:
+        for subject in exact.verdicts:
             test = outcomes.get((subject, name))
             if test is None:
                 cells.append(MISSING)
@@ -142,7 +142,7 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
         for row in records(exact.experiment.posterior)
     }
     rows = []
-    for subject, support in exact.supports.items():
+    for subject, verdict in exact.verdicts.items():
         result = exact.results[subject]
         for j, name in enumerate(PHI_NAMES):
             low, high = np.quantile(result.phi[:, j], interval_levels(mass))
@@ -153,12 +153,12 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
                 *estimate(float(np.median(result.phi[:, j])), float(low), float(high)),
                 significant(float(np.median(result.npe_phi[:, j]))),
                 significant(fits.get((subject, name), math.nan)),
-                sampler_in_words(support),
-                status(support),
+                sampler_in_words(verdict),
+                verdict.status,
             )
-            rows.append(Row(cells, muted=not support.supported, strained=status(support) == STRAINED))
+            rows.append(Row(cells, muted=not verdict.may_be_read, strained=verdict.status == STRAINED))
     note = (
-        "The posterior of an unsupported subject says where the model's best answer lies and is not to "
+        "The posterior of a contradicted subject says where the model's best answer lies and is not to "
         "be read as that of the subject. Passive scale: a nuisance parameter, inferred with the others."
     )
     return Table(f"Exact posteriors ({cohort_title}).", columns, tuple(rows), note)
@@ -257,7 +257,7 @@ def noise_table(exact: Exact, cohort_title: str) -> Table:
     return Table(f"Noise of the measured speeds ({cohort_title}).", columns, tuple(rows), note)
 
 
-def _flag(test: SupportTest) -> str:
+def _flag(test: VerdictTest) -> str:
     p = "" if test.p_value is None else f" (p = {fixed(test.p_value, 4)})"
     return f"{label_of_test(test.name)}{p}"
 

@@ -152,7 +152,7 @@ def comparison_table(experiments: Sequence[Experiment], cohort_title: str) -> Ta
     """Return one column an experiment: support, scores, correlations, coverages, training."""
     lines = [(label, [value(experiment) for experiment in experiments]) for label, value in _measures()]
     columns = (
-        Column("Mean ± sd over supported subjects", numeric=False),
+        Column("Mean ± sd over prior-supported subjects", numeric=False),
         *(Column(e.name) for e in experiments),
     )
     note = (
@@ -181,7 +181,7 @@ def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
             numbers.PARAMETER_UNITS[name],
             *(medians.get((subject, name), numbers.MISSING) for medians in cells),
         )
-        for subject in dict.fromkeys(name for each in experiments for name in each.supports)
+        for subject in dict.fromkeys(name for each in experiments for name in each.verdicts)
         for name, label in numbers.PARAMETERS.items()
     ]
     note = (
@@ -192,14 +192,14 @@ def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
 
 
 def correlations(experiment: Experiment, one: str, other: str) -> list[float]:
-    """Return the posterior correlation of two parameters in every supported subject."""
+    """Return the posterior correlation of two parameters in every subject that may be read."""
     table = experiment.posterior
-    rows = table[(table["parameter"] == one) & table["supported"]]
+    rows = table[(table["parameter"] == one) & table["may_be_read"]]
     return [float(value) for value in rows[f"correlation_{other}"]]
 
 
 def _measures() -> Iterator[tuple[str, Callable[[Experiment], str]]]:
-    yield "Subjects supported", _supported
+    yield "Subjects prior-supported", _passed
     for label, column, scale, decimals in SCORES:
         yield label, partial(_score, column=column, scale=scale, decimals=decimals)
     for one, other in PAIRS:
@@ -215,7 +215,7 @@ def _measures() -> Iterator[tuple[str, Callable[[Experiment], str]]]:
 
 
 def _score(experiment: Experiment, *, column: str, scale: float, decimals: int) -> str:
-    return numbers.mean_sd(scale * experiment.supported[column].to_numpy(), decimals)
+    return numbers.mean_sd(scale * experiment.passed[column].to_numpy(), decimals)
 
 
 def _correlation(experiment: Experiment, *, one: str, other: str) -> str:
@@ -226,14 +226,14 @@ def _coverage(experiment: Experiment, *, parameter: str) -> str:
     return numbers.percent(level(experiment.recovery.own, experiment).get(parameter, math.nan))
 
 
-def _supported(experiment: Experiment) -> str:
-    names = [subject for subject, support in experiment.supports.items() if support.supported]
-    return f"{len(names)} of {len(experiment.supports)}" + (f" ({', '.join(names)})" if names else "")
+def _passed(experiment: Experiment) -> str:
+    names = [subject for subject, verdict in experiment.verdicts.items() if verdict.may_be_read]
+    return f"{len(names)} of {len(experiment.verdicts)}" + (f" ({', '.join(names)})" if names else "")
 
 
 def _medians(experiment: Experiment) -> dict[tuple[str, str], str]:
     table = experiment.posterior
-    rows = records(table[table["parameter"].isin(numbers.PARAMETERS) & table["supported"]])
+    rows = records(table[table["parameter"].isin(numbers.PARAMETERS) & table["may_be_read"]])
     return {
         (str(row["subject"]), str(row["parameter"])): "{} ({})".format(
             *numbers.estimate(row["median"], row["ci_low"], row["ci_high"])

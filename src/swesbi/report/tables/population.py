@@ -19,7 +19,8 @@ from swesbi.report.numbers import CONTEXT, MISSING, PARAMETERS, count, estimate,
 from swesbi.report.results import records
 from swesbi.report.table import Column, Row, Table, words
 from swesbi.report.tables.exact import SYMBOLS, UNITS
-from swesbi.verdict.answers import ANSWERS, OUTCOMES, REFUSED, STRAINED, UNSUPPORTED
+from swesbi.verdict.answers import ANSWERS, OUTCOMES, REFUSED
+from swesbi.verdict.verdict import CONTRADICTED, STRAINED
 
 SAMPLER_NAMES: Final = {"importance": "importance weights", "mcmc": "MCMC"}
 
@@ -161,11 +162,11 @@ def _subjects(shown: OverPopulation, cohort_title: str) -> Table:
             *answer,
             *reliability,
         )
-        unread = row["status"] in {REFUSED, UNSUPPORTED}
+        unread = row["status"] in {REFUSED, CONTRADICTED}
         rows.append(Row(cells, muted=unread, strained=row["status"] == STRAINED))
     note = (
         "Who lies outside the declared range is refused: the network has learnt nothing there. Grey: "
-        "refused, or unsupported, whose answer is not to be read as that of the subject."
+        "refused, or contradicted, whose answer is not to be read as that of the subject."
     )
     return Table(f"Every subject as the network answers it ({cohort_title}).", columns, tuple(rows), note)
 

@@ -14,7 +14,7 @@ from swesbi.report import numbers
 from swesbi.report.results import Experiment, records
 from swesbi.report.study_tables import CEILING
 from swesbi.report.table import Column, Row, Table, body, words
-from swesbi.verdict.answers import STRAINED, status
+from swesbi.verdict.verdict import NOT_CONTRADICTED, PRIOR_SUPPORTED, STRAINED
 
 MEASURED: Final = CONTEXT[1:]  # but for sex, which is shown as it is entered
 EJECTED_AT: Final = 3 + [variable.name for variable in MEASURED].index("lvesv_ml")
@@ -121,17 +121,17 @@ def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
         ),
     )
     rows = []
-    for subject, support in experiment.supports.items():
+    for subject, verdict in experiment.verdicts.items():
         cells = (
             subject,
-            "supported" if support.supported else "not supported",
-            numbers.fixed(support.max_abs_z, 2),
-            numbers.component(support.worst_component),
-            numbers.count(support.in_prior_draws),
-            numbers.percent(support.acceptance),
-            *(numbers.significant(support.unfiltered_median[name]) for name in numbers.PARAMETERS),
+            verdict.status,
+            numbers.fixed(verdict.max_abs_z, 2),
+            numbers.component(verdict.worst_component),
+            numbers.count(verdict.in_prior_draws),
+            numbers.percent(verdict.acceptance),
+            *(numbers.significant(verdict.unfiltered_median[name]) for name in numbers.PARAMETERS),
         )
-        rows.append(Row(cells, muted=not support.supported))
+        rows.append(Row(cells, muted=not verdict.may_be_read))
     required = experiment.settings["support"]
     least, of = (numbers.count(required[name]) for name in ("min_in_prior_draws", "candidate_draws"))
     note = (
@@ -143,7 +143,7 @@ def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
 
 
 def score_table(experiment: Experiment, cohort_title: str) -> Table:
-    """Return table 1: the predictive scores of each subject, and their mean over the supported ones."""
+    """Return table 1: the predictive scores of each subject, and their mean over those that pass."""
     first, second = (NOISY, NOISELESS) if experiment.exact else (NOISELESS, NOISY)
     columns = (
         Column("Subject", numeric=False),
@@ -161,18 +161,23 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
         Column("Coverage by the prior's noiseless band, grid", "%"),
         Column("Coverage by the prior's envelope, grid", "%"),
     )
-    strained = {name for name, support in experiment.supports.items() if status(support) == STRAINED}
+    strained = {name for name, verdict in experiment.verdicts.items() if verdict.status == STRAINED}
     rows = [_scores(row, second, str(row["subject"]) in strained) for row in records(experiment.scores)]
     mass = f"{experiment.predictive_percent:g} %"
+    passed, left_out = PRIOR_SUPPORTED, "Subjects outside the prior's support have no posterior scores."
+    if experiment.exact:
+        passed = NOT_CONTRADICTED
+        left_out = (
+            "Contradicted subjects have no posterior scores; strained ones do, and are left out of the mean."
+        )
     note = (
         "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage: "
         f"share of the observed curve inside the {mass} band of noiseless curves, or the {mass} interval of "
         f"new observations ({SPEED_NOISE if experiment.exact else FEATURE_NOISE}). The prior's band and "
-        "the extremes of all its draws are the ceiling of the first. Subjects outside the prior's support "
-        "have no posterior scores; strained ones do, and are left out of the mean."
+        f"the extremes of all its draws are the ceiling of the first. {left_out}"
     )
-    if len(experiment.supported) > 1:
-        rows.append(_mean_scores(experiment.supported, second))
+    if len(experiment.passed) > 1:
+        rows.append(_mean_scores(experiment.passed, second, passed))
     number = "" if experiment.exact else "Table 1. "
     caption = f"{number}Posterior predictive performance ({cohort_title})."
     return Table(caption, columns, tuple(rows), note)
@@ -192,12 +197,12 @@ def _scores(row: Mapping[Hashable, Any], second: CoverageReading, strained: bool
         numbers.fixed(row["rmse_cmaes_kpa"], 2),
         *(numbers.percent(row[name], 0) for name in (*second.columns, *CEILING)),
     )
-    return Row(cells, muted=not row["supported"], strained=strained)
+    return Row(cells, muted=not row["may_be_read"], strained=strained)
 
 
-def _mean_scores(scores: pd.DataFrame, second: CoverageReading) -> Row:
+def _mean_scores(scores: pd.DataFrame, second: CoverageReading, passed: str) -> Row:
     cells = (
-        "supported, mean ± sd",
+        f"{passed}, mean ± sd",
         numbers.mean_sd(scores["rmse_prior_kpa"].to_numpy(), 2),
         numbers.mean_sd(scores["rmse_kpa"].to_numpy(), 2),
         numbers.mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1),
@@ -226,7 +231,7 @@ def feature_table(experiment: Experiment, cohort_title: str) -> Table:
     for row in records(experiment.features):
         inside = (
             {True: "yes", False: "no"}.get(row["inside"], numbers.MISSING)
-            if row["supported"]
+            if row["may_be_read"]
             else numbers.MISSING
         )
         cells = (
@@ -239,7 +244,7 @@ def feature_table(experiment: Experiment, cohort_title: str) -> Table:
             numbers.span(numbers.significant(row["pi_low"]), numbers.significant(row["pi_high"])),
             inside,
         )
-        rows.append(Row(cells, muted=not row["supported"]))
+        rows.append(Row(cells, muted=not row["may_be_read"]))
     note = "Intervals are those of a new observation, the observation model's noise included."
     return Table(f"The features that carry noise ({cohort_title}).", columns, tuple(rows), note)
 
@@ -271,7 +276,7 @@ def posterior_table(experiment: Experiment, cohort_title: str) -> Table:
             numbers.significant(row["unfiltered_median"]),
             numbers.significant(row["cmaes"]),
         )
-        rows.append(Row(cells, muted=not row["supported"]))
+        rows.append(Row(cells, muted=not row["may_be_read"]))
     note = "The unfiltered median is of all candidate draws, whether or not the prior allows them."
     return Table(f"Posterior of the three parameters ({cohort_title}).", columns, tuple(rows), note)
 
@@ -287,7 +292,7 @@ def derived_table(experiment: Experiment, cohort_title: str) -> Table:
     )
     table = experiment.posterior
     rows = []
-    for row in records(table[~table["parameter"].isin(numbers.PARAMETERS) & table["supported"]]):
+    for row in records(table[~table["parameter"].isin(numbers.PARAMETERS) & table["may_be_read"]]):
         cells = (
             str(row["subject"]),
             numbers.quantity(str(row["parameter"])),
@@ -296,10 +301,10 @@ def derived_table(experiment: Experiment, cohort_title: str) -> Table:
             numbers.significant(row["measured"]),
             beside_the_measured(row),
         )
-        strained = status(experiment.supports[str(row["subject"])]) == STRAINED
+        strained = experiment.verdicts[str(row["subject"])].status == STRAINED
         rows.append(Row(cells, strained=strained))
     note = (
-        "From the simulations that the posterior draws of the supported subjects give. The fit sees the "
+        "From the simulations that the posterior draws give. The fit sees the "
         "stiffness curve alone; the measured volumes enter only as context. Beside it: whether the "
         "interval holds what was measured. Where it does not, the model's beat is not the subject's."
     )

@@ -26,7 +26,7 @@ NOT_TESTED: Final = "not tested"
 ASKED: Final = (0.85, 0.95)
 """Coverage that is asked of 90 % intervals."""
 MOST_MISSED: Final = 0.15
-"""Largest share missed of the supported."""
+"""Largest share missed of the hearts not contradicted."""
 NAMES: Final = {ATTAINED: "attained stiffness"} | PARAMETERS
 OF_EVERY_GENERATOR: Final = QUANTITIES[:SCORED]
 """Quantities whose coverage is asked of every generator: attained stiffness and k_SR."""
@@ -37,11 +37,11 @@ class Aim:
     """What is asked besides of a generator that shares its equations with the model.
 
     Attributes:
-        supported: Least share of supported hearts.
+        not_contradicted: Least share of hearts not contradicted.
         most_covered: Largest coverage of each of the four quantities.
     """
 
-    supported: float
+    not_contradicted: float
     most_covered: float
 
 
@@ -77,25 +77,25 @@ class Outcome:
         return self.rows[ATTAINED]
 
     @property
-    def supported(self) -> float:
-        """Share of its hearts that are supported."""
-        return float(self.of_hearts["supported"])
+    def not_contradicted(self) -> float:
+        """Share of its hearts that are not contradicted."""
+        return float(self.of_hearts["not_contradicted"])
 
     @property
     def tested(self) -> bool:
-        """Whether enough of its hearts are supported."""
+        """Whether enough of its hearts are not contradicted."""
         return is_tested(self.of_hearts)
 
     @property
     def missed(self) -> float:
-        """Share of its supported hearts that are missed; NaN where it is not tested."""
-        return float(self.of_hearts["missed_and_supported"])
+        """Share of its hearts not contradicted that are missed; NaN where it is not tested."""
+        return float(self.of_hearts["missed_not_contradicted"])
 
     @property
     def covered(self) -> dict[str, float]:
-        """Coverage of the supported of each quantity that is asked and tested."""
+        """Coverage, of hearts not contradicted, of each quantity that is asked and tested."""
         rows = {name: self.rows[name] for name in OF_EVERY_GENERATOR if name in self.rows}
-        return {name: float(row["coverage_supported"]) for name, row in rows.items() if is_tested(row)}
+        return {name: float(row["coverage_not_contradicted"]) for name, row in rows.items() if is_tested(row)}
 
     @property
     def reached(self) -> bool:
@@ -104,7 +104,7 @@ class Outcome:
 
 
 def is_tested(row: Mapping[Any, Any]) -> bool:
-    """Return whether a row of the table says something of the supported hearts."""
+    """Return whether a row of the table says something of the hearts not contradicted."""
     return str(row["tested"]) == TESTED
 
 
@@ -124,15 +124,15 @@ def outcomes(table: pd.DataFrame) -> tuple[Outcome, ...]:
 def _order(outcome: Outcome) -> tuple[int, float]:
     """Return the place of a generator: missed, not tested, reached; the least share first among them."""
     if not outcome.tested:
-        return 1, outcome.supported
+        return 1, outcome.not_contradicted
     return (2 if outcome.reached else 0), min(outcome.covered.values())
 
 
 def in_brief(table: pd.DataFrame) -> tuple[str, ...]:
     """Return in sentences which generators miss what is asked, which are not tested, and which reach it.
 
-    Asked of each: attained stiffness and k_SR in their intervals in at least 85 % of the supported hearts,
-    at most 15 % of these missed; of (a) and (b) also what ``AIMS`` says. Worst first.
+    Asked of each: attained stiffness and k_SR in their intervals in at least 85 % of the hearts not
+    contradicted, at most 15 % of these missed; of (a) and (b) also what ``AIMS`` says. Worst first.
 
     Args:
         table: Rows of ``validation.csv``.
@@ -141,16 +141,16 @@ def in_brief(table: pd.DataFrame) -> tuple[str, ...]:
 
 
 def _sentences(found: Sequence[Outcome]) -> Iterator[str]:
-    asked = f"{share(ASKED[0], 0)} of the supported hearts"
+    asked = f"{share(ASKED[0], 0)} of the hearts not contradicted"
     tested = [outcome for outcome in found if outcome.tested]
     if failed := [outcome for outcome in tested if not outcome.reached]:
         yield f"The interval holds the truth in fewer than {asked}: {_listed(failed, _below)}."
     if missed := [outcome for outcome in tested if outcome.missed > MOST_MISSED]:
         worst = sorted(missed, key=lambda outcome: -outcome.missed)
         listed = _listed(worst, lambda outcome: share(outcome.missed))
-        yield f"More than {share(MOST_MISSED, 0)} missed and supported: {listed}."
+        yield f"More than {share(MOST_MISSED, 0)} missed and not contradicted: {listed}."
     if untested := [outcome for outcome in found if not outcome.tested]:
-        yield f"Not tested, since too few hearts are supported: {_listed(untested, _counted)}."
+        yield f"Not tested, since too few hearts are not contradicted: {_listed(untested, _counted)}."
     yield from (_aimed(outcome, AIMS[outcome.letter]) for outcome in found if outcome.letter in AIMS)
     if reached := [outcome for outcome in tested if outcome.reached]:
         yield f"The intervals hold attained stiffness and k_SR in at least {asked}: {_listed(reached, _all)}."
@@ -169,7 +169,7 @@ def _all(outcome: Outcome) -> str:
 
 
 def _counted(outcome: Outcome) -> str:
-    return f"{count(outcome.of_hearts['n_supported'])} of {count(outcome.of_hearts['n'])}"
+    return f"{count(outcome.of_hearts['n_not_contradicted'])} of {count(outcome.of_hearts['n'])}"
 
 
 def _shares(values: Mapping[str, float]) -> str:
@@ -183,9 +183,9 @@ def _aimed(outcome: Outcome, aim: Aim) -> str:
     covered = {name: float(row["coverage"]) for name, row in outcome.rows.items()}
     outside = {name: one for name, one in covered.items() if not ASKED[0] <= one <= aim.most_covered}
     asked = f"{percent(ASKED[0], 0)} to {share(aim.most_covered, 0)}"
-    enough = "at least" if outcome.supported >= aim.supported else "fewer than the asked"
+    enough = "at least" if outcome.not_contradicted >= aim.not_contradicted else "fewer than the asked"
     quantities = f"outside {asked} lie {_shares(outside)}" if outside else f"each quantity in {asked}"
     return (
-        f"{outcome.label}: {share(outcome.supported)} supported, {enough} {share(aim.supported, 0)}; of all "
-        f"answered hearts {quantities}."
+        f"{outcome.label}: {share(outcome.not_contradicted)} not contradicted, {enough} "
+        f"{share(aim.not_contradicted, 0)}; of all answered hearts {quantities}."
     )

@@ -18,7 +18,7 @@ from swesbi.study.job import RUN_WITH
 
 LEFT: Final = frozenset({"file", "array", "units", "meaning"})
 DIFFERENCES: Final = ("file", "array", "units", "max abs", "max rel", "meaning")
-VERDICTS: Final = "support.json"
+VERDICTS: Final = "verdict.json"
 SHOWN_FILES: Final = 3
 HASH_DIGITS: Final = 16
 ARTEFACTS: Final = (".h5", ".pt", ".json")

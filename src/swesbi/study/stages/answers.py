@@ -27,8 +27,8 @@ from swesbi.study.stages.predictive import PredictiveSpeedsStageSettings, write_
 from swesbi.study.stages.verdict import VerdictStageSettings, judge
 from swesbi.verdict.nulls import Reference
 from swesbi.verdict.pooled import PooledNull, pooled_reference, prior_predictive, read_null
-from swesbi.verdict.support import Support, SupportTest
-from swesbi.verdict.verdict import network_test
+from swesbi.verdict.verdict import Verdict, VerdictTest
+from swesbi.verdict.with_null import network_test
 
 STREAM = "population answer"
 
@@ -87,11 +87,11 @@ class Answer:
     def judge(
         self,
         posterior: Path,
-        support: Path,
+        verdict: Path,
         reference: Reference,
         efficiency: Sequence[float],
-        further: Sequence[SupportTest] = (),
-    ) -> Support:
+        further: Sequence[VerdictTest] = (),
+    ) -> Verdict:
         """Write the verdict, by the tests of the reference, by ``further`` ones and by the efficiency."""
         tests = (
             *further,
@@ -107,14 +107,14 @@ class Answer:
             self.clinical,
             tests,
         )
-        write_json(support, judged.to_json())
+        write_json(verdict, judged.to_json())
         return judged
 
     def check(
         self,
         observation: Path,
         posterior: Path,
-        support: Path,
+        verdict: Path,
         predictive: Path,
         simulations: PriorSimulations,
     ) -> None:
@@ -122,7 +122,7 @@ class Answer:
         settings = self.settings.predictive_speeds
         features = CheckedFeatures(settings.predictive.features, settings.summary)
         recorder = Recorder(self.model, read_observation(observation), features)
-        write_check(posterior, support, predictive, recorder, simulations, settings, self.origin)
+        write_check(posterior, verdict, predictive, recorder, simulations, settings, self.origin)
 
 
 class PopulationAnswersStageSettings(AnswerSettings):
@@ -138,7 +138,7 @@ def population_answers(
     estimator: Path,
     null: Path,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     predictive: Path,
     settings: PopulationAnswersStageSettings,
     origin: Origin,
@@ -151,7 +151,7 @@ def population_answers(
         estimator: The network.
         null: Null recordings of the population.
         posterior: Output.
-        support: Output.
+        verdict: Output.
         predictive: Output.
 
     Raises:
@@ -163,8 +163,8 @@ def population_answers(
     speeds = build_speed_model(observation, components, settings.exact_posterior.model)
     answer = Answer(speeds, knowledge, settings, origin, STREAM, read_observation(observation).clinical)
     efficiency = answer.infer(posterior)
-    answer.judge(posterior, support, answer.reference(settings.predictive_recordings), efficiency)
+    answer.judge(posterior, verdict, answer.reference(settings.predictive_recordings), efficiency)
     sizes, model = settings.predictive_speeds.predictive, settings.predictive_speeds.model
     context, seed = speeds.recording.context, origin.seed
     draws = draw_simulations(range(sizes.draws), context, model.prior.theta, model.forward_model, seed)
-    answer.check(observation, posterior, support, predictive, draws)
+    answer.check(observation, posterior, verdict, predictive, draws)

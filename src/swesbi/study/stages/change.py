@@ -32,8 +32,7 @@ from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sh
 from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.new_subject import known_noise, network_proposal
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.answers import status
-from swesbi.verdict.support import Support, read_support
+from swesbi.verdict.verdict import Verdict, read_verdict
 
 LOGGER = logging.getLogger("swesbi")
 SHOWN_DRAWS: Final = 500
@@ -57,7 +56,7 @@ class ChangeFiles:
     Attributes:
         observations: Observed curves of both visits, the earlier first.
         posteriors: Their exact posteriors.
-        supports: Their verdicts.
+        verdicts: Their verdicts.
         protocol: ``recording.yaml`` of their cohort.
         estimator: The network that answered both.
         noise: Noise from which standard errors are told.
@@ -72,7 +71,7 @@ class ChangeFiles:
 
     observations: Sequence[Path]
     posteriors: Sequence[Path]
-    supports: Sequence[Path]
+    verdicts: Sequence[Path]
     protocol: Path
     estimator: Path
     noise: Path
@@ -97,8 +96,8 @@ def person_change(*, files: ChangeFiles, settings: PersonChangeStageSettings, or
     known = known_noise(read_repeats(files.protocol), read_noise(files.noise).components)
     models = [speed_model(measured_speeds(each, known), settings.model) for each in observed]
     found = _inferred(models, observed, files, settings, origin)
-    judged = [read_support(path) for path in files.supports]
-    subjects, words = _two([each.subject for each in observed]), _two(map(status, judged))
+    judged = [read_verdict(path) for path in files.verdicts]
+    subjects, words = _two([each.subject for each in observed]), _two([each.status for each in judged])
     visits = Visits(settings.person, settings.visits, subjects, words)
     stored = stored_change(found, visits, settings.model.prior.names, settings.changes)
     save(files.joint, to_groups(stored), origin.provenance(KIND, settings))
@@ -176,7 +175,7 @@ def _two(names: Iterable[str]) -> tuple[str, str]:
 
 
 def _shown(
-    model: SpeedModel, observed: Observation, phi: FloatArray, support: Support, mass: float
+    model: SpeedModel, observed: Observation, phi: FloatArray, verdict: Verdict, mass: float
 ) -> ShownVisit:
     """Return a visit with the band of its curve under the joint posterior, at even phases."""
     phase = (np.arange(SHOWN_PHASES) + 0.5) / SHOWN_PHASES
@@ -185,7 +184,7 @@ def _shown(
     known = speed[np.isfinite(speed).all(axis=1)]
     kpa = youngs_modulus_kpa(known, model.settings.density_kg_m3)
     low, median, high = median_and_interval(kpa, mass)
-    return ShownVisit(observed, support, phase, low, median, high)
+    return ShownVisit(observed, verdict, phase, low, median, high)
 
 
 def _report(stored: StoredChange, efficiency: Sequence[float]) -> None:

@@ -27,7 +27,7 @@ from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin, by_key, pick
 from swesbi.verdict.answers import OUTCOMES, cohort_table, read_answer
 from swesbi.verdict.power import AlarmRow
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -55,7 +55,7 @@ class MisspecificationFigureStageSettings(Settings):
 def misspecification_figure(
     *,
     table: Path,
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     figure_pdf: Path,
     figure_png: Path,
     settings: MisspecificationFigureStageSettings,
@@ -66,10 +66,8 @@ def misspecification_figure(
     Raises:
         ArtefactError: The table lacks a column or a verdict cannot be read.
     """
-    verdicts = {key.subject: read_support(path) for key, path in by_key(supports).items()}
-    figure = draw_misspecification(
-        verdicts, _read_rows(table), settings.strained_level, settings.cohort_title
-    )
+    judged = {key.subject: read_verdict(path) for key, path in by_key(verdicts).items()}
+    figure = draw_misspecification(judged, _read_rows(table), settings.strained_level, settings.cohort_title)
     save_figure(figure, figure_pdf, figure_png)
 
 
@@ -143,7 +141,7 @@ class PopulationCohortStageSettings(Settings):
 def population_cohort(
     *,
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     truth: Sequence[Path],
     cohort: Path,
     figure_pdf: Path,
@@ -157,7 +155,7 @@ def population_cohort(
 
     Args:
         posteriors: Of every subject that is answered.
-        supports: Likewise.
+        verdicts: Likewise.
         truth: True parameters of a generated cohort, or none.
         cohort: Output, the table.
         figure_pdf: Output.
@@ -166,7 +164,7 @@ def population_cohort(
     Raises:
         ArtefactError: A file is missing or not what its name says.
     """
-    judged = by_key(supports)
+    judged = by_key(verdicts)
     answers = {
         key.subject: read_answer(path, pick(judged, key, "verdict"))
         for key, path in by_key(posteriors).items()

@@ -27,8 +27,7 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.report.csv import write_csv
 from swesbi.study.stages.origin import Origin, by_key
-from swesbi.verdict.answers import status
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -52,7 +51,7 @@ class CohortPosteriorStageSettings(Settings):
 def cohort_posterior(
     *,
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     observations: Sequence[Path],
     noise: Path,
     cohort_posterior: Path,
@@ -72,7 +71,7 @@ def cohort_posterior(
     """
     first, notes = first_visits([path.parent.name for path in posteriors], settings.visits)
     posterior_of = {path.parent.name: path for path in posteriors}
-    support_of = {key.subject: path for key, path in by_key(supports).items()}
+    verdict_of = {key.subject: path for key, path in by_key(verdicts).items()}
     observation_of = {path.parent.name: path for path in observations}
     progress = Progress("posteriors of the cohort", len(first), unit="subject")
     members = []
@@ -80,7 +79,7 @@ def cohort_posterior(
         group = settings.visits[subject].group if subject in settings.visits else ""
         members.append(
             _member(
-                posterior_of[subject], support_of[subject], observation_of[subject], group, settings, origin
+                posterior_of[subject], verdict_of[subject], observation_of[subject], group, settings, origin
             )
         )
         progress.step()
@@ -114,7 +113,7 @@ def first_visits(
 
 def _member(
     posterior: Path,
-    support: Path,
+    verdict: Path,
     observation: Path,
     group: str,
     settings: CohortPosteriorStageSettings,
@@ -124,7 +123,7 @@ def _member(
     hierarchy = settings.cohort_posterior
     return make_member(
         read_observation(observation).context,
-        status(read_support(support)),
+        read_verdict(verdict).status,
         group,
         (phi[:, OF_THETA], np.exp(log_weight)),
         (hierarchy.draws, hierarchy.exact.interval),

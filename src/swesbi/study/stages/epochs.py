@@ -28,7 +28,7 @@ from swesbi.seeds import integer_seed
 from swesbi.study.stages import inference
 from swesbi.study.stages.origin import Origin, by_key
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
@@ -48,7 +48,7 @@ def epochs(
     checkpoints: Path,
     observations: Sequence[Path],
     passives: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     epochs: Path,
     settings: EpochsStageSettings,
     origin: Origin,
@@ -57,16 +57,16 @@ def epochs(
 
     Recordings and draws are those of the recovery and of the posteriors, so the rows of the best epoch
     agree with the experiment's own results, save that the posterior sd is of the first draws, not of all.
-    Which subjects are supported is the study's verdict.
+    Whose posterior may be read is the study's verdict.
 
     Raises:
         ArtefactError: An input does not fit the others.
     """
     data, (nets, _) = read_pool(pool), load_checkpoints(checkpoints)
     subjects = read_measured_subjects(observations, passives, settings.measurement)
-    supported = {key.subject: read_support(path).supported for key, path in by_key(supports).items()}
-    if missing := [s.observation.subject for s in subjects if s.observation.subject not in supported]:
-        raise ArtefactError(f"no support verdict of subject {missing[0]} is given")
+    readable = {key.subject: read_verdict(path).may_be_read for key, path in by_key(verdicts).items()}
+    if missing := [s.observation.subject for s in subjects if s.observation.subject not in readable]:
+        raise ArtefactError(f"no verdict of subject {missing[0]} is given")
     truth, raw = inference.synthetic_recordings(subjects, settings, origin.seed)
     z = data.standardisation.apply(raw)
     rows: list[training_tables.EpochRow] = []
@@ -79,7 +79,7 @@ def epochs(
         for subject in subjects:
             name = subject.observation.subject
             z_obs, seed = data.observed_z(name), integer_seed(origin.seed, "posterior", name)
-            rows.extend(_subject_rows(net, subject, supported[name], z_obs, seed, settings))
+            rows.extend(_subject_rows(net, subject, readable[name], z_obs, seed, settings))
         progress.step(note=f"epoch {net.epoch}")
     write_csv(epochs, training_tables.epochs_table(rows))
 
@@ -133,7 +133,7 @@ def _recovery_rows(
 def _subject_rows(
     net: Checkpoint,
     subject: MeasuredSubject,
-    supported: bool,
+    readable: bool,
     z_obs: FloatArray,
     seed: int,
     settings: EpochsStageSettings,
@@ -152,7 +152,7 @@ def _subject_rows(
         yield _row(
             net, training_tables.RELATIVE_SD, subject=name, parameter=parameter, value=value, n=len(theta)
         )
-    shown = theta[:wanted] if supported else theta[:0]
+    shown = theta[:wanted] if readable else theta[:0]
     scores = score_theta(shown, subject, settings.forward_model, settings.predictive.interval)
     yield _row(net, training_tables.COVERAGE_PHASES, subject=name, value=scores.phases.coverage, n=len(shown))
     yield _row(net, training_tables.COVERAGE_GRID, subject=name, value=scores.grid.coverage, n=len(shown))

@@ -42,9 +42,9 @@ from swesbi.verdict.context import check_declared
 from swesbi.verdict.contraction import contractions, quantities
 from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.settings import UninformativeSettings
-from swesbi.verdict.support import Support
+from swesbi.verdict.verdict import Verdict
 from swesbi.verdict.volumes import volume_tests
-from swesbi.verdict.without_null import residual_test, support_without_null
+from swesbi.verdict.without_null import residual_test, verdict_without_null
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "free subject"
@@ -72,7 +72,7 @@ class FreeFiles:
     Attributes:
         observation: Its pushes.
         posterior: Exact posterior.
-        support: Verdict, or that there is none.
+        verdict: Verdict, or that there is none.
         posterior_png: Figure of the posterior.
         predictive: Predictive check.
         ppc_png: Its figure.
@@ -81,7 +81,7 @@ class FreeFiles:
 
     observation: Path
     posterior: Path
-    support: Path
+    verdict: Path
     posterior_png: Path
     predictive: Path
     ppc_png: Path
@@ -164,13 +164,13 @@ def _answer(
         generator(origin.seed, STREAM, origin.subject, "prior curves"),
     )
     judged = _judged(model, result, prior, observed, settings, origin)
-    write_json(files.support, judged.to_json())
+    write_json(files.verdict, judged.to_json())
     check = _checked(model, result, prior, settings, origin)
     save(files.predictive, to_groups(check), origin.provenance(PREDICTIVE, settings))
-    LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
+    LOGGER.info("subject %s: %s", origin.subject, judged.sentence)
     start = PRIOR_DRAWS if network is None else NETWORK_ALONE
     save_exact_posterior(
-        files.posterior, files.support, (), (), files.posterior_png, settings.exact_subject_figures, start
+        files.posterior, files.verdict, (), (), files.posterior_png, settings.exact_subject_figures, start
     )
     title, errors = settings.exact_subject_figures.cohort_title, SOURCES[observed.noise_source]
     save_figure(draw_free_check(origin.subject, check, judged, errors, title), files.ppc_png)
@@ -178,7 +178,7 @@ def _answer(
         model=model,
         observation=files.observation,
         posterior=files.posterior,
-        support=files.support,
+        verdict=files.verdict,
         predictive=files.predictive,
         sheet=files.sheet,
         population=OF_PRIOR if network is None else OF_POPULATION,
@@ -219,7 +219,7 @@ def _judged(
     observed: FreeObservation,
     settings: FreeSubjectStageSettings,
     origin: Origin,
-) -> Support:
+) -> Verdict:
     """Return what can be said without null distributions."""
     plain, judging = model.model, settings.verdict
     rule = judging.rule
@@ -233,4 +233,4 @@ def _judged(
     residuals = residual_test(model, predicted, rule, rng)
     before = quantities(prior, plain.simulate(prior))
     contracted = contractions(quantities(exact.phi, beats), before, settings.uninformative)
-    return support_without_null(model, exact, predicted, residuals, volumes, ejection, contracted, rule)
+    return verdict_without_null(model, exact, predicted, residuals, volumes, ejection, contracted, rule)

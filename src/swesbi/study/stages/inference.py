@@ -33,15 +33,15 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.stages.origin import Origin
+from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.support import diagnose
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
 
 
 class PosteriorStageSettings(Settings):
-    """What support and posterior depend on."""
+    """What verdict and posterior depend on."""
 
     prior: PriorSettings
     support: SupportSettings
@@ -53,13 +53,13 @@ def posterior(
     pool: Path,
     estimator: Path,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     settings: PosteriorStageSettings,
     origin: Origin,
 ) -> None:
     """Draw candidates for ``origin.subject``, judge its prior support, keep the draws within the prior.
 
-    A subject that is not supported keeps its draws, if it has any, and its verdict.
+    A subject that is not prior-supported keeps its draws, if it has any, and its verdict.
 
     Raises:
         ArtefactError: The estimator was trained on other components than the pool's.
@@ -70,11 +70,11 @@ def posterior(
     z_obs, names = data.observed_z(subject), data.components.names
     seed = integer_seed(origin.seed, "posterior", subject)
     candidates = draw_candidates(trained, z_obs[None], settings.support.candidate_draws, seed)[0]
-    verdict = diagnose(z_obs, names, candidates, settings.prior, settings.support)
+    judged = diagnose(z_obs, names, candidates, settings.prior, settings.support)
     summary = summarise_posterior(candidates, z_obs, names, settings.prior, settings.posterior)
     save(posterior, posterior_to_groups(summary), origin.provenance(POSTERIOR, settings))
-    write_json(support, verdict.to_json())
-    LOGGER.info("subject %s: %s", subject, verdict.verdict)
+    write_json(verdict, judged.to_json())
+    LOGGER.info("subject %s: %s", subject, judged.sentence)
 
 
 def check_components(pool: Pool, estimator: Sampler, path: Path) -> None:

@@ -46,7 +46,7 @@ from swesbi.verdict.context import check_context, check_declared, nearest_known
 from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
 from swesbi.verdict.recordings import NULL, read_subject_checks
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.support import SupportTest
+from swesbi.verdict.verdict import VerdictTest
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "new subject"
@@ -76,7 +76,7 @@ class AnswerFiles:
         reference_fit: CMA-ES fit, likewise.
         shard: Simulations from the prior.
         posterior: Exact posterior.
-        support: Verdict.
+        verdict: Verdict.
         predictive: Predictive check.
         ppc_png: Its figure.
         posterior_png: Figure of the posterior.
@@ -89,7 +89,7 @@ class AnswerFiles:
     reference_fit: Sequence[Path]
     shard: Path
     posterior: Path
-    support: Path
+    verdict: Path
     predictive: Path
     ppc_png: Path
     posterior_png: Path
@@ -126,15 +126,15 @@ def _answer(
             recording, quality.phases, quality.density_kg_m3, settings.ingest.layout, origin.subject
         )
         noise_test = noise_test_of(samples, repeats, components, quality, settings.noise_level)
-        judged = answer.judge(files.posterior, files.support, reference.result(), efficiency, [noise_test])
-        LOGGER.info("subject %s: %s", origin.subject, judged.verdict)
+        judged = answer.judge(files.posterior, files.verdict, reference.result(), efficiency, [noise_test])
+        LOGGER.info("subject %s: %s", origin.subject, judged.sentence)
         fitted.result()
         drawn = worker.submit(_draw_posterior, files, settings)
         simulations = read_simulations([files.shard])
-        answer.check(files.observation, files.posterior, files.support, files.predictive, simulations)
+        answer.check(files.observation, files.posterior, files.verdict, files.predictive, simulations)
         title = settings.exact_subject_figures.cohort_title
         subject_figures.save_predictive_check(
-            files.predictive, files.support, files.reference_fit, files.ppc_png, title
+            files.predictive, files.verdict, files.reference_fit, files.ppc_png, title
         )
         drawn.result()
         for inferred in informed:
@@ -143,7 +143,7 @@ def _answer(
             model=model,
             observation=files.observation,
             posterior=files.posterior,
-            support=files.support,
+            verdict=files.verdict,
             predictive=files.predictive,
             with_pressures=files.with_pressures,
             sheet=files.sheet,
@@ -197,14 +197,14 @@ def _with_pressures(answer: Answer, posterior: Path, settings: OneAnswerSettings
 
 def _draw_posterior(files: AnswerFiles, settings: OneAnswerSettings) -> None:
     subject_figures.save_exact_posterior(
-        files.posterior, files.support, files.reference_fit, (), files.posterior_png,
+        files.posterior, files.verdict, files.reference_fit, (), files.posterior_png,
         settings.exact_subject_figures,
     )  # fmt: skip
 
 
 def noise_test_of(
     samples: Samples, repeats: Repeats, pooled: NoiseComponents, settings: RecordingSettings, level: float
-) -> SupportTest:
+) -> VerdictTest:
     """Test that a recording has the noise from which its standard errors are told.
 
     Args:
@@ -218,8 +218,8 @@ def noise_test_of(
     comparison = compare_noise(levels, pooled)
     if np.isnan(comparison.p_value):
         why = "not tested: the recording alone does not tell its noise, and the cohort's is used"
-        return SupportTest("noise", 0.0, None, level, flagged=False, detail=why)
-    return SupportTest(
+        return VerdictTest("noise", 0.0, None, level, flagged=False, detail=why)
+    return VerdictTest(
         name="noise",
         statistic=comparison.statistic,
         p_value=comparison.p_value,

@@ -42,7 +42,7 @@ from swesbi.posterior.truncated import read_posterior
 from swesbi.recording.observation import read_observation
 from swesbi.seeds import generator
 from swesbi.study.stages.origin import Origin
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -60,7 +60,7 @@ class PredictiveStageSettings(Settings):
 def predictive(
     *,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     observation: Path,
     passive: Path,
     shards: Sequence[Path],
@@ -76,8 +76,8 @@ def predictive(
     features = CheckedFeatures(settings.predictive.features, settings.summary)
     model = FeatureModel(subject, settings.forward_model, features)
     number = settings.predictive.draws
-    supported = read_support(support).supported
-    theta = read_posterior(posterior).theta[: number if supported else 0]
+    readable = read_verdict(verdict).may_be_read
+    theta = read_posterior(posterior).theta[: number if readable else 0]
     sd = noise_sd(summary_names(settings.summary), settings.observation_model.feature_noise_sd)
     se = subject.observation.stiffness_se_kpa
     target = make_target(subject.observation, features, se, sd[features.columns])
@@ -86,7 +86,7 @@ def predictive(
         _predict(name, each, target, settings, origin)
         for name, each in zip(("prior", "posterior"), draws, strict=True)
     )
-    check = PredictiveCheck(target, settings.predictive.interval, supported, prior, after)
+    check = PredictiveCheck(target, settings.predictive.interval, readable, prior, after)
     _write(predictive, check, settings, origin)
 
 
@@ -102,8 +102,10 @@ def _predict(
 def _write(path: Path, check: PredictiveCheck, settings: Settings, origin: Origin) -> None:
     save(path, to_datasets(check), origin.provenance(KIND, settings))
     prior, posterior = check.prior.scores, check.posterior.scores
-    if not check.supported:
-        LOGGER.info("subject %s: unsupported, no scores; prior RMSE %.2f kPa", origin.subject, prior.rmse_kpa)
+    if not check.may_be_read:
+        LOGGER.info(
+            "subject %s: not to be read, no scores; prior RMSE %.2f kPa", origin.subject, prior.rmse_kpa
+        )
         return
     LOGGER.info(
         "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage of the grid by noiseless curves %.2f, "
@@ -133,7 +135,7 @@ class PredictiveSpeedsStageSettings(Settings):
 def predictive_speeds(
     *,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     observation: Path,
     noise: Path,
     shards: Sequence[Path],
@@ -143,8 +145,8 @@ def predictive_speeds(
 ) -> None:
     """Write the predictive checks of one subject in an experiment on speeds.
 
-    New recordings are drawn under the whole observation model: measurement noise and discrepancy. An
-    unsupported subject keeps its predictive curves, which show what the model cannot do, but has no scores.
+    New recordings are drawn under the whole observation model: measurement noise and discrepancy. A
+    contradicted subject keeps its predictive curves, which show what the model cannot do, but has no scores.
 
     Raises:
         ArtefactError: Every posterior draw failed in the simulator, or a file cannot be read.
@@ -154,12 +156,12 @@ def predictive_speeds(
         read_observation(observation),
         CheckedFeatures(settings.predictive.features, settings.summary),
     )
-    write_check(posterior, support, predictive, recorder, read_simulations(shards), settings, origin)
+    write_check(posterior, verdict, predictive, recorder, read_simulations(shards), settings, origin)
 
 
 def write_check(
     posterior: Path,
-    support: Path,
+    verdict: Path,
     predictive: Path,
     recorder: Recorder,
     simulations: PriorSimulations,
@@ -175,7 +177,7 @@ def write_check(
     streams = (
         generator(origin.seed, "predictive speeds", origin.subject, name) for name in ("prior", "posterior")
     )
-    supported = read_support(support).supported
+    readable = read_verdict(verdict).may_be_read
     phi = read_exact_result(posterior).phi[:number]
     prior = prior_recordings(simulations, number, recorder, next(streams))
     after = posterior_recordings(phi, recorder, next(streams))
@@ -186,8 +188,8 @@ def write_check(
     check = PredictiveCheck(
         target=target,
         interval=interval,
-        supported=supported,
+        may_be_read=readable,
         prior=predict_recordings(prior, target, interval),
-        posterior=shown if supported else withheld(shown),
+        posterior=shown if readable else withheld(shown),
     )
     _write(predictive, check, settings, origin)

@@ -56,7 +56,7 @@ class ReportFiles:
     Attributes:
         recording: The cohort's ``recording.yaml``.
         observations: Observed curves of all subjects.
-        supports: Verdicts of every subject in every experiment.
+        verdicts: Verdicts of every subject in every experiment.
         trainings: Losses of every network.
         recoveries: ``recovery.csv`` of every experiment.
         recovery_acquisitions: The same under acquisition noise.
@@ -87,7 +87,7 @@ class ReportFiles:
 
     recording: Path
     observations: Sequence[Path]
-    supports: Sequence[Path]
+    verdicts: Sequence[Path]
     trainings: Sequence[Path]
     recoveries: Sequence[Path]
     recovery_acquisitions: Sequence[Path]
@@ -150,7 +150,7 @@ def _numbers(files: ReportFiles, settings: ReportSettings) -> tuple[Results, tup
         "acquisition": files.recovery_acquisitions,
     }
     results = read_results(
-        settings.experiments, settings.main_experiment, files.observations, files.supports, tables,
+        settings.experiments, settings.main_experiment, files.observations, files.verdicts, tables,
         by_experiment, files.comparison_csv,
     )  # fmt: skip
     checks = {

@@ -25,14 +25,14 @@ from swesbi.report.tables.population import OverPopulation
 from swesbi.report.tables.pressures import pressures_of
 from swesbi.study.stages.origin import ResultKey, by_key
 from swesbi.verdict.answers import read_cohort
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 
 def read_results(
     sections: Mapping[str, Mapping[str, JsonValue]],
     main: str,
     observations: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     tables: Mapping[str, Path],
     files: Mapping[str, Sequence[Path]],
     comparison: Path,
@@ -43,7 +43,7 @@ def read_results(
         sections: Of the configuration, by experiment.
         main: The experiment of figures 2 and 3 and of table 1.
         observations: Observed curves of all subjects.
-        supports: Verdicts of every subject in every experiment.
+        verdicts: Verdicts of every subject in every experiment.
         tables: By kind, a table of all experiments.
         files: By kind ("training", "own", "acquisition"), a table of each experiment.
         comparison: What the paper prints beside this study.
@@ -53,10 +53,10 @@ def read_results(
     """
     texts = {"experiment": str, "subject": str}
     shown = {name: pd.read_csv(path, converters=texts) for name, path in tables.items()}
-    verdicts = by_key(supports)
+    verdict_of = by_key(verdicts)
     of_experiment = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
     experiments = tuple(
-        _experiment(name, plain, shown, verdicts, of_experiment) for name, plain in sections.items()
+        _experiment(name, plain, shown, verdict_of, of_experiment) for name, plain in sections.items()
     )
     return Results(
         observations=tuple(map(read_observation, observations)),
@@ -79,8 +79,8 @@ def _experiment(
     return Experiment(
         name=name,
         settings=plain,
-        supports={
-            key.subject: read_support(path) for key, path in verdicts.items() if key.experiment == name
+        verdicts={
+            key.subject: read_verdict(path) for key, path in verdicts.items() if key.experiment == name
         },
         recovery=Recovery(own, acquisition),
         training=read_history(files["training"][name]),

@@ -34,7 +34,7 @@ from swesbi.report.sheet import (
     recorded_free,
     recorded_gated,
 )
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
 OF_POPULATION: Final = "of the prior of the population that the network was trained on"
@@ -54,7 +54,7 @@ def save_sheet_of_samples(
     model: SpeedModel,
     observation: Path,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     predictive: Path,
     with_pressures: Sequence[Path],
     sheet: Path,
@@ -69,7 +69,7 @@ def save_sheet_of_samples(
         model: Of the recording.
         observation: The observed curve.
         posterior: Exact posterior.
-        support: Verdict.
+        verdict: Verdict.
         predictive: Predictive check.
         with_pressures: Exact posterior with pressures; one file or none.
         sheet: Output, ``sheet.pdf``.
@@ -87,7 +87,7 @@ def save_sheet_of_samples(
     # the model has an error of its own at each gated phase
     cell = np.arange(len(model.recording.phase))
     among = population, hearts
-    _save(sheet, model, cell, (posterior, support), recorded, curve, among, informed, settings)
+    _save(sheet, model, cell, (posterior, verdict), recorded, curve, among, informed, settings)
 
 
 def save_sheet_of_pushes(
@@ -95,7 +95,7 @@ def save_sheet_of_pushes(
     model: FreeModel,
     observation: Path,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     predictive: Path,
     sheet: Path,
     population: str,
@@ -107,7 +107,7 @@ def save_sheet_of_pushes(
         curve_free(read_free_predictive(predictive)),
     )
     among = population, ()
-    _save(sheet, model.model, model.cell, (posterior, support), recorded, curve, among, (), settings)
+    _save(sheet, model.model, model.cell, (posterior, verdict), recorded, curve, among, (), settings)
 
 
 def _save(
@@ -121,12 +121,12 @@ def _save(
     informed: Sequence[Informed],
     settings: SheetSettings,
 ) -> None:
-    posterior, support = answer
+    posterior, verdict = answer
     result = read_exact_result(posterior)
     name, hearts = among
     page = Sheet(
         context=model.recording.context,
-        support=read_support(support),
+        verdict=read_verdict(verdict),
         result=result,
         values=quantities(model, result.phi),
         recorded=recorded,

@@ -20,7 +20,7 @@ from swesbi.report.figures.training import draw_epochs, draw_training, read_epoc
 from swesbi.report.figures.workflow import draw_workflow
 from swesbi.report.figures.workflow_panels import WorkflowPicture
 from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
-from swesbi.verdict.support import Support, read_support
+from swesbi.verdict.verdict import Verdict, read_verdict
 
 
 class WorkflowFigureSettings(Settings):
@@ -38,23 +38,23 @@ def workflow_figure(
     observations: Sequence[Path],
     predictives: Sequence[Path],
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     figure_pdf: Path,
     figure_png: Path,
     settings: WorkflowFigureSettings,
     origin: Origin,
 ) -> None:
-    """Draw the workflow of one experiment with its first supported subject, in the order of ``supports``.
+    """Draw the workflow with the first subject, in the order of ``verdicts``, whose posterior may be read.
 
-    Where no subject is supported the first one is shown, marked as excluded.
+    Where there is none the first one is shown, marked as excluded.
 
     Raises:
         ArtefactError: A file of the subject is missing, or cannot be read.
     """
-    verdicts = {key: read_support(path) for key, path in by_key(supports).items()}
-    key = shown_subject(verdicts)
+    judged = {key: read_verdict(path) for key, path in by_key(verdicts).items()}
+    key = shown_subject(judged)
     posterior = read_posterior(pick(by_key(posteriors), key, "posterior"))
-    data, support = read_pool(pool), verdicts[key]
+    data, verdict = read_pool(pool), judged[key]
     rows = _rows_of(data, key.subject)
     contexts = {path.parent.name: path for path in observations}
     picture = WorkflowPicture(
@@ -66,8 +66,8 @@ def workflow_figure(
         pool_z=data.z[rows].astype(np.float64),
         sample_z=data.z[rows & (data.draw_index == data.draw_index[rows].min())].astype(np.float64),
         z_obs=data.observed_z(key.subject),
-        theta=_shown_draws(posterior, support),
-        support=support,
+        theta=_shown_draws(posterior, verdict),
+        verdict=verdict,
         history=read_history(training),
         estimator=settings.estimator.upper(),
         subjects=len(data.subjects),
@@ -76,24 +76,24 @@ def workflow_figure(
     save_figure(draw_workflow(picture, settings.cohort_title), figure_pdf, figure_png)
 
 
-def shown_subject(verdicts: Mapping[ResultKey, Support]) -> ResultKey:
-    """Return the first supported subject, or the first where none is.
+def shown_subject(verdicts: Mapping[ResultKey, Verdict]) -> ResultKey:
+    """Return the first subject whose posterior may be read, or the first where there is none.
 
     Raises:
         ValueError: There is no subject.
     """
     if not verdicts:
         raise ValueError("no subject to draw: the cohort is empty")
-    return next((key for key, support in verdicts.items() if support.supported), next(iter(verdicts)))
+    return next((key for key, verdict in verdicts.items() if verdict.may_be_read), next(iter(verdicts)))
 
 
 def _rows_of(pool: Pool, subject: str) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     return np.asarray(pool.subject_index == pool.subjects.index(subject))
 
 
-def _shown_draws(posterior: Posterior, support: Support) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def _shown_draws(posterior: Posterior, verdict: Verdict) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """Return the posterior draws, or the finite unfiltered candidates of an excluded subject."""
-    if support.supported:
+    if verdict.may_be_read:
         return posterior.theta
     return posterior.unfiltered[np.all(np.isfinite(posterior.unfiltered), axis=1)]
 
@@ -109,7 +109,7 @@ def experiments_figure(
     *,
     predictives: Sequence[Path],
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     figure_pdf: Path,
     figure_png: Path,
     settings: ExperimentsFigureSettings,
@@ -120,9 +120,9 @@ def experiments_figure(
     Raises:
         ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
     """
-    posterior_of, support_of = by_key(posteriors), by_key(supports)
+    posterior_of, verdict_of = by_key(posteriors), by_key(verdicts)
     scores = [
-        _score(key, path, pick(posterior_of, key, "posterior"), pick(support_of, key, "support verdict"))
+        _score(key, path, pick(posterior_of, key, "posterior"), pick(verdict_of, key, "verdict"))
         for key, path in by_key(predictives).items()
     ]
     masses = (read_predictive(predictives[0])[0].interval, read_posterior(posteriors[0]).interval_mass)
@@ -130,19 +130,19 @@ def experiments_figure(
     save_figure(figure, figure_pdf, figure_png)
 
 
-def _score(key: ResultKey, predictive: Path, posterior: Path, support: Path) -> ExperimentScore:
-    check, verdict, draws = read_predictive(predictive)[0], read_support(support), read_posterior(posterior)
+def _score(key: ResultKey, predictive: Path, posterior: Path, verdict: Path) -> ExperimentScore:
+    check, judged, draws = read_predictive(predictive)[0], read_verdict(verdict), read_posterior(posterior)
     low, high = map(float, draws.interval[K_ATP])
     return ExperimentScore(
         experiment=key.experiment,
         subject=key.subject,
-        supported=verdict.supported,
+        may_be_read=judged.may_be_read,
         rmse_kpa=check.posterior.scores.rmse_kpa,
         prior_rmse_kpa=check.prior.scores.rmse_kpa,
         coverage_noiseless=check.posterior.coverages.noiseless,
         coverage_observed=check.posterior.coverages.observed,
         k_atp_per_s=(low, float(draws.median[K_ATP]), high),
-        unfiltered_k_atp_per_s=verdict.unfiltered_median["k_atp_per_s"],
+        unfiltered_k_atp_per_s=judged.unfiltered_median["k_atp_per_s"],
     )
 
 

@@ -25,7 +25,7 @@ from swesbi.report.figures.predictive import (
 )
 from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
-from swesbi.verdict.support import Support, read_support
+from swesbi.verdict.verdict import Verdict, read_verdict
 
 
 class SubjectFiguresSettings(Settings):
@@ -39,7 +39,7 @@ def subject_figures(
     *,
     predictive: Path,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     cmaes: Path,
     ppc_png: Path,
     posterior_png: Path,
@@ -47,19 +47,19 @@ def subject_figures(
     origin: Origin,
 ) -> None:
     """Draw predictive check and posterior of one subject."""
-    save_predictive_check(predictive, support, (cmaes,), ppc_png, settings.cohort_title)
+    save_predictive_check(predictive, verdict, (cmaes,), ppc_png, settings.cohort_title)
     draws, (fit, provenance) = read_posterior(posterior), read_cmaes(cmaes)
-    panel = _posterior_panel(provenance.subject, draws, fit, read_support(support))
+    panel = _posterior_panel(provenance.subject, draws, fit, read_verdict(verdict))
     drawn = draw_subject_posterior(panel, settings.prior, draws.interval_mass, settings.cohort_title)
     save_figure(drawn, posterior_png)
 
 
 def save_predictive_check(
-    predictive: Path, support: Path, cmaes: Sequence[Path], figure: Path, cohort_title: str
+    predictive: Path, verdict: Path, cmaes: Sequence[Path], figure: Path, cohort_title: str
 ) -> None:
     """Draw the predictive check of any experiment; ``cmaes`` is the reference fit, or nothing."""
     check, provenance = read_predictive(predictive)
-    panel = PredictivePanel(provenance.subject, check, _reference_fit(cmaes), read_support(support))
+    panel = PredictivePanel(provenance.subject, check, _reference_fit(cmaes), read_verdict(verdict))
     save_figure(draw_subject_check(panel, cohort_title), figure)
 
 
@@ -67,8 +67,8 @@ def _reference_fit(cmaes: Sequence[Path]) -> CmaesFit | None:
     return next((read_cmaes(path)[0] for path in cmaes), None)
 
 
-def _posterior_panel(subject: str, draws: Posterior, fit: CmaesFit, support: Support) -> PosteriorPanel:
-    return PosteriorPanel(subject, draws.theta, draws.unfiltered, fit.theta, support)
+def _posterior_panel(subject: str, draws: Posterior, fit: CmaesFit, verdict: Verdict) -> PosteriorPanel:
+    return PosteriorPanel(subject, draws.theta, draws.unfiltered, fit.theta, verdict)
 
 
 class ExactSubjectFiguresSettings(Settings):
@@ -82,7 +82,7 @@ def exact_subject_figures(
     *,
     predictive: Path,
     posterior: Path,
-    support: Path,
+    verdict: Path,
     cmaes: Path,
     truth: Sequence[Path],
     ppc_png: Path,
@@ -94,13 +94,13 @@ def exact_subject_figures(
 
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
-    save_predictive_check(predictive, support, (cmaes,), ppc_png, settings.cohort_title)
-    save_exact_posterior(posterior, support, (cmaes,), truth, posterior_png, settings)
+    save_predictive_check(predictive, verdict, (cmaes,), ppc_png, settings.cohort_title)
+    save_exact_posterior(posterior, verdict, (cmaes,), truth, posterior_png, settings)
 
 
 def save_exact_posterior(
     posterior: Path,
-    support: Path,
+    verdict: Path,
     cmaes: Sequence[Path],
     truth: Sequence[Path],
     figure: Path,
@@ -114,7 +114,7 @@ def save_exact_posterior(
     fit, result = _reference_fit(cmaes), read_exact_result(posterior)
     subject = load(posterior, POSTERIOR)[1].subject
     theta = None if fit is None else fit.theta
-    panel = ExactPanel(subject, result, theta, read_support(support), read_truth(truth).get(subject), start)
+    panel = ExactPanel(subject, result, theta, read_verdict(verdict), read_truth(truth).get(subject), start)
     save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), figure)
 
 
@@ -129,7 +129,7 @@ def cohort_figures(
     *,
     predictives: Sequence[Path],
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     cmaes: Sequence[Path],
     ppc_pdf: Path,
     ppc_png: Path,
@@ -141,28 +141,28 @@ def cohort_figures(
     """Draw predictive checks and posteriors of a cohort, subjects in the order of ``predictives``."""
     results = [
         (panel, fit, read_posterior(path))
-        for panel, fit, path in _results(predictives, posteriors, supports, cmaes)
+        for panel, fit, path in _results(predictives, posteriors, verdicts, cmaes)
     ]
     title = settings.cohort_title
     save_figure(draw_cohort_checks([panel for panel, _, _ in results], title), ppc_pdf, ppc_png)
-    panels = [_posterior_panel(panel.subject, draws, fit, panel.support) for panel, fit, draws in results]
+    panels = [_posterior_panel(panel.subject, draws, fit, panel.verdict) for panel, fit, draws in results]
     drawn = draw_cohort_posteriors(panels, settings.prior, results[-1][2].interval_mass, title)
     save_figure(drawn, posterior_pdf, posterior_png)
 
 
 def _results(
-    predictives: Sequence[Path], posteriors: Sequence[Path], supports: Sequence[Path], cmaes: Sequence[Path]
+    predictives: Sequence[Path], posteriors: Sequence[Path], verdicts: Sequence[Path], cmaes: Sequence[Path]
 ) -> Iterator[tuple[PredictivePanel, CmaesFit, Path]]:
     """Read what the predictive check of each subject shows; yield it with the fit and the posterior's path.
 
     Raises:
         ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
     """
-    support_of, posterior_of, fit_of = by_key(supports), by_key(posteriors), by_subject(cmaes)
+    verdict_of, posterior_of, fit_of = by_key(verdicts), by_key(posteriors), by_subject(cmaes)
     for key, path in by_key(predictives).items():
-        support = read_support(pick(support_of, key, "support verdict"))
+        verdict = read_verdict(pick(verdict_of, key, "verdict"))
         fit, _ = read_cmaes(fit_of[key.subject])
-        panel = PredictivePanel(key.subject, read_predictive(path)[0], fit, support)
+        panel = PredictivePanel(key.subject, read_predictive(path)[0], fit, verdict)
         yield panel, fit, pick(posterior_of, key, "posterior")
 
 
@@ -174,7 +174,7 @@ def exact_figures(
     *,
     predictives: Sequence[Path],
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     cmaes: Sequence[Path],
     truth: Sequence[Path],
     ppc_pdf: Path,
@@ -189,10 +189,10 @@ def exact_figures(
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
     truths, checks, panels = read_truth(truth), [], []
-    for panel, fit, path in _results(predictives, posteriors, supports, cmaes):
+    for panel, fit, path in _results(predictives, posteriors, verdicts, cmaes):
         checks.append(panel)
         result, subject = read_exact_result(path), panel.subject
-        panels.append(ExactPanel(subject, result, fit.theta, panel.support, truths.get(subject)))
+        panels.append(ExactPanel(subject, result, fit.theta, panel.verdict, truths.get(subject)))
     title = settings.cohort_title
     save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)
     save_figure(draw_exact_posteriors(panels, settings.prior, title), posterior_pdf, posterior_png)

@@ -32,7 +32,7 @@ from swesbi.report.paper.values import read_paper
 from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
 from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.support import read_support
+from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -47,7 +47,7 @@ def tables(
     *,
     predictives: Sequence[Path],
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     cmaes: Sequence[Path],
     ppc_csv: Path,
     ppc_tex: Path,
@@ -58,9 +58,9 @@ def tables(
     origin: Origin,
 ) -> None:
     """Write the tables of every experiment; who has a predictive check among the given has rows."""
-    cases = read_cases(predictives, posteriors, supports, cmaes)
+    cases = read_cases(predictives, posteriors, verdicts, cmaes)
     scores = study_tables.ppc_table(cases)
-    reasons = {(case.experiment, case.subject): ", ".join(verdict_numbers(case.support)) for case in cases}
+    reasons = {(case.experiment, case.subject): ", ".join(verdict_numbers(case.verdict)) for case in cases}
     write_csv(ppc_csv, scores)
     write_csv(features_csv, study_tables.features_table(cases))
     posteriors_in_numbers = study_tables.posterior_table(cases)
@@ -72,7 +72,7 @@ def tables(
 def read_cases(
     predictives: Sequence[Path],
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     cmaes: Sequence[Path],
 ) -> list[study_tables.Case]:
     """Read what the tables need, in the order of ``predictives``.
@@ -80,14 +80,14 @@ def read_cases(
     Raises:
         ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
     """
-    posterior_of, support_of, fit_of = by_key(posteriors), by_key(supports), by_subject(cmaes)
+    posterior_of, verdict_of, fit_of = by_key(posteriors), by_key(verdicts), by_subject(cmaes)
     return [
         study_tables.Case(
             key.experiment,
             key.subject,
             read_predictive(path)[0],
             read_posterior(pick(posterior_of, key, "posterior")),
-            read_support(pick(support_of, key, "support verdict")),
+            read_verdict(pick(verdict_of, key, "verdict")),
             read_cmaes(fit_of[key.subject])[0],
         )
         for key, path in by_key(predictives).items()
@@ -106,7 +106,7 @@ class TruthSettings(Settings):
 def truth(
     *,
     posteriors: Sequence[Path],
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     truth: Path,
     truth_csv: Path,
     settings: TruthSettings,
@@ -117,13 +117,13 @@ def truth(
     Raises:
         ArtefactError: A verdict is missing, or a file cannot be read.
     """
-    support_of = by_key(supports)
+    verdict_of = by_key(verdicts)
     answers = [
         study_tables.JudgedPosterior(
             key.experiment,
             key.subject,
             read_posterior(path),
-            read_support(pick(support_of, key, "support verdict")),
+            read_verdict(pick(verdict_of, key, "verdict")),
         )
         for key, path in by_key(posteriors).items()
     ]
@@ -164,7 +164,7 @@ def paper_comparison(
     recoveries: Sequence[Path],
     training: Path,
     pool: Path,
-    supports: Sequence[Path],
+    verdicts: Sequence[Path],
     observations: Sequence[Path],
     cmaes: Sequence[Path],
     comparison_csv: Path,
@@ -174,7 +174,7 @@ def paper_comparison(
 ) -> None:
     """Write one row for every number that the paper prints.
 
-    ``protocol`` is the cohort's ``recording.yaml``; ``supports``, ``training`` and ``pool`` are of the main
+    ``protocol`` is the cohort's ``recording.yaml``; ``verdicts``, ``training`` and ``pool`` are of the main
     experiment, the other tables of all.
 
     Raises:
@@ -189,7 +189,7 @@ def paper_comparison(
         ppc=pd.read_csv(ppc),
         posterior=pd.read_csv(posterior),
         features=pd.read_csv(features),
-        supports={key.subject: read_support(path) for key, path in by_key(supports).items()},
+        verdicts={key.subject: read_verdict(path) for key, path in by_key(verdicts).items()},
         recoveries={path.parent.name: pd.read_csv(path) for path in recoveries},
         training=read_history(training),
         pool=pool_size(read_pool(pool)),

@@ -39,7 +39,7 @@ from swesbi.seeds import generator
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.context import context_tests
 from swesbi.verdict.ejection import ejection_tests
-from swesbi.verdict.nulls import Reference, Verdict
+from swesbi.verdict.nulls import Grade, Reference
 from swesbi.verdict.pooled import KIND as NULLS
 from swesbi.verdict.pooled import draw_null, to_dataset
 from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, alarm_rows
@@ -58,9 +58,9 @@ from swesbi.verdict.recordings import (
 from swesbi.verdict.recordings import KIND as CHECKS
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings, SyntheticSettings
 from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, no_checks, prior_strip_mass
-from swesbi.verdict.support import Support, SupportTest
-from swesbi.verdict.verdict import grade, make_support, null_tests
+from swesbi.verdict.verdict import Verdict, VerdictTest
 from swesbi.verdict.volumes import volume_tests
+from swesbi.verdict.with_null import grade, make_verdict, null_tests
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -213,7 +213,7 @@ def verdict(
     observation: Path,
     contexts: Path,
     noise: Path,
-    support: Path,
+    verdict: Path,
     settings: VerdictStageSettings,
     origin: Origin,
 ) -> None:
@@ -225,7 +225,7 @@ def verdict(
         observation: The recording.
         contexts: Those of the whole cohort, with which this subject's is compared.
         noise: The cohort's noise.
-        support: Output.
+        verdict: Output.
 
     Raises:
         ArtefactError: An input is no such artefact, or the contexts do not hold the subject's.
@@ -235,8 +235,8 @@ def verdict(
     reference = read_subject_checks(misspecification).reference(settings.rule)
     clinical = read_observation(observation).clinical
     result = judge(posterior, model, others, reference, settings, origin, clinical)
-    write_json(support, result.to_json())
-    LOGGER.info("subject %s: %s", origin.subject, result.verdict)
+    write_json(verdict, result.to_json())
+    LOGGER.info("subject %s: %s", origin.subject, result.sentence)
 
 
 def judge(
@@ -247,8 +247,8 @@ def judge(
     settings: VerdictStageSettings,
     origin: Origin,
     clinical: ClinicalMeasures = NOT_MEASURED,
-    further: Sequence[SupportTest] = (),
-) -> Support:
+    further: Sequence[VerdictTest] = (),
+) -> Verdict:
     """Judge the recording of ``model`` by the tests of ``reference``, its volumes, its ejection, its context.
 
     Args:
@@ -266,11 +266,11 @@ def judge(
     volumes = volume_tests(model, exact.phi, beats, settings.rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
     contextual = (*ejection, *context_tests(context, others, settings.rule.context), *further)
-    status = grade(Verdict(judgement.status[0]), volumes, contextual, settings.rule.volumes.unsupported_abs_z)
+    status = grade(Grade(judgement.status[0]), volumes, contextual, settings.rule.volumes.contradicted_abs_z)
     tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
     summary = read_posterior(posterior)
     overall_p = float(judgement.overall_p[0])
-    return make_support(status, overall_p, tests, summary.z_obs, summary.component_names, exact)
+    return make_verdict(status, overall_p, tests, summary.z_obs, summary.component_names, exact)
 
 
 def _others(path: Path, subject: str) -> list[Context]:

@@ -14,23 +14,24 @@ from swesbi.artefacts import ArtefactError, Provenance, save, write_json
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import Posterior, posterior_to_groups, read_posterior, summarise_posterior
+from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.support import Support, diagnose, read_support
+from swesbi.verdict.verdict import Verdict, read_verdict
 
 NAMES = ("maximum_kpa", "max_up_slope_kpa_per_cycle", "age_years")
 Z_OBS = np.array([0.5, -1.2, 2.16])
 SETTINGS = SupportSettings(max_abs_z=3.0, min_in_prior_draws=1000, candidate_draws=500_000)
 KEPT = PosteriorSettings(draws=400, unfiltered_draws=300, interval=0.9)
 KEYS = [
+    "status",
+    "sentence",
+    "reasons",
     "max_abs_z",
     "worst_component",
     "in_prior_draws",
     "candidate_draws",
     "acceptance",
     "unfiltered_median",
-    "supported",
-    "verdict",
-    "reasons",
 ]
 
 
@@ -42,37 +43,39 @@ def candidates(inside: int, outside: int) -> np.ndarray:
     return theta
 
 
-def judged(inside: int, outside: int, z_obs: np.ndarray = Z_OBS) -> Support:
+def judged(inside: int, outside: int, z_obs: np.ndarray = Z_OBS) -> Verdict:
     return diagnose(z_obs, NAMES, candidates(inside, outside), PAPER_PRIOR, SETTINGS)
 
 
-def test_enough_draws_at_the_limit_of_z_are_supported() -> None:
-    support = judged(1000, 500, np.array([0.0, -3.0, 2.0]))
-    assert support.supported
-    assert support.reasons == ()
-    assert (support.max_abs_z, support.worst_component) == (3.0, "max_up_slope_kpa_per_cycle")
-    assert support.verdict.startswith("supported")
+def test_enough_draws_at_the_limit_of_z_are_prior_supported() -> None:
+    verdict = judged(1000, 500, np.array([0.0, -3.0, 2.0]))
+    assert verdict.may_be_read
+    assert verdict.reasons == ()
+    assert (verdict.max_abs_z, verdict.worst_component) == (3.0, "max_up_slope_kpa_per_cycle")
+    assert verdict.status == "prior-supported"
+    assert verdict.sentence.startswith("prior-supported: max |z| = 3.00")
 
 
 def test_one_draw_too_few_is_not() -> None:
-    support = judged(999, 501)
-    assert not support.supported
-    assert support.reasons == ("999 of 1500 candidate draws lie within the prior's bounds, 1000 required",)
-    assert support.verdict.startswith("not supported")
+    verdict = judged(999, 501)
+    assert not verdict.may_be_read
+    assert verdict.reasons == ("999 of 1500 candidate draws lie within the prior's bounds, 1000 required",)
+    assert verdict.status == "not prior-supported"
+    assert verdict.sentence.startswith("not prior-supported: 999 of 1500")
 
 
 def test_leakage_names_the_medians_beyond_the_bounds() -> None:
-    support = judged(1, 5000)
-    assert (support.in_prior_draws, support.candidate_draws) == (1, 5001)
-    assert support.acceptance == pytest.approx(1 / 5001)
-    assert support.unfiltered_median["k_atp_per_s"] == pytest.approx(68.0, abs=0.1)
-    assert "median of k_atp_per_s 68.0 outside [2, 30]" in support.reasons[0]
+    verdict = judged(1, 5000)
+    assert (verdict.in_prior_draws, verdict.candidate_draws) == (1, 5001)
+    assert verdict.acceptance == pytest.approx(1 / 5001)
+    assert verdict.unfiltered_median["k_atp_per_s"] == pytest.approx(68.0, abs=0.1)
+    assert "median of k_atp_per_s 68.0 outside [2, 30]" in verdict.reasons[0]
 
 
 def test_far_component_is_named_though_the_draws_suffice() -> None:
-    support = judged(2000, 0, np.array([-3.2, 3.14, 0.0]))
-    assert not support.supported
-    assert support.reasons == (
+    verdict = judged(2000, 0, np.array([-3.2, 3.14, 0.0]))
+    assert not verdict.may_be_read
+    assert verdict.reasons == (
         "2 of 3 components outside what the prior predicts, |z| <= 3 required: "
         "maximum_kpa (z = -3.20), max_up_slope_kpa_per_cycle (z = 3.14)",
     )
@@ -83,17 +86,17 @@ def test_nan_never_counts_as_support() -> None:
     theta[:2500, 0] = np.nan
     assert diagnose(Z_OBS, NAMES, theta, PAPER_PRIOR, SETTINGS).in_prior_draws == 500
     z_obs = np.array([0.0, np.nan, 0.0])
-    assert not diagnose(z_obs, NAMES, candidates(3000, 0), PAPER_PRIOR, SETTINGS).supported
+    assert not diagnose(z_obs, NAMES, candidates(3000, 0), PAPER_PRIOR, SETTINGS).may_be_read
 
 
-def test_support_file_has_the_fixed_keys_and_reads_back(tmp_path: Path) -> None:
-    support, path = judged(1, 5000), tmp_path / "support.json"
-    write_json(path, support.to_json())
+def test_the_file_has_the_fixed_keys_and_reads_back(tmp_path: Path) -> None:
+    verdict, path = judged(1, 5000), tmp_path / "verdict.json"
+    write_json(path, verdict.to_json())
     assert list(json.loads(path.read_text())) == [*KEYS, "sha256"]
-    assert read_support(path) == support
+    assert read_verdict(path) == verdict
     path.write_text("{}")
-    with pytest.raises(ArtefactError, match=r"support\.json"):
-        read_support(path)
+    with pytest.raises(ArtefactError, match=r"verdict\.json"):
+        read_verdict(path)
 
 
 def test_settings_that_no_subject_can_meet_are_refused() -> None:

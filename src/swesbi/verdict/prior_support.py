@@ -1,0 +1,87 @@
+"""The paper's criterion: is a subject represented by the prior predictive at all? (paper, Sec. 2.5)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.parameters import THETA_NAMES
+from swesbi.prior import PriorSettings, bounds, in_bounds
+from swesbi.verdict.settings import SupportSettings
+from swesbi.verdict.verdict import NOT_PRIOR_SUPPORTED, PRIOR_SUPPORTED, Verdict
+
+NAMED_COMPONENTS = 3
+
+
+def diagnose(
+    z_obs: FloatArray,
+    component_names: tuple[str, ...],
+    candidates: FloatArray,
+    prior: PriorSettings,
+    settings: SupportSettings,
+) -> Verdict:
+    """Apply both criteria: max |z_obs| <= max_abs_z, and enough candidates within the prior's bounds.
+
+    Args:
+        z_obs: (C,) observed conditioning vector, standardised with the pool's statistics.
+        component_names: The names of its components.
+        candidates: (n, 3) draws from the estimator given z_obs, unfiltered.
+        prior: The prior whose bounds count.
+        settings: The thresholds.
+    """
+    inside = int(in_bounds(candidates, prior).sum())
+    median = np.nanmedian(np.where(np.isfinite(candidates), candidates, np.nan), axis=0)
+    reasons = (
+        *_far_components(z_obs, component_names, settings.max_abs_z),
+        *_leakage(inside, len(candidates), median, prior, settings.min_in_prior_draws),
+    )
+    worst = int(np.argmax(np.abs(z_obs)))
+    return Verdict(
+        max_abs_z=float(np.abs(z_obs[worst])),
+        worst_component=component_names[worst],
+        in_prior_draws=inside,
+        candidate_draws=len(candidates),
+        unfiltered_median=dict(zip(THETA_NAMES, map(float, median), strict=True)),
+        status=NOT_PRIOR_SUPPORTED if reasons else PRIOR_SUPPORTED,
+        sentence=_sentence(reasons, float(np.abs(z_obs[worst])), inside, len(candidates)),
+        reasons=reasons,
+    )
+
+
+def _far_components(z_obs: FloatArray, names: tuple[str, ...], limit: float) -> list[str]:
+    """Count the components beyond the limit and name the farthest."""
+    order = np.argsort(-np.abs(z_obs))
+    far = [f"{names[j]} (z = {z_obs[j]:.2f})" for j in order if not abs(z_obs[j]) <= limit]
+    if not far:
+        return []
+    more = ", ..." if len(far) > NAMED_COMPONENTS else ""
+    return [
+        f"{len(far)} of {len(names)} components outside what the prior predicts, |z| <= {limit:g} required: "
+        f"{', '.join(far[:NAMED_COMPONENTS])}{more}"
+    ]
+
+
+def _leakage(inside: int, drawn: int, median: FloatArray, prior: PriorSettings, required: int) -> list[str]:
+    """Say that too few candidates lie within the bounds, and which medians lie beyond them."""
+    if inside >= required:
+        return []
+    low, high = bounds(prior)
+    beyond = [
+        f"{name} {median[j]:.1f} outside [{low[j]:g}, {high[j]:g}]"
+        for j, name in enumerate(THETA_NAMES)
+        if not low[j] <= median[j] <= high[j]
+    ]
+    tail = f"; unfiltered median of {', '.join(beyond)}" if beyond else ""
+    return [f"{inside} of {drawn} candidate draws lie within the prior's bounds, {required} required{tail}"]
+
+
+def _sentence(reasons: tuple[str, ...], max_abs_z: float, inside: int, drawn: int) -> str:
+    if reasons:
+        return f"{NOT_PRIOR_SUPPORTED}: {'; '.join(reasons)}"
+    return f"{PRIOR_SUPPORTED}: max |z| = {max_abs_z:.2f}, {inside} of {drawn} candidate draws in bounds"
+
+
+def support_numbers(verdict: Verdict) -> tuple[str, str]:
+    """Return the two numbers that decide on prior support: draws within the bounds, largest |z|."""
+    plural = "draw" if verdict.in_prior_draws == 1 else "draws"
+    return f"{verdict.in_prior_draws:,} in-prior {plural}", f"max |z| = {verdict.max_abs_z:.2f}"
