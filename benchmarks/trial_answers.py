@@ -1,6 +1,6 @@
 """How the answers to the virtual trial lie about what truly changed, and which changes were called.
 
-    .venv/bin/swesbi change --cohort data/virtual_trial --all --experiment amortised
+    .venv/bin/swesbi compare --cohort data/virtual_trial --all --experiment amortised
     python benchmarks/trial_answers.py --out docs/tables/trial_answers.csv
 
 A row a quantity and group: persons, true mean ratio, intervals that hold the person's own, changes called,
@@ -64,7 +64,7 @@ def main() -> None:
     files = sorted((options.results / options.experiment / "change").glob("*/change.csv"))
     if not files:
         parser.error(
-            f"{options.results}: no changes of {options.experiment}; run `swesbi change --all` first"
+            f"{options.results}: no changes of {options.experiment}; run `swesbi compare --all` first"
         )
     table = rows_of(pd.concat([pd.read_csv(file) for file in files]), true_ratios(TRIAL))
     print(table.to_string(index=False, float_format="%.3g"))

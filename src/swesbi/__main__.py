@@ -28,8 +28,8 @@ WILDCARDS = ("subject", "experiment", "prior", "generator", *NUMBERED)
 COMMANDS = {
     "validate": "swesbi.study.validate",
     "template": "swesbi.recording.template",
-    "new-subject": "swesbi.study.new_subject",
-    "change": "swesbi.study.change",
+    "infer": "swesbi.study.infer",
+    "compare": "swesbi.study.compare",
     "plan": "swesbi.study.plan",
     "inspect": "swesbi.study.inspect.command",
 }

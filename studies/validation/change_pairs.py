@@ -6,7 +6,7 @@ r"""Whether the joint posterior of two visits of a person is right, what it is w
 Needs a finished study of the shipped configuration. Persons are hearts of generator (b)
 (README.md: physiology from ranges twice as wide in log as the study's), drawn from streams of their own:
 none of them is of the validation itself. Each is recorded twice, both recordings are answered by the
-network of its experiment as `new-subject` answers, and the pair as `python -m swesbi change` does.
+network of its experiment as `infer` answers, and the pair as `python -m swesbi compare` does.
 
 changed: theta is multiplied by factors uniform in their logarithm between 1/1.5 and 1.5, one each.
   Physiology, geometry, passive scale and the scale of the speeds stay; heart rate, R_d, C_s and stressed

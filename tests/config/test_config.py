@@ -504,7 +504,7 @@ def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share
 
 @pytest.mark.parametrize(
     ("stage", "command"),
-    [("new_subject", "new-subject"), ("free_subject", "new-subject"), ("change_groups", "change")],
+    [("new_subject", "infer"), ("free_subject", "infer"), ("change_groups", "compare")],
 )
 def test_stages_of_others_are_run_by_commands_that_name_their_folder(stage: str, command: str) -> None:
     with pytest.raises(ConfigError, match=f"{stage}: no folder .* `swesbi {command} --cohort FOLDER` runs"):

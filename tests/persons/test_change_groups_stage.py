@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import ratio_case
 from speed_case import shipped
-from test_change_command import stored
+from test_compare_command import stored
 
 from swesbi.artefacts import Provenance, save, to_groups
 from swesbi.persons.change.groups import verdict_of_pair

@@ -1,4 +1,4 @@
-"""The walk through the virtual trial, and the commands `change` and `plan`, on a finished small study."""
+"""The walk through the virtual trial, and the commands `compare` and `plan`, on a finished small study."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from swesbi.config.read import overlay, read_yaml
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.stored import read_change
 from swesbi.persons.change.stored_groups import read_change_groups
-from swesbi.study.change import ALL_CHANGES, CHANGE_OUTPUTS, GROUP_OUTPUTS
+from swesbi.study.compare import ALL_CHANGES, CHANGE_OUTPUTS, GROUP_OUTPUTS
 
 PAGE = (ROOT / "docs" / "change-and-groups.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -136,9 +136,9 @@ def test_the_network_of_the_cohort_compares_a_person_alone_as_among_all(
     leave_few(study.folder / TRIAL)
     given = ("--overlay", study.config, "--cohort", str(TRIAL), "--experiment", "calibrated")
     alone, out = tmp_path / "alone", tmp_path / "all"
-    done = study.call("-m", "swesbi", "change", *given, "--person", "P01", "--out", str(alone))
+    done = study.call("-m", "swesbi", "compare", *given, "--person", "P01", "--out", str(alone))
     assert done.returncode == 0, done.stderr
-    done = study.call("-m", "swesbi", "change", *given, "--all", "--out", str(out))
+    done = study.call("-m", "swesbi", "compare", *given, "--all", "--out", str(out))
     assert done.returncode == 2, done.stderr
     assert_same(out / "P01", alone)
 

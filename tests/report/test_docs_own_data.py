@@ -57,8 +57,8 @@ def test_a_trained_network_answers_as_the_page_says(own_study: StudyCopy) -> Non
     (study.folder / "fill.py").write_text(blocks("python")[0], encoding="utf-8")
     typed(".venv/bin/swesbi template data/septum_12", study)
     typed(".venv/bin/python fill.py", study)
-    by_hand = re.search(r"^\S+/swesbi new-subject .*--subject.*$", PAGE, re.MULTILINE)
-    whole = re.search(r"^\S+/swesbi new-subject .*--all.*$", PAGE, re.MULTILINE)
+    by_hand = re.search(r"^\S+/swesbi infer .*--subject.*$", PAGE, re.MULTILINE)
+    whole = re.search(r"^\S+/swesbi infer .*--all.*$", PAGE, re.MULTILINE)
     assert by_hand and whole
     # the page's network is that of the full study; this one is the smoke study's
     assert typed(f"{by_hand[0]} --overlay {study.config}", study).stdout.startswith("S-101: ")

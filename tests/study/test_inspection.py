@@ -241,7 +241,7 @@ def test_what_is_advised_depends_on_whose_file_it_is(tmp_path: Path, capsys: Sho
         folder.mkdir(parents=True, exist_ok=True)
     for path, advice in (
         (own, "delete it and rerun: rm -f"),
-        (answer, "ask again with --force: `swesbi new-subject --help`"),
+        (answer, "ask again with --force: `swesbi infer --help`"),
         (raw, "it is no result of a study, and is left as it is"),
     ):
         path.write_bytes(b"not HDF5")

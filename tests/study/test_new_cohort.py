@@ -22,9 +22,9 @@ from swesbi.recording.observation import same_recording
 from swesbi.recording.reader import read_samples
 from swesbi.report import answers_table as table_module
 from swesbi.report.answers_table import Asked, answers_table, explanations, read_answers, write_answers
-from swesbi.study import new_subject as command
+from swesbi.study import infer as command
 from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
-from swesbi.study.new_subject import check_table
+from swesbi.study.infer import check_table
 from swesbi.verdict.answers import Answer
 
 ROOT = Path(__file__).parents[2]
@@ -78,7 +78,7 @@ def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
 
     def asked(*further: str) -> pd.DataFrame:
         out = tmp_path / "-".join(["out", *further])
-        assert main(["new-subject", "--cohort", str(cohort), "--all", "--out", str(out), *further]) == 2
+        assert main(["infer", "--cohort", str(cohort), "--all", "--out", str(out), *further]) == 2
         return read_answers(out / "answers.csv").set_index("subject")
 
     table = asked()

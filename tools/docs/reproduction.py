@@ -92,8 +92,8 @@ def _narrowed(results: ReproductionResults) -> str:
     now = ", ".join(f"{share(best[name], 2)} for `{name}`" for name in THETA_NAMES)
     return (
         f"From epoch {earliest} to the best one, {reached}, the posteriors of the prior-supported "
-        f"subjects narrow by a factor of {factors} (medians over subjects), to {now}, relative to the prior's standard "
-        "deviation."
+        f"subjects narrow by a factor of {factors} (medians over subjects), to {now}, relative to the "
+        "prior's standard deviation."
     )
 
 

@@ -172,7 +172,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
     if name in (*OF_NEW_SUBJECTS, *OF_PERSONS) and not (study.new_rows or study.new_refused):
-        command = "change" if name in OF_PERSONS else "new-subject"
+        command = "compare" if name in OF_PERSONS else "infer"
         raise ConfigError(
             f"{name}: no folder of recordings outside the study is named; `swesbi {command} --cohort FOLDER` "
             "runs this stage"

@@ -200,7 +200,7 @@ class Study:
 
 
 OWN_PROTOCOL: Final = "says how one recording was made, but networks learn from a cohort of one protocol"
-ONE_PROTOCOL: Final = "leave the subject out of `subjects` and ask `swesbi new-subject`, or remove the file"
+ONE_PROTOCOL: Final = "leave the subject out of `subjects` and ask `swesbi infer`, or remove the file"
 
 
 def load_study(

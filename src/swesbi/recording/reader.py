@@ -27,7 +27,7 @@ READERS: Final = {".csv": read_table, ".mat": read_mat_table}
 OWN_FORM: Final = TableLayout()
 NOT_GATED: Final = "is free-running: it has instants (time_ms) and no phases (phase_index)"
 ASK_FREE: Final = (
-    "networks and the experiments of the paper need gated phases; `swesbi new-subject` answers it without a "
+    "networks and the experiments of the paper need gated phases; `swesbi infer` answers it without a "
     "network; in a study's own cohort leave it out of `subjects`"
 )
 EVENT_HERE: Final = "says what set off each wave"

@@ -225,7 +225,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi plan",
         description="Say how many persons a study needs to find an effect, by number of repeats. Persons are "
-        "simulated, recorded and answered as `change` and the study answer real ones, by the network of a "
+        "simulated, recorded and answered as `compare` and the study answer real ones, by the network of a "
         "population; many studies are drawn from them. Answering a person (three recordings, two pairs) "
         "takes one to two minutes of one core for each number of repeats; answered persons are kept under "
         "<results>/<experiment>/plan/banks.",

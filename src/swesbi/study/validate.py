@@ -97,7 +97,7 @@ def _lists(config: Config) -> Mapping[str, Sequence[str]]:
 
 
 def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
-    answer = typed("swesbi", "new-subject", "--cohort", cohort, "--all")
+    answer = typed("swesbi", "infer", "--cohort", cohort, "--all")
     return (
         f"{source} has `cohort: {config.cohort}`, whose network answers these recordings as they are: "
         f"`{answer}`. To train networks on them instead, set `cohort` to {cohort} and `results` to another "
@@ -111,7 +111,7 @@ def _free_running(report: CohortReport) -> tuple[str, ...]:
         return ()
     names = ", ".join(one.observation.subject for one in report.free)
     return (
-        f"free-running: {names}; `swesbi new-subject` answers them without a network. Networks and the "
+        f"free-running: {names}; `swesbi infer` answers them without a network. Networks and the "
         "experiments of the paper need gated phases: leave them out of `subjects` of a study",
     )
 

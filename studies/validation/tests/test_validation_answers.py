@@ -1,4 +1,4 @@
-"""Asking other hearts: which of them, what is refused, that answers are those of `new-subject`."""
+"""Asking other hearts: which of them, what is refused, that answers are those of `infer`."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
 
 
 def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: Path) -> None:
-    """A heart, as a subject of a cohort, has the same answer from `new-subject`."""
+    """A heart, as a subject of a cohort, has the same answer from `infer`."""
     subject, cohort, out = made.heart.context.subject, folder / "cohort", folder / "out"
     (cohort / "swe").mkdir(parents=True)
     whole = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}
@@ -145,7 +145,7 @@ def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: 
         "origin: a heart of development\nprotocol: { repeats_are: sweeps }\n", encoding="utf-8"
     )
     given = ("--overlay", overlay, "--experiment", "amortised", "--cohort", str(cohort))
-    assert main(["new-subject", *given, "--subject", subject, "--out", str(out)]) == 0
+    assert main(["infer", *given, "--subject", subject, "--out", str(out)]) == 0
     exact = read_exact_result(out / "posterior.h5")
     assert found.status == read_verdict(out / "verdict.json").status
     assert found.efficiency == exact.efficiency

@@ -190,7 +190,7 @@ def _told(error: ArtefactError) -> str:
     if not folders:
         return f"{error.path}: {error.fault}; it is no result of a study, and is left as it is"
     if any(part in ANSWERS for part in path.relative_to(folders[0]).parts):
-        return f"{error.path}: {error.fault}; ask again with --force: `swesbi new-subject --help`"
+        return f"{error.path}: {error.fault}; ask again with --force: `swesbi infer --help`"
     return error.message(_options(folders[0]))
 
 

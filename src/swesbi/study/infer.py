@@ -77,7 +77,7 @@ class Given:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `new-subject`; return 0 after printing the answer, or 2 if one of all subjects is refused.
+    """Run `infer`; return 0 after printing the answer, or 2 if one of all subjects is refused.
 
     Raises:
         ConfigError: The configuration or the cohort is wrong, or does not have the subject.
@@ -218,7 +218,7 @@ def _text(study: Study, subject: str, given: Given) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="swesbi new-subject",
+        prog="swesbi infer",
         description="Answer subjects who are not in the study's cohort with the network that the study has "
         "trained: exact posterior with its certificate, verdict, figures, in seconds and without training. "
         "A heart unlike those that it was trained on is answered by the network of a population, if one runs "

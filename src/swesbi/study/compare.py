@@ -68,7 +68,7 @@ class Asked:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `change`; return 0 after printing the ratios, or 2 if one of all persons is refused.
+    """Run `compare`; return 0 after printing the ratios, or 2 if one of all persons is refused.
 
     Raises:
         ConfigError: The configuration or the cohort is wrong, or has no such person or visit, or but one.
@@ -232,7 +232,7 @@ def _answer(folder: Path, asked: Asked) -> None:
 
 
 def _visit(made: Path, asked: Asked, visit: str, subject: str) -> Path:
-    """Answer one visit as `new-subject` does, and return its folder.
+    """Answer one visit as `infer` does, and return its folder.
 
     Raises:
         ValueError: It is refused; says which visit.
@@ -277,11 +277,11 @@ def _text(folder: Path) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="swesbi change",
+        prog="swesbi compare",
         description="Say what has changed between two visits of one person who is not in the study's cohort: "
         "ratios of parameters with intervals, from the exact posterior of both recordings, which share what "
         "a person keeps. Rows of subjects.csv of one `person` are the visits. Each is answered as "
-        "`new-subject` does; the configuration is that of the study. With --all, of every person who came "
+        "`infer` does; the configuration is that of the study. With --all, of every person who came "
         "twice, and what has changed in groups of them.",
         epilog="Exit code: 0 answered; 2 refused, or one of --all was: the others are answered all the same.",
     )

@@ -160,12 +160,12 @@ def test_the_nulls_of_others_catch_noise_that_is_larger_than_stated(
 
 @pytest.fixture
 def typed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Typed:
-    """Runs `new-subject` in this process, in the folder of a small study and under its configuration."""
+    """Runs `infer` in this process, in the folder of a small study and under its configuration."""
 
     def run(study: StudyCopy, *arguments: str) -> subprocess.CompletedProcess[str]:
         with monkeypatch.context() as patch:
             patch.chdir(study.folder)
-            code = main(["new-subject", "--overlay", study.config, *arguments])
+            code = main(["infer", "--overlay", study.config, *arguments])
         shown = capsys.readouterr()
         return subprocess.CompletedProcess(arguments, code, shown.out, shown.err)
 
@@ -309,7 +309,7 @@ def test_strangers_are_answered_alone_as_among_others(
 def answered_alone(study: StudyCopy, cohort: Path, subject: str, out: Path) -> Path:
     """Answer one subject by a process of its own."""
     asked = ("--cohort", str(cohort), "--subject", subject, "--out", str(out))
-    done = study.call("-m", "swesbi", "new-subject", "--overlay", study.config, *asked)
+    done = study.call("-m", "swesbi", "infer", "--overlay", study.config, *asked)
     assert done.returncode == 0, done.stderr
     return out
 

@@ -1,18 +1,18 @@
 """Subjects that the network has not seen: seconds an answer takes, how it compares with long Markov chains.
 
-    python benchmarks/new_subject.py
-    python benchmarks/new_subject.py --subjects 3
-    python benchmarks/new_subject.py --network 20
+    python benchmarks/infer.py
+    python benchmarks/infer.py --subjects 3
+    python benchmarks/infer.py --network 20
 
-Needs a finished study of the shipped configuration. Generated subjects are answered by `new-subject`,
+Needs a finished study of the shipped configuration. Generated subjects are answered by `infer`,
 each in a process of its own; then a classifier tells their draws from those of MCMC (0.5: it cannot).
 Three subjects whose contexts lie outside are handed in as well. Last, each subject of the study is judged
-with the null distributions of the others: the share of well-specified recordings that is strained or contradicted,
-5 % if pooling them costs nothing.
+with the null distributions of the others: the share of well-specified recordings that is strained or
+contradicted, 5 % if pooling them costs nothing.
 
 With --network the network alone is measured, on so many recordings that the model makes of each context:
 the share of its draws that is effective at the heart rates that it knows, between them, beyond the fastest,
-and where values that only steer it are a quarter larger than a subject's; as they are, and as `new-subject`
+and where values that only steer it are a quarter larger than a subject's; as they are, and as `infer`
 shows them to it, moved into the range that it knows.
 """
 
@@ -62,7 +62,7 @@ OUTSIDE = {"hr_bpm": 130.0, "lvedv_ml": 210.0, "ivsd_cm": 1.4}
 
 def answer(cohort: Path, subject: str, out: Path) -> tuple[float, subprocess.CompletedProcess[str]]:
     """Return the wall time (s) of one answer in a process of its own, and what the process said."""
-    command = [sys.executable, "-m", "swesbi", "new-subject", "--cohort", str(cohort), "--subject", subject]
+    command = [sys.executable, "-m", "swesbi", "infer", "--cohort", str(cohort), "--subject", subject]
     begin = time.perf_counter()
     done = subprocess.run([*command, "--out", str(out)], capture_output=True, text=True, check=False)
     return time.perf_counter() - begin, done

@@ -1,4 +1,4 @@
-"""The command `change`: whose visits, what is refused, what is written and what is not."""
+"""The command `compare`: whose visits, what is refused, what is written and what is not."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from swesbi.persons.change.ratios import QUANTITIES, Ratios
 from swesbi.persons.change.stored import KIND, StoredChange, change_table, read_change
 from swesbi.persons.change.words import change_lines
 from swesbi.report.csv import write_csv
-from swesbi.study import change as command
+from swesbi.study import compare as command
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.change import ChangeFiles, PersonChangeStageSettings, check_protocols
 from swesbi.study.stages.change_groups import ChangeGroupsStageSettings
@@ -86,7 +86,7 @@ def typed(
         (tmp_path / "overlay.yaml").write_text(f"results: {results}\n", encoding="utf-8")
         monkeypatch.chdir(ROOT)
         chosen = ("--cohort", str(cohort), "--experiment", "amortised", *arguments)
-        code = main(["change", "--overlay", str(tmp_path / "overlay.yaml"), *chosen])
+        code = main(["compare", "--overlay", str(tmp_path / "overlay.yaml"), *chosen])
         assert code == 2
         return "".join(capsys.readouterr())
 
@@ -241,7 +241,7 @@ def test_stopped_among_all_it_leaves_those_who_were_compared(
     (tmp_path / "overlay.yaml").write_text(f"results: {tmp_path / 'results'}\n", encoding="utf-8")
     instead.raised = {"P03-after": KeyboardInterrupt()}
     given = ("--cohort", str(TRIAL), "--experiment", "amortised", "--out", str(tmp_path / "out"))
-    assert main(["change", "--overlay", str(tmp_path / "overlay.yaml"), *given, "--all"]) == 130
+    assert main(["compare", "--overlay", str(tmp_path / "overlay.yaml"), *given, "--all"]) == 130
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"P01", "P02"}
     assert {path.name for path in tmp_path.iterdir()} == {"overlay.yaml", "out", "results"}
 
