@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import arviz
+import h5py
 import numpy as np
 import pytest
 import speed_case
@@ -148,6 +149,17 @@ FEW = SETTINGS.model_copy(
     }
 )
 BY_MCMC = FEW.model_copy(update={"max_rounds": 0, "min_effective_draws": 1999})
+
+
+def test_draws_of_the_prior_have_a_name_of_their_own(tmp_path: Path) -> None:
+    """A posterior without a network holds no group that says it had one."""
+    exact = exact_posterior(ToyModel(), None, SETTINGS, 1)[0]
+    path = tmp_path / "posterior.h5"
+    save(path, exact_to_groups(exact, np.empty(0), (), PRIOR, SETTINGS), PROVENANCE)
+    with h5py.File(path) as file:
+        assert "prior_draws" in file and "npe" not in file
+    for read in (read_exact_posterior(path), read_exact_result(path)):
+        np.testing.assert_array_equal(read.npe_phi, exact.npe_phi)
 
 
 @pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])

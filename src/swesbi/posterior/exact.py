@@ -22,7 +22,7 @@ from swesbi.posterior import truncated
 from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, k_hat_limit, resample
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
-from swesbi.posterior.result import NUISANCE_PARAMETERS, phi_of
+from swesbi.posterior.result import NPE, NUISANCE_PARAMETERS, PRIOR_DRAWS, group_of_first, phi_of
 from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings, asking
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import JointPriorSettings
@@ -255,10 +255,14 @@ SCHEMA: Final = {
         }
     ),
     "posterior": truncated.columns_along("chain draw", SCALE_NAME) | _nuisances("chain draw"),
-    "npe": truncated.columns_along("draw", PHI_NAMES, ", of the network") | _nuisances("draw"),
+    NPE: truncated.columns_along("draw", PHI_NAMES, ", of the network") | _nuisances("draw"),
+    PRIOR_DRAWS: truncated.columns_along("draw", PHI_NAMES, ", of the prior") | _nuisances("draw"),
     "weighted": truncated.columns_along("draw", PHI_NAMES) | _nuisances("draw") | OWN["weighted"],
 }
-"""What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior."""
+"""What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior.
+
+Of the network's draws and the prior's it has one: those with which the inference began.
+"""
 
 
 def exact_to_groups(
@@ -272,7 +276,7 @@ def exact_to_groups(
 
     Args:
         exact: The posterior of one recording.
-        z_obs: Conditioning vector of the network; shape (C,).
+        z_obs: Conditioning vector of the network, shape (C,); empty where there was none.
         component_names: Names of its components.
         prior: The joint prior.
         settings: Gives the interval's mass.
@@ -285,7 +289,8 @@ def exact_to_groups(
     beside = _columns(exact.phi[None], SCALE_NAME)
     added = build_dataset(SCHEMA["posterior"], beside, labels)
     groups["posterior"] = groups["posterior"].assign(added.variables)
-    groups["npe"] = build_dataset(SCHEMA["npe"], _columns(exact.npe_phi, PHI_NAMES), labels)
+    first = group_of_first(len(z_obs))
+    groups[first] = build_dataset(SCHEMA[first], _columns(exact.npe_phi, PHI_NAMES), labels)
     weighted = _columns(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
     groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted, labels)
     return groups
@@ -304,12 +309,15 @@ def read_exact_posterior(path: Path) -> ExactPosterior:
         ArtefactError: The file is not a posterior.
         KeyError: It is the posterior of an experiment without an exact likelihood.
     """
-    groups = {group: load(path, truncated.POSTERIOR, group)[0] for group in SCHEMA}
-    reasons = str(groups["/"]["reasons"].item())
+    root, _ = load(path, truncated.POSTERIOR)
+    first = group_of_first(root.sizes["component"])
+    groups = {group: load(path, truncated.POSTERIOR, group)[0] for group in ("posterior", first, "weighted")}
+    groups["/"] = root
+    reasons = str(root["reasons"].item())
     given = {
         "phi": phi_of(groups["posterior"].isel(chain=0)),
         "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
-        "npe_phi": phi_of(groups["npe"]),
+        "npe_phi": phi_of(groups[first]),
         "weighted.phi": phi_of(groups["weighted"]),
     }
     return from_groups(ExactPosterior, groups, given)

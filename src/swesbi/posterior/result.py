@@ -21,6 +21,10 @@ FloatArray = NDArray[np.float64]
 MCMC: Final = "mcmc"
 NUISANCE_PARAMETERS: Final = "nuisance_parameters"
 """The dataset of the nuisance parameters in each group of draws."""
+NPE: Final = "npe"
+"""The group of the network's own draws."""
+PRIOR_DRAWS: Final = "prior_draws"
+"""The group of the prior's draws, in place of the network's where there was none."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +68,11 @@ def read_exact_result(path: Path) -> ExactResult:
         ArtefactError: The file is not a posterior.
         KeyError: It is the posterior of an experiment on features.
     """
-    root, draws, npe = (load(path, POSTERIOR, group)[0] for group in ("/", "posterior", "npe"))
+    root, draws = (load(path, POSTERIOR, group)[0] for group in ("/", "posterior"))
+    first, _ = load(path, POSTERIOR, group_of_first(root.sizes["component"]))
     return ExactResult(
         phi=phi_of(draws.isel(chain=0)),
-        npe_phi=phi_of(npe),
+        npe_phi=phi_of(first),
         sampler=str(root["sampler"].item()),
         k_hat=float(root["k_hat"]),
         k_hat_limit=float(root["k_hat_limit"]),
@@ -77,6 +82,15 @@ def read_exact_result(path: Path) -> ExactResult:
         reasons=str(root["reasons"].item()),
         interval_mass=float(root["interval_mass"]),
     )
+
+
+def group_of_first(components: int) -> str:
+    """Return which group holds the draws with which the inference began.
+
+    Args:
+        components: Of the network's conditioning vector; none where there was no network.
+    """
+    return NPE if components else PRIOR_DRAWS
 
 
 def phi_of(group: xr.Dataset) -> FloatArray:
