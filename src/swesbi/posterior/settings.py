@@ -187,6 +187,6 @@ class PosteriorSettings(Settings):
     unfiltered_draws: int = Field(
         ge=1,
         description="First candidates kept as they came. Chosen: enough to see where the mass of an "
-        "unsupported subject lies.",
+        "subject lies that is not prior-supported.",
     )
     interval: Level = Field(description="Mass of the equal-tailed credible interval. Paper, Sec. 2.5.")

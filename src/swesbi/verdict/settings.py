@@ -158,7 +158,9 @@ class RuleSettings(Settings):
         description="False-alarm rate of 'strained' or worse, over all tests with a null distribution "
         "together. Chosen."
     )
-    contradicted_level: Level = Field(description="False-alarm rate of 'contradicted', over all tests. Chosen.")
+    contradicted_level: Level = Field(
+        description="False-alarm rate of 'contradicted', over all tests. Chosen."
+    )
     volumes: VolumeSettings = Field(description="The test of the volumes of the cavity.")
     context: ContextCheckSettings = Field(description="The test of the context.")
 
