@@ -60,7 +60,7 @@ def test_the_shipped_seed_gives_the_outcome_of_the_study(finished: StudyCopy, ta
     study = pd.read_csv(finished.results / "tables" / "ppc.csv")
     study = study[study["experiment"] == "paper"].set_index("subject")
     assert tuple(shipped.index) == SUBJECTS
-    assert study["supported"].any()
+    assert study["may_be_read"].any()
     for name, row in shipped.iterrows():
         verdict = read_verdict(finished.results / "paper" / "subjects" / str(name) / "verdict.json")
         assert row["max_abs_z"] == pytest.approx(verdict.max_abs_z, rel=1e-6)
