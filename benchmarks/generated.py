@@ -10,6 +10,7 @@ so the model is wrong about these hearts in known ways. A number always gives th
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -17,12 +18,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+sys.path.insert(0, str(Path(__file__).parents[1]))  # the project's folder, where `data` is found
+
+from data.makers.clinical import measure
+from data.makers.files import samples_table
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.clinical import CLINICAL
-from swesbi.virtual.clinical import measure
-from swesbi.virtual.files import samples_table
 from swesbi.virtual.generated import GeneratedRecording, record_subject
 from swesbi.virtual.volunteers import simulate_truth
 

@@ -10,15 +10,18 @@ from __future__ import annotations
 
 import argparse
 import logging
+import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
+sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, where `data` is found
+
+from data.other_hearts.drawn import People, Source, draw_hearts
+from data.other_hearts.land_population import LandHearts
+from data.other_hearts.physioblocks import PhysioBlocksHearts, Program
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
-from swesbi.virtual.hearts.drawn import People, Source, draw_hearts
-from swesbi.virtual.hearts.land_population import LandHearts
-from swesbi.virtual.hearts.physioblocks import PhysioBlocksHearts, Program
 from swesbi.virtual.hearts.stored import Stream, save_hearts
 
 COUNTS: Final[dict[Stream, int]] = {"exam": 60, "development": 10}

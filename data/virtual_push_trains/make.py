@@ -6,14 +6,18 @@ README.md beside it says what they are.
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
 import pandas as pd
 
+sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, where `data` is found
+
+from data.makers.files import write_csv, write_text
+from data.makers.tables import truth_table
 from swesbi.recording.acquisition_settings import ACQUISITION_SEED
-from swesbi.virtual.files import write_csv, write_text
 from swesbi.virtual.push_trains import (
     BEATS,
     ERROR,
@@ -23,7 +27,6 @@ from swesbi.virtual.push_trains import (
     RR_JITTER,
     push_train,
 )
-from swesbi.virtual.tables import truth_table
 from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 RECORDING: Final = """\

@@ -19,6 +19,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, where `data` is found
+
+from data.makers.files import RECORDING, write_csv, write_recordings, write_text
+from data.makers.tables import markdown, phase_medians
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.pressures import ATTAINED
 from swesbi.config.experiments import SpeedExperimentSettings
@@ -29,8 +33,6 @@ from swesbi.parameters import NUISANCES, THETA
 from swesbi.population.settings import of_group
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.acquisition_settings import ACQUISITION
-from swesbi.virtual.files import RECORDING, write_csv, write_recordings, write_text
-from swesbi.virtual.tables import markdown, phase_medians
 from swesbi.virtual.trial.persons import TrialPerson, TrialVisit, draw_trial
 from swesbi.virtual.trial.settings import (
     AFTER,

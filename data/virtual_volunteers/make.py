@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,6 +20,19 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, where `data` is found
+
+from data.makers.clinical import CLINICAL_ERRORS, measure, true_measures
+from data.makers.files import RECORDING, write_csv, write_recordings, write_text
+from data.makers.noise_levels import (
+    COMPARED,
+    NOISE_LEVELS,
+    PAPER_RMSE_KPA,
+    SEEDS,
+    interpolation_error_kpa,
+    noise_levels,
+)
+from data.makers.tables import haemodynamics, markdown, phase_medians, truth_table
 from swesbi.config.read import read_merged
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.parameters import THETA
@@ -28,17 +42,6 @@ from swesbi.recording.columns import STATUS_OK
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
-from swesbi.virtual.clinical import CLINICAL_ERRORS, measure, true_measures
-from swesbi.virtual.files import RECORDING, write_csv, write_recordings, write_text
-from swesbi.virtual.noise_levels import (
-    COMPARED,
-    NOISE_LEVELS,
-    PAPER_RMSE_KPA,
-    SEEDS,
-    interpolation_error_kpa,
-    noise_levels,
-)
-from swesbi.virtual.tables import haemodynamics, markdown, phase_medians, truth_table
 from swesbi.virtual.volunteers import (
     LATE_DIASTOLE,
     SHOWN,

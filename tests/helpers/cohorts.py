@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from recordings import make_samples
 from scipy.io import savemat
 
-from swesbi.virtual.files import samples_table
+from data.makers.files import samples_table
 
 HEADER = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
 ROWS = {"S-1": "S-1,F,25,1.7,60,90,34,0.8", "s_2x": "s_2x,M,31,1.9,61,110,41,0.9"}

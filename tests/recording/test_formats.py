@@ -14,6 +14,7 @@ from cohorts import columns, recording, write_cohort, write_overlay, write_v5, w
 from recordings import CONTEXT, DENSITY, PHASES, RECORDING, make_samples
 from scipy.io import savemat
 
+from data.makers.files import samples_table
 from swesbi.__main__ import main
 from swesbi.artefacts import load
 from swesbi.recording.cohort import read_subjects
@@ -21,7 +22,6 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
-from swesbi.virtual.files import samples_table
 
 FIELDS = ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample", "speed_m_s", "fit_r2", "status")
 Writer = Callable[[Path, pd.DataFrame], None]

@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, nominal_phase
 
+from data.makers.files import samples_table
 from swesbi.artefacts import load
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.acquisition import TruthCurve, acquire
@@ -23,7 +24,6 @@ from swesbi.recording.speed import estimate_noise, repeat_means
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual.files import samples_table
 
 
 def without_phases(samples: Samples, *indices: int) -> Samples:

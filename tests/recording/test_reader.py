@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from recordings import DENSITY, PHASES, make_samples
 
+from data.makers.files import samples_table
 from swesbi.recording.cohort import read_subject_table, read_subjects
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-from swesbi.virtual.files import samples_table
 
 HEADER = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
 ROW = "A,M,24,1.88,57,118,45,0.88"

@@ -40,6 +40,8 @@ LAYERS = (
 """From the lowest package to the highest, as CONTRIBUTING.md lists them: each may import those before it."""
 BESIDE = ("explorer", "studies")
 """Packages that take names of the study, which runs without them; either may be missing."""
+MAKERS = "data"
+"""The package of the programs that made the shipped data: it takes names of the study, which runs without."""
 
 
 def modules() -> dict[str, Path]:
@@ -125,7 +127,18 @@ def test_nothing_of_the_study_imports_what_it_runs_without() -> None:
     assert {(path, name) for path, name in found if name.split(".")[0] in BESIDE} == set()
 
 
-@pytest.mark.parametrize("folder", BESIDE)
+def test_no_stage_imports_what_made_the_data() -> None:
+    files = [ROOT / "Snakefile", *code_below("src", "workflow", *BESIDE)]
+    found = {
+        (path, name)
+        for path in files
+        if "tests" not in path.relative_to(ROOT).parts
+        for name in names_imported(path)
+    }
+    assert {(path, name) for path, name in found if name.split(".")[0] == MAKERS} == set()
+
+
+@pytest.mark.parametrize("folder", [*BESIDE, MAKERS])
 def test_what_stands_beside_the_study_takes_public_names_of_it(folder: str) -> None:
     found = {(path, name) for path in code_below(folder) for name in names_imported(path)}
     assert {each for each in found if re.search(r"\b_(?!_)", each[1])} == set()

@@ -7,11 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from swesbi.base.arrays import FloatArray
-from swesbi.context import Context
-from swesbi.heart.settings import ForwardModelSettings
-from swesbi.virtual.hearts.beat import Beat
-from swesbi.virtual.hearts.land import (
+from data.other_hearts.land import (
     RELAXED,
     Bridges,
     CalciumTransient,
@@ -22,7 +18,11 @@ from swesbi.virtual.hearts.land import (
     steady_tension_kpa,
     tension_kpa,
 )
-from swesbi.virtual.hearts.land_heart import LandHeart, land_beat
+from data.other_hearts.land_heart import LandHeart, land_beat
+from swesbi.base.arrays import FloatArray
+from swesbi.context import Context
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.virtual.hearts.beat import Beat
 from swesbi.virtual.volunteers import COMMON
 
 INTACT = LandParameters()

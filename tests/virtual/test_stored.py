@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from other_hearts_case import CONFIG, LVESV_FRACTION
 
+from data.other_hearts.drawn import Drawn, People, draw_heart
+from data.other_hearts.land_population import EJECTION_FRACTION, SYSTOLIC_MMHG, LandHearts
+from data.other_hearts.physioblocks import PhysioBlocksHearts, Program, parameters_of
 from swesbi.artefacts import Provenance
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
@@ -20,11 +23,8 @@ from swesbi.prior import PriorSettings, in_bounds
 from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.seeds import generator, seed_sequence
 from swesbi.virtual.hearts.beat import Beat
-from swesbi.virtual.hearts.drawn import Drawn, People, draw_heart
 from swesbi.virtual.hearts.generators import STORED, all_generators
 from swesbi.virtual.hearts.heart import K_SR
-from swesbi.virtual.hearts.land_population import EJECTION_FRACTION, SYSTOLIC_MMHG, LandHearts
-from swesbi.virtual.hearts.physioblocks import PhysioBlocksHearts, Program, parameters_of
 from swesbi.virtual.hearts.stored import (
     FILES,
     StoredHeart,

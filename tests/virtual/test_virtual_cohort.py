@@ -14,6 +14,18 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
+from data.makers.files import read_true_theta
+from data.makers.noise_levels import (
+    COMPARED,
+    NOISE_LEVELS,
+    PAPER_RMSE_KPA,
+    SEEDS,
+    at_level,
+    measure_level,
+    noise_levels,
+    residual,
+)
+from data.makers.tables import haemodynamics
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import (
     ACQUISITION,
@@ -28,18 +40,6 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
-from swesbi.virtual.files import read_true_theta
-from swesbi.virtual.noise_levels import (
-    COMPARED,
-    NOISE_LEVELS,
-    PAPER_RMSE_KPA,
-    SEEDS,
-    at_level,
-    measure_level,
-    noise_levels,
-    residual,
-)
-from swesbi.virtual.tables import haemodynamics
 from swesbi.virtual.volunteers import VOLUNTEERS, Truth, record, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"
@@ -180,7 +180,7 @@ def test_a_scale_is_no_part_of_the_residual_without_it() -> None:
 
 
 def test_the_table_has_a_row_for_each_level(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("swesbi.virtual.noise_levels.SEEDS", range(1001, 1003))
+    monkeypatch.setattr("data.makers.noise_levels.SEEDS", range(1001, 1003))
     table = noise_levels([truth_of("A"), truth_of("B"), truth_of("E")], RECORDING, 100)
     assert table["rmse_kpa"].is_monotonic_increasing
     np.testing.assert_allclose(table["rmse_kpa"], table[["rmse_A_kpa", "rmse_B_kpa"]].mean(axis=1))

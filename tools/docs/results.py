@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from data.makers.files import read_true_theta
 from swesbi.artefacts import ArtefactError
 from swesbi.config.study import Study
 from swesbi.report.figures.training import read_epochs, read_history
 from swesbi.report.results import Experiment, Recovery
 from swesbi.report.tables.experiments import read_comparison
 from swesbi.verdict.verdict import Verdict, read_verdict
-from swesbi.virtual.files import read_true_theta
 
 
 @dataclass(frozen=True)

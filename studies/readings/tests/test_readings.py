@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 from study_copy import ROOT, StudyCopy
 
+from data.makers.noise_levels import through_phases
 from studies.acquisition_seeds.settings import judged_settings
 from studies.acquisition_seeds.truth import truth_of
 from studies.readings import stages as stage
@@ -46,7 +47,6 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.phases import analysis_grid
 from swesbi.recording.reader import read_samples
 from swesbi.study.stages.origin import Origin
-from swesbi.virtual.noise_levels import through_phases
 from swesbi.virtual.volunteers import VOLUNTEERS
 
 SHIPPED = overlay(read_merged(ROOT / "config.yaml"), read_yaml(ROOT / "tests" / "smoke.yaml"))

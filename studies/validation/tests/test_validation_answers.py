@@ -12,6 +12,7 @@ from other_hearts_case import recorded
 from study_copy import ROOT, StudyCopy
 from validation_case import VALIDATION, answer
 
+from data.makers.files import samples_table
 from studies.validation.answers import HeartAnswersSettings, Questioner, asked_of
 from studies.validation.score import KIND, HeartAnswer, to_dataset
 from studies.validation.settings import ValidationSettings, answers_settings, table_settings
@@ -26,7 +27,6 @@ from swesbi.posterior.result import read_exact_result
 from swesbi.study.finished import finished_population
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.verdict import read_verdict
-from swesbi.virtual.files import samples_table
 from swesbi.virtual.generated import PHYSIOLOGY
 from swesbi.virtual.hearts import ranges
 from swesbi.virtual.hearts.names import DEVELOPMENT, VALIDATION_STREAM

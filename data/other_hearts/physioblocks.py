@@ -15,12 +15,12 @@ from typing import Any, Final, Self
 
 import numpy as np
 
+from data.other_hearts.drawn import Drawn
 from swesbi.context import Context
 from swesbi.parameters import K_0, K_ATP, THETA_SI
 from swesbi.prior import PriorSettings, sample
 from swesbi.virtual.generated import Range
 from swesbi.virtual.hearts.beat import PHASES, Beat
-from swesbi.virtual.hearts.drawn import Drawn
 from swesbi.virtual.hearts.heart import K_SR
 from swesbi.virtual.hearts.ranges import log_uniform
 

@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from data.makers.clinical import true_measures
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import PASSIVE_SCALE, THETA_NAMES
 from swesbi.recording.samples import Samples
-from swesbi.virtual.clinical import true_measures
 from swesbi.virtual.volunteers import OWN_PARAMETERS, Truth
 
 OF_THE_BEAT: Final = ("systolic_aortic_pressure_mmhg", "diastolic_aortic_pressure_mmhg", "ejection_ms")

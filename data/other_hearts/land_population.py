@@ -8,14 +8,14 @@ from typing import Any, Final
 
 import numpy as np
 
+from data.other_hearts.drawn import Drawn
+from data.other_hearts.land import CalciumTransient, LandParameters
+from data.other_hearts.land_heart import LandHeart, land_beat
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.virtual.generated import PHYSIOLOGY, Range
 from swesbi.virtual.hearts.beat import Beat
-from swesbi.virtual.hearts.drawn import Drawn
-from swesbi.virtual.hearts.land import CalciumTransient, LandParameters
-from swesbi.virtual.hearts.land_heart import LandHeart, land_beat
 from swesbi.virtual.hearts.ranges import log_uniform
 from swesbi.virtual.volunteers import PASSIVE_C0_PA, PASSIVE_C2_PA
 

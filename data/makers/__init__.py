@@ -1,0 +1,1 @@
+"""What the programs that make shipped recordings share."""

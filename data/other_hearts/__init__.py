@@ -1,0 +1,1 @@
+"""What makes the stored hearts of other generators."""
