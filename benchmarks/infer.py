@@ -37,7 +37,7 @@ from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
-from swesbi.measurement.likelihood import SpeedModel, read_speed_model, speed_model
+from swesbi.measurement.likelihood import SpeedModel, read_speed_model
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.synthetic import own_recordings
@@ -170,7 +170,7 @@ def network_alone(
     rows = []
     for case in other_contexts(models):
         recording = replace(case.model.recording, context=case.context)
-        model = speed_model(recording, case.model.settings)
+        model = SpeedModel(recording, case.model.settings)
         made = own_recordings(model, count, SEED, "network", case.what).recordings
         for shown in ("as it is", "nearest known"):
             context = case.context if shown == "as it is" else nearest_known(case.context, trained)

@@ -40,7 +40,7 @@ PHYSIOBLOCKS_OPTIONS: Final = Options(
     mooney_rivlin=False,
     active_stiffness=True,
     second_piola=False,
-    frank_starling=True,
+    length_dependence=True,
     valve_inertance=True,
     prescribed_flow=False,
     wall_inertia=True,
@@ -71,6 +71,7 @@ PHYSIOBLOCKS_PARAMETERS: Final = Parameters(
     c_systemic=2.0 / 1.1e8,
     r_pulmonary=UNUSED,
     c_pulmonary=UNUSED,
+    length_dependence=1.0,
 )
 PHYSIOBLOCKS_THETA: Final = (273e3, 35.0, 20.0)
 PHYSIOBLOCKS_VENOUS_PRESSURE_PA: Final = 1600.0
@@ -80,7 +81,7 @@ SVZEROD_OPTIONS: Final = Options(
     mooney_rivlin=True,
     active_stiffness=False,
     second_piola=True,
-    frank_starling=False,
+    length_dependence=False,
     valve_inertance=False,
     prescribed_flow=True,
     wall_inertia=True,
@@ -110,6 +111,7 @@ SVZEROD_PARAMETERS: Final = Parameters(
     c_systemic=UNUSED,
     r_pulmonary=UNUSED,
     c_pulmonary=UNUSED,
+    length_dependence=UNUSED,
 )
 SVZEROD_THETA: Final = (1.0, 30.0, 30.0)
 SVZEROD_WINDOW_S: Final = (0.17, 0.484, 0.005)
@@ -144,7 +146,8 @@ def physioblocks_model(table: pd.DataFrame, steps_per_ms: int = 1) -> Model:
         ]
     )
     step_s = (time_s[-1] - time_s[0]) / steps
-    return Model(PHYSIOBLOCKS_OPTIONS, PHYSIOBLOCKS_PARAMETERS, drives, step_s, steps_per_ms, start)
+    options = PHYSIOBLOCKS_OPTIONS
+    return Model(options, PHYSIOBLOCKS_PARAMETERS, drives, step_s, steps_per_ms, start, options)
 
 
 def compare_with_physioblocks(table: pd.DataFrame) -> Comparison:
@@ -188,7 +191,7 @@ def svzerod_model(table: pd.DataFrame) -> Model:
     start[0] = table["radial_displacement_m"].iloc[0]
     start[2] = table["active_stress_pa"].iloc[0]
     step_s = (time_s[-1] - time_s[0]) / steps
-    return Model(SVZEROD_OPTIONS, SVZEROD_PARAMETERS, drives, step_s, 1, start)
+    return Model(SVZEROD_OPTIONS, SVZEROD_PARAMETERS, drives, step_s, 1, start, SVZEROD_OPTIONS)
 
 
 def compare_with_svzerod(table: pd.DataFrame) -> Comparison:

@@ -31,7 +31,7 @@ LANES: Final = 1
 ROOTS: Final = (
     ("swesbi.heart.simulate", "simulate"),
     ("swesbi.heart.simulate", "simulate_active"),
-    ("swesbi.measurement.likelihood", "speed_model"),
+    ("swesbi.measurement.likelihood", "SpeedModel"),
     ("swesbi.measurement.likelihood", "log_likelihood"),
     ("swesbi.measurement.speeds", "SpeedRecording"),
     ("swesbi.context", "Context"),
@@ -82,10 +82,10 @@ def physics(settings: SpeedModelSettings, exact: ExactSettings, rule: RuleSettin
     Raises:
         UntranslatableError: Code that it leads to is not known to the translator; with file and line.
     """
-    options = options_of(settings.forward_model)
+    options, dependent = (options_of(settings.forward_model, dependent=own) for own in (False, True))
     program = Program(
         loops={
-            EQUATIONS: Loop(EQUATIONS, ((options, False), (options, True)), KERNEL_RANKS),
+            EQUATIONS: Loop(EQUATIONS, ((options, False), (options, True), (dependent, True)), KERNEL_RANKS),
             ACTIVATIONS: Loop(ACTIVATIONS, ((),), ACTIVATION_RANKS),
         },
         given={("swesbi.heart.kernel", "LANES"): LANES, ("swesbi.heart.compiled", "source_key"): 0},

@@ -10,7 +10,7 @@ import pandas as pd
 
 from data.makers.clinical import true_measures
 from swesbi.base.arrays import FloatArray
-from swesbi.parameters import PASSIVE_SCALE, THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 from swesbi.recording.samples import Samples
 from swesbi.virtual.volunteers import OWN_PARAMETERS, Truth
 
@@ -52,7 +52,7 @@ def _truth_row(truth: Truth) -> dict[str, str | float]:
     physiology = {name: getattr(volunteer, name) for name in OWN_PARAMETERS}
     scale = round(truth.passive_scale_kpa, 4)
     beat = {name: round(haemodynamics(truth)[name], 1) for name in OF_THE_BEAT}
-    return {"subject": volunteer.context.subject, **theta, PASSIVE_SCALE.name: scale, **physiology, **beat}
+    return {"subject": volunteer.context.subject, **theta, "passive_scale_kpa": scale, **physiology, **beat}
 
 
 def markdown(table: pd.DataFrame) -> str:

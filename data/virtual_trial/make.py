@@ -90,7 +90,7 @@ Contexts are drawn from the group `{group}` of the study's declared population (
 | what | between persons | between the visits of one |
 |---|---|---|
 | {theta} | {share} of the spread of the study's prior | ± {theta_spread} each, and the effect |
-| passive scale a | likewise | ± {scale_spread} |
+| passive stiffness a | likewise | ± {scale_spread} |
 | {loading} | the study's prior | ± {loading_spread} each |
 | {scale} | {kept} of the variance of the study's prior | the rest |
 | {kept_names} | the study's prior | none |
@@ -142,7 +142,7 @@ def source_of(config: Config, trial: TrialSettings) -> TrialSource:
     over_population = config.population_experiments[POPULATION]
     experiment = config.speed_experiments[over_population.base]
     prior = JointPriorSettings(
-        theta=config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
+        theta=config.priors[experiment.prior], passive_stiffness_kpa=experiment.passive_stiffness_kpa
     )
     if fixed := [name for name in (*LOADING, SPEED_SCALE) if name not in prior.names]:
         raise ValueError(f"priors.{experiment.prior}.nuisances has no {fixed[0]}, which the trial varies")
@@ -167,9 +167,6 @@ def _model(
         discrepancy=experiment.observation_model.discrepancy,
         forward_model=MECHANICS,
         measurement=config.measurement,
-        passive=config.passive,
-        passive_beat="own",
-        passive_reference_prior=config.priors[config.passive_reference_prior],
         density_kg_m3=config.recording.density_kg_m3,
     )
 
@@ -289,7 +286,7 @@ def _design(source: TrialSource) -> dict[str, str]:
         "theta": ", ".join(parameter.text for parameter in THETA),
         "share": f"{trial.prior_share:g}",
         "theta_spread": _percent(trial.theta_spread),
-        "scale_spread": _percent(trial.passive_scale_spread),
+        "scale_spread": _percent(trial.passive_spread),
         "loading": ", ".join(texts[name] for name in LOADING),
         "loading_spread": _percent(trial.loading_spread),
         "scale": f"scale of all speeds, {texts[SPEED_SCALE]}",

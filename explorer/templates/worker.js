@@ -6,7 +6,7 @@ function modelOf(context, recorded = null) {
   const c = call(physics.Context, [], context);
   const shared = recorded?.shared[0]?.length ? np.array(recorded.shared) : np.zeros([recorded?.phase.length ?? 0, 0]);
   const parts = recorded ? [recorded.phase, recorded.speed_m_s, recorded.relative_se].map((list) => np.array(list)) : [nothing(), nothing(), nothing()];
-  return physics.speed_model(new physics.SpeedRecording(c, ...parts, shared), physics.settings);
+  return new physics.SpeedModel(new physics.SpeedRecording(c, ...parts, shared), physics.settings);
 }
 
 // Beats of rows of phi in a context: what is drawn of each, row after row.

@@ -18,7 +18,7 @@ from explorer.data import DRAWS, page_data, spread
 from explorer.page import LARGEST_BYTES, render_page
 from explorer.physics import physics
 from swesbi.heart.simulate import simulate
-from swesbi.measurement.likelihood import speed_model
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.importance import resample
@@ -139,7 +139,7 @@ def test_the_posterior_of_a_recording_is_pythons(page: Browser, tmp_path: Path) 
     assert certificate.startswith("Reliable: Pareto shape 0.")
     found = np.array(page.evaluate("state.inferred.phi"))
     observed, settings = explorer_case.observation("A"), speed_case.settings("calibrated")
-    model = speed_model(measured_speeds(observed, explorer_case.NOISE), settings)
+    model = SpeedModel(measured_speeds(observed, explorer_case.NOISE), settings)
     *_, last = adaptive_rounds(model, speed_case.exact(), 2)
     own = resample(last.weighted, len(found), np.random.default_rng(1))
     error = 4.5 * np.sqrt(2.0 / speed_case.exact().min_effective_draws)

@@ -13,7 +13,7 @@ from javascript import evaluate, find_node
 
 from explorer.judged import judged_without_nulls
 from explorer.physics import physics
-from swesbi.measurement.likelihood import SpeedModel, speed_model
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.verdict.volumes import WALL_DRAWS
 
@@ -21,7 +21,7 @@ JUDGE: Final = """
 const a = (list) => np.array(list), parts = given.recording.map(a), { context } = given;
 const heart = call(physics.Context, [], { ...context, lvesv_ml: context.lvesv_ml ?? NaN });
 const recording = new physics.SpeedRecording(heart, ...parts, np.empty([parts[0].length, 0]));
-const model = physics.speed_model(recording, physics.settings);
+const model = new physics.SpeedModel(recording, physics.settings);
 const [word, tests] = physics.judged_without_nulls(model, a(given.phi), physics.rule);
 return { word, tests: tests.map((one) => [one.name, one.statistic, one.p_value, one.flagged, one.detail]) };
 """
@@ -38,11 +38,11 @@ def recorded(off: float = 0.0, lvesv_ml: float | None = None) -> SpeedModel:
     """Return a recording of the prior's centre, every second speed off by so much, and its model."""
     settings, phi = speed_case.settings("calibrated"), near_the_centre()
     blank = speed_case.model(prior="calibrated").recording
-    speed = speed_model(blank, settings).predict(phi[:1]).speed_m_s[0]
+    speed = SpeedModel(blank, settings).predict(phi[:1]).speed_m_s[0]
     context = blank.context if lvesv_ml is None else replace(blank.context, lvesv_ml=lvesv_ml)
     signs = np.where(np.arange(len(speed)) % 2, 1.0, -1.0)
     errors = np.full(len(speed), 0.03)
-    return speed_model(
+    return SpeedModel(
         SpeedRecording(context, blank.phase, speed * np.exp(off * signs), errors, blank.shared), settings
     )
 

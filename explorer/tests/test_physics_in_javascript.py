@@ -50,7 +50,7 @@ const r = given.recording, a = (list) => np.array(list);
 const shared = r.columns ? a(r.shared) : np.empty([r.phase.length, 0]);
 const measured = [a(r.phase), a(r.speed_m_s), a(r.relative_se), shared];
 const recording = new physics.SpeedRecording(context(given.context), ...measured);
-const model = physics.speed_model(recording, physics.settings);
+const model = new physics.SpeedModel(recording, physics.settings);
 return model.log_likelihood(phi).tolist().map((x) => (x === -Infinity ? null : x));
 """
 
@@ -138,7 +138,7 @@ def test_other_equations_make_another_page(tmp_path: Path) -> None:
     find_node()
     settings = speed_case.settings()
     changes = {
-        "length_dependence": "frank_starling",
+        "length_dependence": 1.0,
         "valves": "inertance",
         "wall_inertia": True,
         "maximum_step_s": 1.4e-3,

@@ -1,8 +1,9 @@
 """The inferred parameters: names, units, meanings, order, declared ranges and labels, said here alone.
 
 theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a, nuisances) joins it with the passive
-scale a of the recording and with whatever nuisance parameters a prior frees: physiology of the heart, which
-its simulation takes, and three of the measurement. Arrays have them along their last axis, in this order.
+stiffness a at the largest stretch of the beat, and with whatever nuisance parameters a prior frees:
+physiology of the heart, which its simulation takes, and three of the measurement. Arrays have them along
+their last axis, in this order.
 """
 
 from __future__ import annotations
@@ -77,14 +78,15 @@ THETA: Final = (
     ),
 )  # fmt: skip
 """The active parameters: stiffness scale, contraction rate and relaxation rate."""
-PASSIVE_SCALE: Final = Parameter(
-    "passive_scale_kpa", "kPa", "passive scale", "$a$", "<i>a</i>", "a", si=1e3, title="passive scale"
-)
-PHI: Final = (*THETA, PASSIVE_SCALE)
-"""What is reported of all that is inferred from speeds: theta, and the passive scale last."""
+PASSIVE: Final = Parameter(
+    "passive_stiffness_kpa", "kPa", "passive stiffness at the beat's largest stretch",
+    "$a$", "<i>a</i>", "a", si=1e3, title="passive stiffness",
+)  # fmt: skip
+PHI: Final = (*THETA, PASSIVE)
+"""What is reported of all that is inferred from speeds: theta, and the passive stiffness last."""
 OF_THETA: Final = slice(len(THETA))
-SCALE: Final = len(THETA)
-"""Where theta and the passive scale stand in phi."""
+STRETCHED: Final = len(THETA)
+"""Where theta and the passive stiffness at the largest stretch stand in phi."""
 REPORTED: Final = slice(len(PHI))
 """Where all that is reported stands in phi; nuisance parameters follow."""
 
@@ -127,21 +129,71 @@ PHYSIOLOGY: Final = (
         "stressed_volume_factor", "1", "factor of the circulation's stressed volume", "$f_V$",
         "<i>f<sub>V</sub></i>", "f_V", declared=(0.3, 3.0),
     ),
+    Parameter(
+        "length_dependence", "1", "share of the length dependence of bonds", r"$\gamma$", "<i>γ</i>", "gamma",
+        declared=(0.0, 1.0),
+    ),
 )  # fmt: skip
 """Nuisance parameters that the simulation of a heart takes."""
 OPERATOR: Final = (
     Parameter(
-        "exponent_b", "1", "exponent of the passive stiffness", "$b$", "<i>b</i>", "b", declared=(0.0, 30.0)
+        "passive_ratio", "1", "passive stiffness at the beat's smallest stretch over that at its largest",
+        "$r$", "<i>r</i>", "r", declared=(1e-3, 1e3),
     ),
     Parameter(
-        "passive_compression_factor", "1", "factor of the passive stiffness where the wall is compressed",
-        "$f_<$", "<i>f</i><sub>&lt;</sub>", "f_<", declared=(1e-3, 1e3),
+        "passive_middle_factor", "1", "passive stiffness at the middle stretch over the ends' geometric mean",
+        "$m$", "<i>m</i>", "m", declared=(0.05, 20.0),
     ),
     Parameter("speed_scale", "1", "scale of all speeds", "$q$", "<i>q</i>", "q", declared=(0.2, 5.0)),
 )  # fmt: skip
 """Nuisance parameters of the measurement, which need no simulation of their own."""
 NUISANCES: Final = (*PHYSIOLOGY, *OPERATOR)
 """All that may be inferred beside what is reported and is integrated out, in the order of phi's columns."""
+
+SHOWN: Final = Parameter(
+    "shown_kpa", "kPa", "shown active stiffness", r"$E_\mathrm{act}^\mathrm{max}$",
+    "max <i>E</i><sub>act</sub>", "max E_act",
+)  # fmt: skip
+BONDS: Final = Parameter(
+    "bonds_kpa", "kPa", "stiffness of the bonds", r"$k_c^\mathrm{max}$", "max <i>k<sub>c</sub></i>", "max k_c"
+)
+CURVE: Final = (
+    Parameter("duration_ms", "ms", "duration", r"$t_{50\,50}$", "<i>t</i><sub>50-50</sub>", "t_50-50"),
+    Parameter("peak_kpa", "kPa", "peak stiffness", r"$E^\mathrm{max}$", "max <i>E</i>", "max E"),
+    Parameter(
+        "decay_rate_per_s", "1/s", "decay rate", r"$r_{75\,25}$", "<i>r</i><sub>75-25</sub>", "r_75-25"
+    ),
+    Parameter(
+        "half_relaxation_ms", "ms", "half-relaxation time", r"$t_{50}$", "<i>t</i><sub>50</sub>", "t_50"
+    ),
+    Parameter(
+        "late_diastole_kpa", "kPa", "late-diastolic stiffness", r"$E_\mathrm{dia}$", "<i>E</i><sub>dia</sub>",
+        "E_dia",
+    ),
+)  # fmt: skip
+"""Told of the curve: full width at half of the rise, largest value, rate of the fall from 75 to 25 %, time
+from the peak to half, late-diastolic mean."""
+DERIVED: Final = (SHOWN, *CURVE, BONDS)
+DERIVED_NAMES: Final = tuple(quantity.name for quantity in DERIVED)
+_BY_NAME: Final = {quantity.name: quantity for quantity in (*PHI, *DERIVED)}
+TOLD: Final = tuple(
+    _BY_NAME[name]
+    for name in (
+        "duration_ms",
+        "peak_kpa",
+        "late_diastole_kpa",
+        "decay_rate_per_s",
+        "half_relaxation_ms",
+        "k_sr_per_s",
+        "shown_kpa",
+        "passive_stiffness_kpa",
+        "k0_kpa",
+        "k_atp_per_s",
+        "bonds_kpa",
+    )
+)
+"""All that an answer tells, in the order in which it can be relied on (``verdict.trust``)."""
+TOLD_NAMES: Final = tuple(quantity.name for quantity in TOLD)
 
 THETA_NAMES: Final = tuple(parameter.name for parameter in THETA)
 THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)

@@ -50,7 +50,7 @@ class NuisanceSettings(Settings):
     No recording of speeds tells them; they are drawn with every simulation. Centres are those of
     `forward_model`, or round values about them. Widths are what is known of healthy adults, or a
     judgement that says so. Bounds lie at four standard deviations. Deleting a line fixes the parameter:
-    b at `passive`, scales at 1, others at `forward_model`.
+    ratios, factors and scales at 1, others at `forward_model`.
     """
 
     activation_onset_s: ParameterPrior | None = Field(
@@ -102,19 +102,24 @@ class NuisanceSettings(Settings):
         description="Factor of the stressed volume. It is free with cuff pressures alone, by "
         "clinical.stressed_volume_factor.",
     )
-    exponent_b: ParameterPrior | None = Field(
+    length_dependence: ParameterPrior | None = Field(
         default=None,
-        description="Exponent of the passive stiffness. Exponents of Fung's law for human myocardium "
-        "spread over a factor of two (chosen).",
+        description="Share of the length dependence of the bonds that PhysioBlocks' human heart has. None, "
+        "at 0, is the paper's. What septa have in vivo is not known (chosen: from nearly none to all).",
     )
-    passive_compression_factor: ParameterPrior | None = Field(
+    passive_ratio: ParameterPrior | None = Field(
         default=None,
-        description="Passive stiffness of a wall at a stretch of 0.85, over what the one exponent makes "
-        "it there. Tests stretch passive myocardium. Below its resting length it resists too (restoring "
-        "force of titin: Helmes et al., Circ Res 1996;79:619). How much is not known. A wall as stiff in "
-        "compression as in stretch, a factor of 5, lies at 1.1 standard deviations. That was chosen on "
-        "hearts of development (docs/calibration.md). Bounds lie at two: at the upper one the passive "
-        "part of end systole is a third of what the bonds reach.",
+        description="Passive stiffness at the smallest stretch of the beat, over that at the largest. "
+        "Stretched myocardium stiffens, which gives ratios below 1. Below its resting length it resists too "
+        "(restoring force of titin: Helmes et al., Circ Res 1996;79:619), which gives ratios above 1. "
+        "Neither is likelier beforehand. Chosen on hearts of development (studies/validation). Bounds lie at "
+        "three standard deviations.",
+    )
+    passive_middle_factor: ParameterPrior | None = Field(
+        default=None,
+        description="Passive stiffness at the middle stretch, over the geometric mean of both ends. At 1 its "
+        "logarithm is linear in stretch. Chosen on hearts of development (studies/validation). Bounds lie at "
+        "three standard deviations.",
     )
     speed_scale: ParameterPrior | None = Field(
         default=None,
@@ -182,27 +187,29 @@ class SimulatedPrior(Settings):
 
 
 class OperatorPrior(Settings):
-    """What the measurement takes: the passive scale, and the free parameters of the measurement."""
+    """What the measurement takes: the passive stiffness, and the free parameters of the measurement."""
 
-    scale: ParameterPrior
+    passive: ParameterPrior
     nuisances: NuisanceSettings
 
     @property
     def parameters(self) -> tuple[ParameterPrior, ...]:
-        """The prior of the passive scale, then of the others."""
-        return (self.scale, *self.nuisances.freed(OPERATOR_NAMES).values())
+        """The prior of the passive stiffness, then of the others."""
+        return (self.passive, *self.nuisances.freed(OPERATOR_NAMES).values())
 
 
 class JointPriorSettings(Settings):
     """Bounded log-Gaussian priors of phi = (theta, a, nuisances), independent; d parameters."""
 
     theta: PriorSettings
-    passive_scale_kpa: ParameterPrior = Field(description="prior of the passive scale a, in kPa")
+    passive_stiffness_kpa: ParameterPrior = Field(
+        description="prior of the passive stiffness a at the beat's largest stretch, in kPa"
+    )
 
     @property
     def parameters(self) -> tuple[ParameterPrior, ...]:
         """The priors in the order of ``names``."""
-        return (*self.theta.parameters, self.passive_scale_kpa, *self._nuisances.values())
+        return (*self.theta.parameters, self.passive_stiffness_kpa, *self._nuisances.values())
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -211,13 +218,13 @@ class JointPriorSettings(Settings):
 
     @property
     def nuisance_names(self) -> tuple[str, ...]:
-        """Names of the d - 4 nuisance parameters that are free beside the passive scale."""
+        """Names of the d - 4 nuisance parameters that are free beside the passive stiffness."""
         return tuple(self._nuisances)
 
     @property
     def operator(self) -> OperatorPrior:
         """The prior of what the measurement takes."""
-        return OperatorPrior(scale=self.passive_scale_kpa, nuisances=self.theta.nuisances)
+        return OperatorPrior(passive=self.passive_stiffness_kpa, nuisances=self.theta.nuisances)
 
     @property
     def _nuisances(self) -> dict[str, ParameterPrior]:
@@ -234,7 +241,7 @@ class JointPriorSettings(Settings):
         return phi[..., start : start + len(self.theta.physiology_names)]
 
     def joined(self, theta: FloatArray, physiology: FloatArray, operator: FloatArray) -> FloatArray:
-        """Join theta (n, 3), physiology (n, k) and operator (n, d - 3 - k), scale first, to phi (n, d)."""
+        """Join theta (n, 3), physiology (n, k) and operator (n, d - 3 - k), a first, to phi (n, d)."""
         return np.hstack([theta, operator[:, :1], physiology, operator[:, 1:]])
 
 
@@ -247,6 +254,13 @@ class BoxPrior(Protocol):
 
     def __hash__(self) -> int:
         """Equal priors have equal hashes, so that what follows from one can be kept."""
+
+
+@dataclass(frozen=True)
+class SomeParameters:
+    """Parameters of a prior, by themselves."""
+
+    parameters: tuple[ParameterPrior, ...]
 
 
 def log_centre(prior: BoxPrior) -> FloatArray:

@@ -20,7 +20,7 @@ from scipy.special import logsumexp
 from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.base.arrays import IntArray
 from swesbi.draws import effective_draws, normalised
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model, standardise
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, standardise
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.student import fitted_proposal
@@ -233,7 +233,7 @@ def score_subject(
         study: Grid and effort.
         rng: Source of the draws.
     """
-    model = speed_model(subject.recording, settings)
+    model = SpeedModel(subject.recording, settings)
     bank = fill_bank(
         model, study.pairs, study.simulations_per_round, study.max_rounds, study.min_effective_draws, rng
     )

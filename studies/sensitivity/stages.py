@@ -21,10 +21,10 @@ from swesbi.base.settings import Settings
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement import likelihood
 from swesbi.measurement.operator import KIND as PASSIVE
-from swesbi.measurement.operator import read_passive
+from swesbi.measurement.operator import PassiveBaseline, read_passive
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
-from swesbi.parameters import REPORTED, SCALE
+from swesbi.parameters import REPORTED, STRETCHED
 from swesbi.posterior import exact as posteriors
 from swesbi.posterior.mcmc import sample_mcmc
 from swesbi.posterior.settings import ExactSettings
@@ -75,12 +75,17 @@ def sensitivity_run(
     flow = train_over_subjects(
         simulated, settings.train.conditioning, settings.train.estimator, seed, label
     ).flow
-    scales = {load(path, PASSIVE)[1].subject: read_passive(path).scale_kpa for path in passives}
+    scales = {load(path, PASSIVE)[1].subject: stretched_kpa(read_passive(path)) for path in passives}
     inferred = [_infer(model, flow, scales, settings) for model in models]
     save(posteriors, to_dataset(inferred), origin.provenance(KIND, settings))
     for posterior in inferred:
         subject, efficiency = posterior.subject, posterior.efficiency
         LOGGER.info("%s, subject %s: %s, efficiency %.2f", label, subject, posterior.sampler, efficiency)
+
+
+def stretched_kpa(baseline: PassiveBaseline) -> float:
+    """Return the passive stiffness of a baseline at the largest stretch of its reference beat, in kPa."""
+    return float(baseline.stiffness_kpa[baseline.stretch.argmax()])
 
 
 def _simulations(model: likelihood.SpeedModel, settings: SensitivityRunStageSettings) -> SubjectSimulations:
@@ -113,13 +118,13 @@ def _with_fixed_scale(
     """Sample the posterior with the passive scale held, by MCMC: the flow has no such proposal."""
     low, high = (scale_kpa * factor for factor in FIXED_BOUNDS)
     fixed = ParameterPrior(centre=scale_kpa, log_sd=FIXED_LOG_SD, low=low, high=high)
-    prior = model.settings.prior.model_copy(update={"passive_scale_kpa": fixed})
+    prior = model.settings.prior.model_copy(update={"passive_stiffness_kpa": fixed})
     held = replace(model, settings=model.settings.model_copy(update={"prior": prior}))
     subject, mcmc = model.recording.subject, settings.exact.mcmc
     seed = integer_seed(settings.seed, "exact", subject)
     start = flow_proposal(flow, model.recording).draw(mcmc.start_points, seed)
     rng = generator(settings.seed, "exact", "fixed scale", subject)
-    start[:, SCALE] = quantile(rng.random(start.shape), prior)[:, SCALE]
+    start[:, STRETCHED] = quantile(rng.random(start.shape), prior)[:, STRETCHED]
     sampled = sample_mcmc(held, start, mcmc, seed)
     phi = sampled.thinned(settings.exact.draws, rng)[:, REPORTED]
     return VariantPosterior(subject, phi, True, float("nan"), float("nan"), sampled.converged)

@@ -12,7 +12,7 @@ from pydantic import Field
 from studies.validation.score import HeartAnswer, intervals, refusal, truths
 from studies.validation.settings import answers_settings, configured
 from swesbi.config.study import Study
-from swesbi.measurement.likelihood import SpeedModel, speed_model
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import flow_proposal
@@ -135,7 +135,7 @@ class Questioner:
         """Infer and judge a recording as that of any subject outside the study, under the same streams."""
         settings = self.settings
         recording = measured_speeds(made.observation, read_noise(self.noise).components)
-        model = speed_model(recording, settings.exact_posterior.model)
+        model = SpeedModel(recording, settings.exact_posterior.model)
         origin = Origin(self.origin.seed, recording.subject, self.origin.code_hash)
         answer = Answer(model, knowledge_of(self.estimator, self.null), settings, origin, STREAM)
         efficiency = answer.infer(posterior)
@@ -164,9 +164,7 @@ def scored(
     made: RecordedHeart, model: SpeedModel, exact: ExactResult, number: int, verdict: str, reason: str
 ) -> HeartAnswer:
     """Return the intervals of a posterior beside the truths of the heart."""
-    attained_kpa = model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
-    speed_scale = model.settings.prior.column(exact.phi, "speed_scale")
-    found = intervals(exact.phi, attained_kpa, speed_scale, exact.interval_mass)
+    found = intervals(model, exact.phi, exact.interval_mass)
     return HeartAnswer(
         number, made.heart.context, made.redrawn, verdict, reason,
         by_mcmc=exact.by_mcmc, converged=exact.converged, efficiency=exact.efficiency,

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
+from swesbi.parameters import DERIVED, THETA_NAMES, THETA_SYMBOLS
 from swesbi.report.figures.style import (
     EXCLUDED_BACKGROUND,
     EXCLUDED_POSTERIOR,
@@ -22,13 +22,15 @@ from swesbi.report.figures.style import (
     style,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.report.tables.validation_outcomes import ASKED, ATTAINED, NOT_TESTED, QUANTITIES
+from swesbi.report.tables.validation_outcomes import ASKED, NOT_TESTED, QUANTITIES
 
 WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
 ROW_HEIGHT_IN: Final = 0.34
 FRAME_HEIGHT_IN: Final = 1.1
 OFFSET: Final = 0.16
-TITLES: Final = dict(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)) | {ATTAINED: "attained stiffness"}
+TITLES: Final = dict(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)) | {
+    quantity.name: quantity.meaning for quantity in DERIVED
+}
 LOOKS: Final[dict[str, dict[str, Any]]] = {
     "coverage": {"color": EXCLUDED_POSTERIOR, "marker": "o", "label": "all answered"},
     "coverage_not_contradicted": {"color": POSTERIOR, "marker": "s", "label": "not contradicted"},

@@ -36,7 +36,7 @@ from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.measurement.instants import FreeModel, free_model
-from swesbi.measurement.likelihood import SpeedModel, speed_model
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal, free_proposal
@@ -110,9 +110,7 @@ class BothDoors:
 
     def row(self, made: RecordedHeart) -> Row:
         """Answer one heart through both doors."""
-        gated = speed_model(
-            measured_speeds(made.observation, self.noise), self.settings.exact_posterior.model
-        )
+        gated = SpeedModel(measured_speeds(made.observation, self.noise), self.settings.exact_posterior.model)
         pushes = self.as_pushes(gated.recording)
         asked, subject = self.settings.exact_posterior.exact, gated.recording.subject
         exact = asking(asked, 4 * asked.draws).model_copy(update={"max_rounds": 60})

@@ -35,7 +35,7 @@ from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
-from swesbi.measurement.likelihood import SpeedModel, speed_model
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
@@ -112,7 +112,7 @@ class Answerer:
                 continue
             recording = measured_speeds(made.observation, self.noise)
             try:
-                row = self.row(speed_model(recording, settings.exact_posterior.model))
+                row = self.row(SpeedModel(recording, settings.exact_posterior.model))
             except NoLikelihoodError as error:
                 print(f"{context.subject:24s}refused: {error}", flush=True)
             else:

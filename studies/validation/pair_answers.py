@@ -23,7 +23,7 @@ from studies.validation.pairs import (
     shared_truth,
 )
 from swesbi.base.arrays import FloatArray
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import flow_proposal
@@ -32,9 +32,10 @@ from swesbi.persons.change.one_person import OnePerson, judge_one_person, shared
 from swesbi.persons.change.proposal import NormalVisit, normal_visit
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.change.visits import SomeParameters, normal_scores
+from swesbi.persons.change.visits import normal_scores
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
+from swesbi.prior import SomeParameters
 from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.speed import NoiseComponents
@@ -119,7 +120,7 @@ class Answerer:
         made = make()
         clock.stop("cost_record_s")
         components = read_noise(self.finished.noise).components
-        model = speed_model(measured_speeds(made.observation, components), self.model)
+        model = SpeedModel(measured_speeds(made.observation, components), self.model)
         origin = Origin(self.seed, model.recording.subject)
         answer = Answer(model, knowledge_of(self.finished), self.settings, origin, STREAM)
         with tempfile.TemporaryDirectory(prefix="swesbi-pairs-") as folder:

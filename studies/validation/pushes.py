@@ -101,9 +101,7 @@ def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSetting
     exact, _ = exact_posterior(
         model, free_proposal(flow, model), settings.exact_posterior.exact, seed, STREAM, context.subject
     )
-    attained_kpa = model.model.simulate(exact.phi).active_stiffness_kpa.max(axis=1)
-    speed_scale = model.settings.prior.column(exact.phi, "speed_scale")
-    found = intervals(exact.phi, attained_kpa, speed_scale, settings.exact_posterior.exact.interval)
+    found = intervals(model.model, exact.phi, settings.exact_posterior.exact.interval)
     return Answered(truths(heart), found, exact.efficiency, exact.sampler == "mcmc")
 
 

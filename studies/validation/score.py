@@ -1,4 +1,4 @@
-"""What an answer says of a heart beside what is true of it: four intervals, the verdict, the sampler."""
+"""What an answer says of a heart beside what is true of it: intervals, the verdict, the sampler."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from swesbi import artefacts
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
-from swesbi.parameters import K_0, K_ATP, THETA_NAMES
+from swesbi.measurement.derived import StiffnessModel, curve_quantities, derived
+from swesbi.parameters import BONDS, SHOWN, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.answers import REFUSED
 from swesbi.verdict.verdict import NOT_CONTRADICTED
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 
-OF_THETA: Final = (K_SR, K_0, K_ATP)
-UNITS: Final = "kPa, s-1, kPa, s-1"
+UNITS: Final = "kPa, s-1, ms, kPa, s-1, ms, kPa, kPa, s-1"
 ALONG: Final = "heart"
 
 
@@ -52,23 +52,23 @@ class HeartAnswer:
 
     @property
     def asked(self) -> BoolArray:
-        """Which quantities have a truth and an interval; shape (4,)."""
+        """Which quantities have a truth and an interval; shape (q,)."""
         return np.asarray(np.isfinite(self.truth) & np.isfinite(self.median))
 
     @property
     def covered(self) -> BoolArray:
-        """Which of them lie in their interval; False where there is none; shape (4,)."""
+        """Which of them lie in their interval; False where there is none; shape (q,)."""
         return np.asarray(self.asked & (self.truth >= self.low) & (self.truth <= self.high))
 
     @property
     def missed(self) -> bool:
-        """Whether attained stiffness, or k_SR where there is one, lies outside its interval."""
+        """Whether shown stiffness, or k_SR where there is one, lies outside its interval."""
         return bool((self.asked & ~self.covered)[:SCORED].any())
 
 
 @dataclass(frozen=True)
 class Intervals:
-    """Limits and medians of the scored quantities, and widths at a fixed scale of the speeds; (4,) each."""
+    """Limits and medians of the scored quantities, and widths at a fixed scale of the speeds; (q,) each."""
 
     low: FloatArray
     median: FloatArray
@@ -77,32 +77,35 @@ class Intervals:
 
 
 def truths(heart: OtherHeart) -> FloatArray:
-    """Return the true value of each scored quantity, NaN where the heart has none; shape (4,)."""
+    """Return the true value of each scored quantity, NaN where the heart has none; shape (q,)."""
     theta = np.full(len(THETA_NAMES), np.nan) if heart.theta is None else heart.theta
     k_sr = np.nan if heart.k_sr_per_s is None else heart.k_sr_per_s
-    return np.array([heart.attained_kpa, k_sr, *theta[[K_0, K_ATP]]])
+    phase, stiffness = heart.curve.cycle_phase, heart.curve.stiffness_kpa[None]
+    curve = curve_quantities(phase, stiffness, heart.context.period_s)
+    known = {name: float(values[0]) for name, values in curve.items()}
+    known |= dict(zip(THETA_NAMES, theta, strict=True)) | {THETA_NAMES[K_SR]: k_sr}
+    known |= {SHOWN.name: heart.shown_kpa, BONDS.name: heart.bonds_kpa}
+    return np.array([known[name] for name in QUANTITIES])
 
 
-def intervals(
-    phi: FloatArray, attained_kpa: FloatArray, speed_scale: FloatArray | None, mass: float
-) -> Intervals:
+def intervals(model: StiffnessModel, phi: FloatArray, mass: float) -> Intervals:
     """Return equal-tailed intervals of the scored quantities.
 
     Args:
-        phi: Posterior draws, theta first; shape (m, d).
-        attained_kpa: Largest active stiffness of each; NaN where it has no beat; shape (m,).
-        speed_scale: Scale of the speeds of each, shape (m,); None where the prior fixes it.
+        model: The recording and its model.
+        phi: Posterior draws; shape (m, d).
         mass: Mass of the intervals.
 
     Raises:
         ValueError: No draw has a beat.
     """
-    works = np.isfinite(attained_kpa)
+    found = derived(model, phi, model.simulate(phi)) | dict(zip(THETA_NAMES, phi.T, strict=False))
+    values = np.column_stack([found[name] for name in QUANTITIES])
+    works = np.isfinite(values).all(axis=1)
     if not works.any():
-        raise ValueError("no draw of the posterior has a periodic beat; its attained stiffness is not known")
-    values = np.column_stack([attained_kpa[works], phi[works][:, OF_THETA]])
-    scale = np.ones(int(works.sum())) if speed_scale is None else speed_scale[works]
-    return Intervals(*median_and_interval(values, mass), width_at_fixed_scale(values, scale, mass))
+        raise ValueError("no draw of the posterior has a periodic beat, so nothing is known of its curve")
+    widths = width_at_fixed_scale(values[works], model.speed_scale(phi)[works], mass)
+    return Intervals(*median_and_interval(values[works], mass), widths)
 
 
 def width_at_fixed_scale(values: FloatArray, speed_scale: FloatArray, mass: float) -> FloatArray:

@@ -177,7 +177,7 @@ def test_joint_coverage_sees_a_wrong_correlation_that_no_margin_shows(sign: floa
 
 NUISANCES = {
     "arterial_time_constant_s": {"centre": 1.5, "log_sd": 0.2, "low": 0.46, "high": 4.9},
-    "exponent_b": {"centre": 3.0, "log_sd": 0.3, "low": 0.5, "high": 18.0},
+    "passive_ratio": {"centre": 3.0, "log_sd": 0.3, "low": 0.5, "high": 18.0},
 }
 BESIDE = JointPriorSettings.from_plain(
     PRIOR.to_plain() | {"theta": PRIOR.to_plain()["theta"] | {"nuisances": NUISANCES}}
@@ -199,7 +199,7 @@ def scores_beside(recordings: int, nuisance_sd: float, seed: int = 11) -> RankSc
 
 def test_nuisances_are_ranked_by_name_behind_the_quantities() -> None:
     names = quantity_names(BESIDE)
-    assert names == (*QUANTITY_NAMES, "arterial_time_constant_s", "exponent_b")
+    assert names == (*QUANTITY_NAMES, "arterial_time_constant_s", "passive_ratio")
     phi = np.array([[45.0, 5.0, 30.0, 2.2, 1.5, 3.0]])
     named = dict(zip(names, quantities(phi, np.array([-7.0]), 0.32)[0], strict=True))
     assert named.pop("isometric_stiffness_kpa") == pytest.approx(45.0 * (1.0 - np.exp(-5.0 * 0.32)))
@@ -213,6 +213,6 @@ def test_ranks_and_joint_coverage_are_of_all_of_phi(nuisance_sd: float, caught: 
     scores = scores_beside(RECORDINGS, nuisance_sd)
     variance = np.ones((RECORDINGS, 8))
     checks = check_scores(scores, variance, quantity_names(BESIDE), 0.05, 0.0, 1)
-    wrong = {"arterial_time_constant_s", "exponent_b"} if caught else set()
+    wrong = {"arterial_time_constant_s", "passive_ratio"} if caught else set()
     assert set(flagged(checks, SBC)) == wrong
     assert flagged(checks, TARP) == (("joint",) if caught else ())

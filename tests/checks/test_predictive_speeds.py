@@ -26,7 +26,7 @@ from swesbi.checks.predictive_speeds import (
 )
 from swesbi.heart import prior_simulations as simulations_dataset
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
-from swesbi.measurement.likelihood import speed_model
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.noise import CohortNoise, NoiseEstimate
@@ -44,7 +44,7 @@ FEATURES = ("maximum_kpa", "time_to_peak_cycle")
 @cache
 def recorder() -> Recorder:
     observation = make_model("A").observation
-    model = speed_model(measured_speeds(observation), speed_case.settings())
+    model = SpeedModel(measured_speeds(observation), speed_case.settings())
     summary = speed_case.shipped().speed_experiments["calibrated"].summary
     return Recorder(model, observation, CheckedFeatures(FEATURES, summary))
 
@@ -110,7 +110,7 @@ def test_the_median_is_that_of_the_noiseless_curve() -> None:
 def test_the_prior_prediction_varies_the_passive_scale() -> None:
     made = prior_recordings(prior_simulations(), 300, recorder(), np.random.default_rng(2))
     spread = np.log(made.draws.phase_kpa[:, LATE_DIASTOLE]).std()
-    prior = recorder().model.settings.prior.passive_scale_kpa
+    prior = recorder().model.settings.prior.passive_stiffness_kpa
     assert spread == pytest.approx(prior.log_sd, rel=0.3)
 
 

@@ -90,7 +90,7 @@ def test_compliance_and_attained_stiffness_follow_from_the_draws() -> None:
     np.testing.assert_allclose(found[CAPACITANCE], found[TIME_CONSTANT] / found[RESISTANCE])
     assert len(found[ATTAINED]) == 201
     assert (found[ATTAINED] < one.without.phi[:, 0]).all() and (found[ATTAINED] > 5.0).all()
-    assert list(found)[1:5] == ["k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_scale_kpa"]
+    assert list(found)[1:5] == ["k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_stiffness_kpa"]
 
 
 def test_a_missing_posterior_is_named(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def smooth_run(steps: int) -> np.ndarray:
             "steps_per_beat": steps,
             "samples_per_beat": 50,
             "maximum_step_s": 1.0,
-            "length_dependence": "none",
+            "length_dependence": 0.0,
         }
     )
     model = build_model(COHORT["A"], settings)

@@ -49,10 +49,12 @@ def test_exponential(x: float, error: float) -> None:
 
 
 @pytest.mark.parametrize("strain", [-0.3, -0.1, 0.0, 0.07, 0.15, 0.3, 0.6, 1.0, 1.5])
-def test_length_dependence_is_the_table(strain: float) -> None:
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_length_dependence_is_a_share_of_the_table(strain: float, share: float) -> None:
     e, n_0 = np.array(FRANK_STARLING).T
-    options = OPTIONS._replace(frank_starling=True)
-    assert available_bonds(strain, options) == pytest.approx(np.interp(strain, e, n_0), abs=1e-12)
+    options = OPTIONS._replace(length_dependence=True)
+    expected = 1.0 + share * (np.interp(strain, e, n_0) - 1.0)
+    assert available_bonds(strain, share, options) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("stretch", [0.85, 1.0, 1.15, 1.3])
@@ -81,7 +83,7 @@ def test_cavity_derivatives(thin: bool) -> None:
 def test_the_volume_of_states_is_the_loop_s(thin: bool) -> None:
     """Both compute V(lambda), in orders of operations of their own."""
     options = OPTIONS._replace(thin_wall=thin)
-    model = Model(options, PARAMETERS, drives=np.zeros((3, 5)), step_s=1.0, stride=1, start=np.zeros(8))
+    model = Model(options, PARAMETERS, np.zeros((3, 5)), 1.0, 1, np.zeros(8), options)
     stretch = np.linspace(0.8, 1.6, 9)
     expected = [cavity(one, PARAMETERS, options)[0] for one in stretch]
     np.testing.assert_allclose(cavity_volume(stretch, model), expected, rtol=1e-13)
@@ -102,8 +104,7 @@ COMPOSITIONS = {
     "thin mooney_rivlin second_piola": {"geometry": "thin", "stress_measure": "second_piola"} | MOONEY,
     "tau_only inertia": {"active_law": "tau_only", "wall_inertia": True},
     "inertance": INERTANCE,
-    "inertance inertia frank_starling": INERTANCE
-    | {"wall_inertia": True, "length_dependence": "frank_starling"},
+    "inertance inertia length_dependence": INERTANCE | {"wall_inertia": True, "length_dependence": 1.0},
     "open": OPEN,
     "open inertance inertia proximal": OPEN | PROXIMAL | {"wall_inertia": True},
     "proximal": PROXIMAL,

@@ -40,6 +40,7 @@ OTHER = {
     "distal_resistance_pa_s_m3": 1.1e8,
     "systemic_capacitance_m3_pa": 1.5e-8,
     "stressed_volume_factor": 1.3,
+    "length_dependence": 0.5,
 }
 # Largest difference of k_c, relative to its peak, from a beat with the same numbers in the settings: the
 # activation by simulation is tabulated by another formula of the same function, to 1e-14.
@@ -94,6 +95,20 @@ def test_the_settings_own_physiology_changes_nothing(settings: ForwardModelSetti
         np.testing.assert_array_equal(own.beats, plain.beats)
         for name in ("active_stiffness_kpa", "volume_ml", "ventricular_pressure_mmhg"):
             assert difference(getattr(own, name), getattr(plain, name)) <= CLOSE
+
+
+def test_without_length_dependence_a_beat_is_that_of_the_model_without_to_the_bit() -> None:
+    """A share of zero of any simulation's own, of all and of the settings', is no length dependence."""
+    theta, own = prior_draws(40, seed=11), drawn(40, seed=3)
+    none = replace(own, length_dependence=np.zeros(40))
+    beats = simulate(theta, COHORT["A"], SETTINGS, none)
+    again = simulate(theta, COHORT["A"], SETTINGS.model_copy(update={"length_dependence": 1.0}), none)
+    dependent = simulate(theta, COHORT["A"], SETTINGS, replace(own, length_dependence=np.full(40, 0.5)))
+    np.testing.assert_array_equal(
+        beats.volume_ml[:5], simulate(theta[:5], COHORT["A"], SETTINGS, none.rows(slice(5))).volume_ml
+    )
+    assert difference(again.active_stiffness_kpa, beats.active_stiffness_kpa) <= CLOSE
+    assert difference(dependent.active_stiffness_kpa, beats.active_stiffness_kpa) > 1e-2
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -216,7 +231,7 @@ def test_the_shipped_settings_lie_within_the_declared_ranges() -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("factor", [np.nan, -1.0, 1e3])
 def test_a_value_outside_its_range_is_refused_by_row(run: object, name: str, factor: float) -> None:
-    values = np.array(getattr(physiology_of(3, destruction_alpha=1.5), name))
+    values = np.array(getattr(physiology_of(3, destruction_alpha=1.5, length_dependence=0.5), name))
     values[1] *= factor
     low, high = RANGES[name]
     with pytest.raises(ValueError) as refused:

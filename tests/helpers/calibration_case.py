@@ -38,7 +38,7 @@ _PARTS = [_wide(float(c), float(s)) for c, s in zip(CENTRE, LOG_SD, strict=True)
 PRIOR = JointPriorSettings.from_plain(
     {
         "theta": dict(zip(("k0_kpa", "k_atp_per_s", "k_sr_per_s"), _PARTS[:3], strict=True)),
-        "passive_scale_kpa": _PARTS[3],
+        "passive_stiffness_kpa": _PARTS[3],
     }
 )
 

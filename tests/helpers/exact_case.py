@@ -46,7 +46,7 @@ def _part(name: str) -> dict[str, float]:
 PRIOR = JointPriorSettings.from_plain(
     {
         "theta": {name: _part(name) for name in PHI_NAMES[:3]},
-        "passive_scale_kpa": _part(PHI_NAMES[3]),
+        "passive_stiffness_kpa": _part(PHI_NAMES[3]),
     }
 )
 MCMC = McmcSettings(

@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 PRIOR = JointPriorSettings.from_plain(
     {
         "theta": evaluation_cases.PRIOR.to_plain(),
-        "passive_scale_kpa": {"centre": 2.2, "log_sd": 0.4, "low": 0.5, "high": 8.0},
+        "passive_stiffness_kpa": {"centre": 2.2, "log_sd": 0.4, "low": 0.5, "high": 8.0},
     }
 )
 STATUS = {"D": "strained", "E": "contradicted", "F": "contradicted"}

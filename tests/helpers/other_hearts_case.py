@@ -29,6 +29,7 @@ HEART: Final = OtherHeart(
     np.array([60.0, 6.0, 30.0]),
     30.0,
     40.0,
+    45.0,
     0.4,
 )
 

@@ -12,7 +12,7 @@ from study_copy import ROOT
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.context import Context
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import log_centre
@@ -21,7 +21,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.verdict.settings import RuleSettings
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
-PHI = np.array([60.0, 6.0, 29.0, 2.2])
+PHI = np.array([60.0, 6.0, 29.0, 1.5])
 RELATIVE_SE = 0.028
 OF_FIXED_PHYSIOLOGY = {"speed_fraction": 0.02, "timing_cycle": 0.015}
 """The discrepancy of a model whose physiology is one for all hearts."""
@@ -35,21 +35,18 @@ def shipped() -> Config:
 
 @cache
 def settings(prior: str = "paper") -> SpeedModelSettings:
-    """Return the shipped model of speeds, by default without nuisance parameters but the passive scale."""
+    """Return the shipped model of speeds, by default without nuisance parameters but the stiffness a."""
     config = shipped()
     experiment = config.speed_experiments["calibrated"]
     shipped_pair = experiment.observation_model.discrepancy
     plain = {
         "prior": {
             "theta": config.priors[prior].to_plain(),
-            "passive_scale_kpa": experiment.passive_scale_kpa.to_plain(),
+            "passive_stiffness_kpa": experiment.passive_stiffness_kpa.to_plain(),
         },
         "discrepancy": OF_FIXED_PHYSIOLOGY if prior == "paper" else shipped_pair.to_plain(),
         "forward_model": config.forward_model.to_plain(),
         "measurement": config.measurement.to_plain(),
-        "passive": config.passive.to_plain(),
-        "passive_beat": experiment.passive_beat,
-        "passive_reference_prior": config.priors["paper"].to_plain(),
         "density_kg_m3": 1000.0,
     }
     return SpeedModelSettings.from_plain(plain)
@@ -71,7 +68,7 @@ def model(phases: int = 20, prior: str = "paper") -> SpeedModel:
     phase = (np.arange(phases) + 0.5) / phases
     relative_se, shared = np.full(phases, RELATIVE_SE), np.empty((phases, 0))
     blank = SpeedRecording(CONTEXT, phase, np.ones(phases), relative_se, shared)
-    made = speed_model(blank, settings(prior))
+    made = SpeedModel(blank, settings(prior))
     speeds = made.predict(central_phi(made)[None]).speed_m_s[0]
     return replace(made, recording=replace(blank, speed_m_s=speeds))
 

@@ -83,8 +83,8 @@ def test_a_beat_that_failed_has_no_likelihood() -> None:
 def test_the_prior_is_that_of_the_speeds_and_the_factor_s() -> None:
     prior = model().settings.prior
     assert prior.theta.nuisances.stressed_volume_factor == SETTINGS.stressed_volume_factor
-    assert len(prior.names) == 16
-    assert len(speed_case.settings("calibrated").prior.names) == 15  # and the other has not changed
+    assert len(prior.names) == 17
+    assert len(speed_case.settings("calibrated").prior.names) == 16  # and the other has not changed
     assert SETTINGS.errors == ClinicalErrors(
         sbp_bias_mmhg=0.3, sbp_sd_mmhg=10.0, dbp_bias_mmhg=4.5, dbp_sd_mmhg=8.0, lvet_sd_ms=10.0
     )

@@ -56,8 +56,8 @@ def test_at_the_settings_own_values_nothing_changes() -> None:
     own = {
         "arterial_time_constant_s": forward.distal_resistance_pa_s_m3 * forward.systemic_capacitance_m3_pa,
         "passive_wall_factor": 1.0,
-        "exponent_b": fixed.settings.passive.exponent_b,
-        "passive_compression_factor": 1.0,
+        "passive_ratio": 1.0,
+        "passive_middle_factor": 1.0,
         "speed_scale": 1.0,
     }
     values = [own[name] if name in own else getattr(forward, name) for name in ALL]

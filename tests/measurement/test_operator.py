@@ -17,7 +17,6 @@ from swesbi.measurement.operator import (
     active_stiffness_map,
     calibrate_passive,
     late_diastolic,
-    passive_log_slope,
     passive_scale,
     passive_shape,
     read_passive,
@@ -157,23 +156,6 @@ def test_passive_baseline_grows_with_stretch_and_is_constant_for_zero_exponent()
     stretch = np.linspace(0.7, 1.2, 50)
     assert (np.diff(passive_shape(stretch, 3.0)) > 0).all()
     np.testing.assert_array_equal(passive_shape(stretch, 0.0), 1.0)
-
-
-def test_below_rest_the_passive_law_has_a_factor_of_its_own() -> None:
-    stretch = np.array([0.7, 0.85, 1.0, 1.2])
-    one, other = passive_shape(stretch, 3.0), passive_shape(stretch, 3.0, 5.0)
-    strain_ratio = (1.0 - 0.7**2) / (1.0 - 0.85**2)
-    np.testing.assert_allclose(other / one, [5.0**strain_ratio, 5.0, 1.0, 1.0], rtol=1e-12)
-    np.testing.assert_array_equal(passive_shape(stretch, 3.0, 1.0), one)
-
-
-@pytest.mark.parametrize("factor", [0.2, 1.0, 5.0])
-def test_the_slope_of_the_passive_law_is_its_derivative(factor: float) -> None:
-    stretch, step = np.array([0.75, 0.95, 1.05, 1.2]), 1e-6
-    ends = [np.log(passive_shape(stretch + side, 3.0, factor)) for side in (-step, step)]
-    np.testing.assert_allclose(
-        passive_log_slope(stretch, 3.0, factor), (ends[1] - ends[0]) / (2.0 * step), rtol=1e-7
-    )
 
 
 def test_missing_phases_do_not_enter_the_calibration() -> None:

@@ -10,11 +10,11 @@ import speed_case
 from scipy.integrate import quad
 from scipy.stats import kstest, norm
 
-from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals, speed_model
+from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.measurement.speeds import PredictedSpeeds, WallPhases
+from swesbi.measurement.speeds import MeasuredBy, PredictedSpeeds, WallPhases, shortening
 from swesbi.population.synthetic import own_recordings
-from swesbi.prior import bounds, from_logit, log_centre, log_density, log_jacobian, quantile, to_logit
+from swesbi.prior import bounds, from_logit, log_density, log_jacobian, quantile, to_logit
 from swesbi.recording.phases import nominal_phases
 
 PRIOR = speed_case.settings().prior
@@ -39,64 +39,67 @@ def test_the_jacobian_is_the_derivative_of_the_map() -> None:
 
 
 def test_the_joint_prior_integrates_to_one() -> None:
-    centre = np.array([45.0, 5.0, 30.0, 2.2])
+    centre = np.array([45.0, 5.0, 30.0, 4.0])
     at = log_density(centre[None], PRIOR)[0]
 
     def density(a: float) -> float:
         return float(np.exp(log_density(np.array([[45.0, 5.0, 30.0, a]]), PRIOR)[0] - at))
 
-    low, high = PRIOR.passive_scale_kpa.low, PRIOR.passive_scale_kpa.high
+    low, high = PRIOR.passive_stiffness_kpa.low, PRIOR.passive_stiffness_kpa.high
     marginal_at_centre = 1.0 / quad(density, low, high, limit=200)[0]
-    shape = np.log(np.array([low, high]) / 2.2) / 0.4
-    expected = norm.pdf(0.0) / (0.4 * 2.2) / (norm.cdf(shape[1]) - norm.cdf(shape[0]))
+    shape = np.log(np.array([low, high]) / 4.0) / 0.4
+    expected = norm.pdf(0.0) / (0.4 * 4.0) / (norm.cdf(shape[1]) - norm.cdf(shape[0]))
     assert marginal_at_centre == pytest.approx(expected, rel=1e-6)
 
 
 def test_speeds_have_the_stiffness_of_passive_plus_active_part() -> None:
-    model = speed_case.model()
-    beats = model.simulate(PHI[None])
-    predicted = model.predict(PHI[None])
-    active = np.interp(model.recording.phase, beats.cycle_phase, beats.active_stiffness_kpa[0], period=1.0)
-    stretch = np.interp(model.recording.phase, beats.cycle_phase, beats.stretch[0], period=1.0)
-    passive = np.exp(model.settings.passive.exponent_b * (stretch**2 - 1.0))
-    expected = np.sqrt(1e3 * (PHI[3] * passive + active) / 3000.0)
-    np.testing.assert_allclose(predicted.speed_m_s[0], expected, rtol=5e-3)
+    """The passive part has its three numbers where the wall is longest, half-way and shortest."""
+    model = speed_case.model(prior="calibrated")
+    phi, prior = speed_case.central_phi(model), model.settings.prior
+    for name, value in (("passive_ratio", 0.3), ("passive_middle_factor", 0.8)):
+        phi[prior.names.index(name)] = value
+    beats = model.simulate(phi[None])
+    stretch = beats.stretch[0]
+    known = np.log(PHI[3] * np.array([1.0, 0.8 * np.sqrt(0.3), 0.3]))
+    log_passive = np.polyval(
+        np.polyfit([stretch.max(), 0.5 * np.ptp(stretch) + stretch.min(), stretch.min()], known, 2), stretch
+    )
+    total = np.exp(log_passive) + beats.active_stiffness_kpa[0]
+    expected = np.sqrt(1e3 * np.interp(model.recording.phase, beats.cycle_phase, total, period=1.0) / 3000.0)
+    np.testing.assert_allclose(model.predict(phi[None]).speed_m_s[0], expected, rtol=5e-3)
+    np.testing.assert_allclose(model.stiffness_cycle(phi, beats, 0), total, rtol=1e-9)
 
 
 def test_the_passive_part_runs_along_each_simulations_own_stretch() -> None:
+    """Its ends are those of the own beat: hearts that shorten by different amounts have them all the same."""
     model = speed_case.model()
-    phi = np.vstack([PHI * [1.0, 1.0, 0.5, 1.0], PHI * [1.0, 1.0, 1.6, 1.0]])
-    wall = model.wall_at_phases(model.simulate(phi))
-    without = replace(wall, active_kpa=0.0 * wall.active_kpa, active_slope_kpa=0.0 * wall.active_slope_kpa)
-    log_stiffness = 2.0 * model.predict_at(phi, without).log_speed
-    apart = model.settings.passive.exponent_b * np.diff(wall.stretch**2, axis=0)
-    np.testing.assert_allclose(np.diff(log_stiffness, axis=0), apart, atol=1e-12)
-    assert np.abs(apart).max() > 0.05
+    beats = model.simulate(np.vstack([PHI * [1.0, 1.0, 0.5, 1.0], PHI * [3.0, 2.0, 1.6, 1.0]]))
+    by = MeasuredBy(np.full(2, 4.0), 0.3, 0.8)
+    passive = by.passive_kpa(shortening(beats.stretch))
+    rows, excursion = np.arange(2), np.ptp(beats.stretch, axis=1)
+    assert abs(np.log(excursion[1] / excursion[0])) > 0.05
+    np.testing.assert_allclose(passive[rows, beats.stretch.argmax(axis=1)], 4.0, rtol=1e-12)
+    np.testing.assert_allclose(passive[rows, beats.stretch.argmin(axis=1)], 0.3 * 4.0, rtol=1e-12)
 
 
-def test_along_a_reference_beat_all_have_one_stretch_and_its_own_theta_loses_nothing() -> None:
-    own = speed_case.model()
-    fixed = speed_model(own.recording, own.settings.model_copy(update={"passive_beat": "reference"}))
-    centre = np.append(log_centre(own.settings.passive_reference_prior), 2.2)
-    np.testing.assert_allclose(
-        fixed.predict(centre[None]).log_speed, own.predict(centre[None]).log_speed, atol=1e-12
+def test_a_wall_that_does_not_move_has_its_one_passive_stiffness() -> None:
+    still = shortening(np.full((1, 5), 1.02))
+    np.testing.assert_array_equal(
+        MeasuredBy(np.array([4.0]), 0.3, 0.8).passive_kpa(still), np.full((1, 5), 4.0)
     )
-    slow = centre * [1.0, 1.0, 0.5, 1.0]
-    apart = fixed.predict(slow[None]).log_speed - own.predict(slow[None]).log_speed
-    assert np.abs(apart).max() > 0.03  # what a fixed beat misses is more than a speed's standard error
 
 
-@pytest.mark.parametrize("beat", ["own", "reference"])
-def test_the_slope_is_the_change_of_log_speed_with_phase(beat: str) -> None:
-    case, step = speed_case.model(), 1e-4
-    model = speed_model(case.recording, case.settings.model_copy(update={"passive_beat": beat}))
+def test_the_slope_is_the_change_of_log_speed_with_phase() -> None:
+    model, step = speed_case.model(prior="calibrated"), 1e-4
+    phi = speed_case.central_phi(model)
+    phi[model.settings.prior.names.index("passive_ratio")] = 0.3
     moved = [
         replace(model, recording=replace(model.recording, phase=model.recording.phase + shift))
         for shift in (-step, step)
     ]
-    below, above = (part.predict(PHI[None]).log_speed[0] for part in moved)
+    below, above = (part.predict(phi[None]).log_speed[0] for part in moved)
     np.testing.assert_allclose(
-        model.predict(PHI[None]).slope[0], (above - below) / (2 * step), rtol=1e-4, atol=1e-4
+        model.predict(phi[None]).slope[0], (above - below) / (2 * step), rtol=1e-4, atol=1e-4
     )
 
 
@@ -167,7 +170,7 @@ def test_between_phases_lies_the_cubic_of_values_and_slopes() -> None:
     moved = wall.between(offset)
     of_value, of_slope = (turn / 20) ** 4 / 384, np.sqrt(3.0) / 216 * turn**4 / 20**3
     assert np.abs(moved.active_kpa - np.sin(turn * at)).max() <= of_value
-    assert np.abs(moved.stretch - np.cos(turn * at)).max() <= of_value
+    assert np.abs(moved.shortening - np.cos(turn * at)).max() <= of_value
     assert np.abs(moved.active_slope_kpa - turn * np.cos(turn * at)).max() <= of_slope
-    assert np.abs(moved.stretch_slope + turn * np.sin(turn * at)).max() <= of_slope
+    assert np.abs(moved.shortening_slope + turn * np.sin(turn * at)).max() <= of_slope
     assert wall.between(np.zeros((3, 20))) is wall

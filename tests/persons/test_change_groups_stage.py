@@ -59,7 +59,7 @@ def test_the_stage_writes_all_of_it_and_says_it(
     config = shipped()
     prior = {
         "theta": case.THETA_PRIOR.to_plain(),
-        "passive_scale_kpa": config.speed_experiments["calibrated"].passive_scale_kpa.to_plain(),
+        "passive_stiffness_kpa": config.speed_experiments["calibrated"].passive_stiffness_kpa.to_plain(),
     }
     settings = stage.ChangeGroupsStageSettings.from_plain(
         {

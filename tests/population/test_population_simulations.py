@@ -10,7 +10,7 @@ import pytest
 import speed_case
 
 from swesbi.artefacts import Provenance, save
-from swesbi.parameters import OPERATOR_NAMES, PASSIVE_SCALE
+from swesbi.parameters import OPERATOR_NAMES, PASSIVE
 from swesbi.population.simulations import KIND, read_population, simulate_population, to_dataset
 from swesbi.population.training import split_by_context
 from swesbi.prior import from_logit, log_density
@@ -41,19 +41,11 @@ def test_shards_hold_what_one_run_would(tmp_path: Path, prior: str) -> None:
         assert np.array_equal(getattr(read, name), getattr(whole, name)), name
 
 
-def test_hearts_differ_and_every_simulation_has_its_own_stretch() -> None:
+def test_hearts_differ_and_every_simulation_has_its_own_shortening() -> None:
     made = case.made()
     assert len({context.hr_bpm for context in made.contexts}) == 60
-    assert np.ptp(made.stretch, axis=0).min() > 0.02
-    assert np.ptp(made.stretch, axis=1).max(axis=-1).min() > 0.02
-
-
-def test_a_reference_beat_has_one_stretch_a_context() -> None:
-    model = case.MODEL.model_copy(update={"passive_beat": "reference"})
-    made = simulate_population(range(3), 4, case.EXPERIMENT.population, 20, model, seed=5)
-    own = simulate_population(range(3), 4, case.EXPERIMENT.population, 20, case.MODEL, seed=5)
-    assert np.ptp(made.stretch, axis=1).max() == 0.0
-    assert np.array_equal(made.active_stiffness_kpa, own.active_stiffness_kpa)
+    assert np.ptp(made.shortening, axis=0).min() > 0.02
+    assert np.ptp(made.shortening, axis=1).max(axis=-1).min() > 0.02
 
 
 def test_no_context_is_on_both_sides_of_the_split() -> None:
@@ -75,7 +67,7 @@ def test_rows_have_the_prior_of_phi_and_fresh_noise_every_epoch(prior: str) -> N
     assert np.isfinite(log_density(phi, joint)).all()
     simulated = np.dstack([made.theta, made.physiology]).reshape(400, -1)
     assert np.allclose(np.hstack([phi[:, :3], joint.physiology(phi)]), simulated)
-    fresh = np.isin(joint.names, [PASSIVE_SCALE.name, *OPERATOR_NAMES])  # what the measurement takes
+    fresh = np.isin(joint.names, [PASSIVE.name, *OPERATOR_NAMES])  # what the measurement takes
     assert np.array_equal((eta != again).any(axis=0), fresh)
     assert not np.array_equal(first, second)
     assert np.array_equal(first, next(maker.raw(made, "epoch", 1))[1])

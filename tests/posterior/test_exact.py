@@ -209,8 +209,8 @@ def test_the_artefact_is_a_posterior_like_any_other(tmp_path: Path) -> None:
     assert common.component_names == COMPONENTS
     np.testing.assert_array_equal(common.z_obs, Z)
     opened = arviz.from_netcdf(str(path), engine="h5netcdf")
-    assert opened.posterior["passive_scale_kpa"].shape == (1, SETTINGS.draws)
-    assert opened.posterior["passive_scale_kpa"].attrs["units"] == "kPa"
+    assert opened.posterior["passive_stiffness_kpa"].shape == (1, SETTINGS.draws)
+    assert opened.posterior["passive_stiffness_kpa"].attrs["units"] == "kPa"
 
 
 @pytest.mark.parametrize("settings", [SETTINGS, NEVER])

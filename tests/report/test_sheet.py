@@ -11,16 +11,21 @@ import pytest
 from swesbi.checks.identifiability.more_repeats import MoreRepeats
 from swesbi.checks.scores import Band
 from swesbi.context import Context
+from swesbi.parameters import PHI_NAMES, TOLD_NAMES
 from swesbi.posterior.result import ExactResult
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Informed, Population, Recorded, Sheet, ShownCurve
 from swesbi.report.sheet_text import header, notes, rows, verdict_text
+from swesbi.verdict.trust import ANSWER
 from swesbi.verdict.verdict import Verdict
 
 CONTEXT = Context("S-1", "F", 31.0, 1.7, 66.0, 95.0, 36.0, 0.82)
-MEDIANS = np.array([60.0, 5.0, 40.0, 2.0, 50.0])
+OF_NAME = {"k0_kpa": 60.0, "k_atp_per_s": 5.0, "k_sr_per_s": 40.0, "passive_stiffness_kpa": 2.0}
+MEDIANS = np.array([OF_NAME.get(name, 50.0) for name in TOLD_NAMES])
+Q = len(TOLD_NAMES)
+LAST = ("k0_kpa", "k_atp_per_s", "bonds_kpa")
 VERDICT = Verdict(
     1.0, "", 10, 10, {}, "not contradicted", "not contradicted: no test speaks against the model", (),
     k_hat=0.3, efficiency=0.4, sampler="importance",
@@ -28,11 +33,11 @@ VERDICT = Verdict(
 
 
 def _spread(log_sd: float, seed: int) -> np.ndarray:
-    return np.asarray(MEDIANS * np.exp(log_sd * np.random.default_rng(seed).standard_normal((4000, 5))))
+    return np.asarray(MEDIANS * np.exp(log_sd * np.random.default_rng(seed).standard_normal((4000, Q))))
 
 
 def _result(converged: bool = True) -> ExactResult:
-    draws = _spread(0.1, 1)[:, :4]
+    draws = _spread(0.1, 1)[:, [TOLD_NAMES.index(name) for name in PHI_NAMES]]
     reasons = "" if converged else "R-hat 1.30"
     return ExactResult(draws, draws, "importance", 0.3, 0.7, 0.4, float("nan"), converged, reasons, 0.9)
 
@@ -60,34 +65,38 @@ def sheet() -> Sheet:
         ),
         curve=_curve(),
         population=Population("of the prior of the study", _spread(0.5, 2), [CONTEXT]),
-        more=MoreRepeats((2.0, 4.0, 8.0), np.full((3, 5), 0.9)),
+        more=MoreRepeats((2.0, 4.0, 8.0), np.full((3, Q), 0.9)),
         informed=(),
         cohort_title="virtual volunteers",
     )
 
 
-def test_the_stiffness_scale_is_called_conditional_wherever_it_stands(sheet: Sheet) -> None:
+def test_every_line_says_what_it_is_conditional_on_and_the_best_known_stand_first(sheet: Sheet) -> None:
+    """Duration and peak hold whatever the structure; k_0 and k_ATP are parameters of this model, and last."""
     labels = [row[0] for row in rows(sheet)]
-    assert ["conditional" in label for label in labels] == [True, False, False, False, False]
-    assert any(note.startswith("Conditional: k_0 in kPa depends on the structure") for note in notes(sheet))
-    figure = draw_sheet(sheet)
-    titles = [axes.get_title(loc="left") for part in figure.subfigs[0].subfigs for axes in part.axes]
-    assert "$k_0$ (kPa), conditional" in titles
+    assert labels[0].startswith("duration") and labels[1].startswith("peak stiffness")
+    of_model = next(note for note in notes(sheet) if note.startswith("Parameters of this model"))
+    for line in ANSWER:
+        assert line.condition
+        assert (line.parameter.meaning in of_model) == (line.parameter.name in LAST)
+    assert [line.parameter.name for line in ANSWER][-len(LAST) :] == list(LAST)
     informed = [Informed(ClinicalMeasures(120.0, 80.0), _result())]
     told = next(note for note in notes(replace(sheet, informed=informed)) if "cuff" in note)
-    assert told.startswith("With cuff pressures 120 / 80 mmHg as well: k_0, conditional 59.7 [")
+    assert told.startswith("With cuff pressures 120 / 80 mmHg as well: k_0 ")
 
 
 def test_rates_stand_in_time_as_well(sheet: Sheet) -> None:
     shown = rows(sheet)
     low, median, high = sheet.limits
-    assert [bool(row[3]) for row in shown] == [False, True, True, False, False]
-    assert shown[1][3] == f"{1e3 / median[1]:.0f} ({1e3 / high[1]:.0f} to {1e3 / low[1]:.0f})"
+    rates = {"decay_rate_per_s", "k_sr_per_s", "k_atp_per_s"}
+    assert {name for name, row in zip(TOLD_NAMES, shown, strict=True) if row[3]} == rates
+    j = TOLD_NAMES.index("k_atp_per_s")
+    assert shown[j][3] == f"{1e3 / median[j]:.0f} ({1e3 / high[j]:.0f} to {1e3 / low[j]:.0f})"
 
 
 def test_percentiles_are_those_of_the_population(sheet: Sheet) -> None:
     below = replace(sheet, values=sheet.values * 0.01)
-    assert [row[4] for row in rows(below)] == ["0 (0 to 0)"] * 5
+    assert [row[4] for row in rows(below)] == ["0 (0 to 0)"] * Q
     middle, low, high = rows(sheet)[0][4].replace("(", "").replace(")", "").replace(" to", "").split()
     assert abs(int(middle) - 50) <= 3
     assert int(low) < 42 < 58 < int(high)

@@ -16,6 +16,7 @@ from swesbi.__main__ import main
 from swesbi.config.read import ConfigError, add_options, parsed, read_merged
 from swesbi.config.refusals import context_refusal, recording_refusal
 from swesbi.config.study import Study, load_study
+from swesbi.parameters import TOLD_NAMES
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
@@ -132,12 +133,9 @@ def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Pat
 
 
 def rows() -> list[Asked]:
-    phi = np.array([[80.0, 5.0, 20.0, 2.0], [70.0, 4.0, 15.0, 1.5], [90.0, 6.0, 25.0, 2.5]])
-    answer = Answer("not contradicted", "", phi, 0.3, 0.4, "importance")
-    return [
-        Asked("S-1", "calibrated", answer, 0.9),
-        Asked("=S-2", "calibrated", None, float("nan"), "two\nlines"),
-    ]
+    limits = np.arange(1.0, 1.0 + len(TOLD_NAMES))[:, None] * [10.0, 9.0, 11.0]
+    answer = Answer("not contradicted", "", limits, 0.9, 0.3, 0.4, "importance")
+    return [Asked("S-1", "calibrated", answer), Asked("=S-2", "calibrated", None, "two\nlines")]
 
 
 def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path) -> None:
@@ -145,7 +143,7 @@ def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path)
     write_answers(table, tmp_path / "answers.csv", tmp_path / "answers.xlsx")
     read = read_answers(tmp_path / "answers.csv")
     assert list(read) == list(explanations())
-    assert read["k0_kpa_median"].tolist()[0] == 80.0
+    assert read["duration_ms_median"].tolist()[0] == 10.0
     assert read["status"].tolist() == ["not contradicted", "refused"]
     assert read["reason"].tolist()[1] == "two lines"
     text = (tmp_path / "answers.csv").read_text(encoding="utf-8")

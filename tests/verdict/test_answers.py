@@ -44,9 +44,7 @@ EXACT = SETTINGS.model_copy(
         ),
     }
 )
-SIZES = RecordingsSettings(
-    own=1, acquired=1, network_draws=49, effective_draws=20, misfit_draws=20, strip_fraction=0.1
-)
+SIZES = RecordingsSettings(own=1, acquired=1, network_draws=49, effective_draws=20, misfit_draws=20)
 FEW = case.EXPERIMENT.nulls.model_copy(
     update={"recordings": 50, "predictive_recordings": 100, "effective_draws": 20}
 )

@@ -13,6 +13,7 @@ from scipy.stats import kstest
 
 from swesbi.artefacts import ArtefactError, Provenance, save, write_json
 from swesbi.networks.flow.conditioning import raw_features
+from swesbi.parameters import TOLD_NAMES
 from swesbi.recording.observation import contexts_dataset
 from swesbi.study.stages.verdict import _others
 from swesbi.verdict.nulls import Grade, Reference
@@ -23,6 +24,7 @@ from swesbi.verdict.verdict import Verdict, VerdictTest, read_verdict
 from swesbi.verdict.with_null import grade, make_verdict, null_tests
 
 NULL_RECORDINGS = 400
+TOLD = {name: np.array([1.0, 2.0, np.nan, 3.0]) for name in TOLD_NAMES}
 
 
 @pytest.fixture(scope="module")
@@ -166,10 +168,12 @@ class Made:
 def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     z, names = np.array([0.1, -3.4]), ("maximum_kpa", "ivsd_cm")
     test = VerdictTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
-    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made())
+    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made(), TOLD)
     path = tmp_path / "verdict.json"
     write_json(path, verdict.to_json())
     assert read_verdict(path) == verdict
+    assert list(verdict.answer) == list(TOLD_NAMES)
+    assert verdict.answer["duration_ms"]["median"] == 2.0, "a draw without a beat tells nothing"
     assert verdict.sentence.endswith("; also end systolic volume; overall p = 0.02")
     assert verdict.may_be_read
     assert verdict.worst_component == "ivsd_cm"
@@ -177,7 +181,7 @@ def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     assert verdict.acceptance == 1.0
     assert verdict.reasons[-1] == "MCMC has not converged"
     assert verdict.sentence.startswith("strained: chi2: posterior predictive p-value")
-    assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), z, names, Made()).may_be_read
+    assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), z, names, Made(), TOLD).may_be_read
 
 
 def test_the_file_of_an_experiment_on_features_has_no_grading(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ from swesbi.virtual.trial.source import TrialSource, narrowed
 SHIPPED = ROOT / "data" / "virtual_trial"
 MAKE = maker("virtual_trial")
 MOST_BYTES = 6e6
-STILL = {"theta_spread": 0.0, "passive_scale_spread": 0.0, "loading_spread": 0.0, "heart_rate_spread": 0.0}
+STILL = {"theta_spread": 0.0, "passive_spread": 0.0, "loading_spread": 0.0, "heart_rate_spread": 0.0}
 
 
 def table(name: str) -> pd.DataFrame:
@@ -119,7 +119,7 @@ def test_the_treated_change_by_the_effect_and_by_what_visits_differ_by() -> None
 
 def test_a_person_keeps_the_physiology_and_the_body_but_for_what_is_of_the_day() -> None:
     truth, subjects = table("truth.csv"), table("subjects.csv")
-    of_day = {*THETA_NAMES, ATTAINED, "ejection_fraction", "passive_scale_kpa", *LOADING, SPEED_SCALE}
+    of_day = {*THETA_NAMES, ATTAINED, "ejection_fraction", "passive_stiffness_kpa", *LOADING, SPEED_SCALE}
     first, second = (truth[truth["visit"] == visit].reset_index(drop=True) for visit in (BEFORE, AFTER))
     kept = [name for name in source().bounds.names if name not in of_day]
     assert len(kept) == 8
@@ -164,7 +164,7 @@ def test_the_drug_acts_on_the_treated_at_the_second_visit_alone() -> None:
 def test_visits_differ_by_the_stated_spreads_and_by_nothing_else() -> None:
     drawn = pd.DataFrame([np.log(pd.Series(changed("control", BEFORE, seed))) for seed in range(1500)])
     spread = dict.fromkeys(THETA_NAMES, TRIAL.theta_spread) | dict.fromkeys(LOADING, TRIAL.loading_spread)
-    spread |= {"passive_scale_kpa": TRIAL.passive_scale_spread, SPEED_SCALE: np.sqrt(0.5) * 0.05}
+    spread |= {"passive_stiffness_kpa": TRIAL.passive_spread, SPEED_SCALE: np.sqrt(0.5) * 0.05}
     for name in drawn:
         np.testing.assert_allclose(drawn[name].std(), spread.get(str(name), 0.0), rtol=0.07, atol=1e-12)
     moving = drawn[list(spread)]
@@ -190,7 +190,7 @@ def test_persons_are_of_one_group_of_the_population_and_narrower_than_the_prior(
     assert own_source.population.groups["adults"].share == 1.0
     wide, narrow = own_source.bounds, own_source.model.prior
     for name, before, after in zip(wide.names, wide.parameters, narrow.parameters, strict=True):
-        share = 0.5 if name in (*THETA_NAMES, "passive_scale_kpa") else 1.0
+        share = 0.5 if name in (*THETA_NAMES, "passive_stiffness_kpa") else 1.0
         assert after == before.model_copy(update={"log_sd": share * before.log_sd})
     assert isinstance(narrowed(wide, 1.0), JointPriorSettings) and narrowed(wide, 1.0) == wide
 

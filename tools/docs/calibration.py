@@ -89,7 +89,7 @@ def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) 
 def _nuisances(study: Study, name: str, shown: Exact) -> tuple[Nuisance, ...]:
     experiment = study.config.speed_experiments[name]
     prior = JointPriorSettings(
-        theta=study.config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
+        theta=study.config.priors[experiment.prior], passive_stiffness_kpa=experiment.passive_stiffness_kpa
     )
     read = [shown.results[subject].phi for subject, verdict in shown.verdicts.items() if verdict.may_be_read]
     return nuisances(prior, read)

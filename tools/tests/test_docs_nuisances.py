@@ -18,7 +18,7 @@ def shipped() -> JointPriorSettings:
     config = parse_config(read_merged(ROOT / "config.yaml"))
     experiment = config.speed_experiments["calibrated"]
     return JointPriorSettings(
-        theta=config.priors[experiment.prior], passive_scale_kpa=experiment.passive_scale_kpa
+        theta=config.priors[experiment.prior], passive_stiffness_kpa=experiment.passive_stiffness_kpa
     )
 
 

@@ -176,7 +176,6 @@ rule population_answers:
 rule population_cohort:
     """Every subject of the cohort in one table and one figure, those refused with the reason."""
     input:
-        posteriors=of_answered("posterior.h5"),
         verdicts=of_answered("verdict.json"),
         truth=truth_files(),
     output:

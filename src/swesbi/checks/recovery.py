@@ -163,8 +163,8 @@ def _row(
 def read_truth(paths: Sequence[Path]) -> Mapping[str, FloatArray]:
     """Return the true theta (3,) of each subject from ``truth.csv``; empty where the cohort has no such file.
 
-    The passive scale is not among them: that of a generated subject goes with a passive law of its own, and
-    is another quantity than the model's.
+    The passive stiffness is not among them: that of a generated subject goes with a passive law of its own,
+    and is another quantity than the model's.
 
     Args:
         paths: The file, or none.

@@ -10,7 +10,7 @@ from swesbi.base.settings import Settings
 from swesbi.checks.calibration.settings import CalibrationSettings, PushesSettings
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.settings import EpochStudySettings, PredictiveSettings, RecoverySettings
-from swesbi.measurement.settings import PassiveBeat, SpeedObservationSettings, SummarySettings
+from swesbi.measurement.settings import SpeedObservationSettings, SummarySettings
 from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings, SplineSettings
 from swesbi.population.settings import (
     ConditionSettings,
@@ -69,15 +69,11 @@ class SpeedExperimentSettings(Settings):
         description="Successful simulations from the prior. Chosen by the learning curve "
         "(docs/calibration.md).",
     )
-    passive_scale_kpa: ParameterPrior = Field(
-        description="Prior of the passive scale a, a nuisance parameter. Late-diastolic septal speeds are "
-        "0.9 to 1.5 m/s (Song et al. 2016), and g is about 1.9 there. This puts it at 1.3 to 3.6 kPa. The "
-        "width is chosen to leave room on both sides."
-    )
-    passive_beat: PassiveBeat = Field(
-        description="Along whose stretch the passive stiffness runs: each simulation's own beat, or one "
-        "reference beat. The reference beat lies at the centre of passive_reference_prior. The paper "
-        "holds the passive stiffness fixed along one beat (docs/calibration.md)."
+    passive_stiffness_kpa: ParameterPrior = Field(
+        description="Prior of the passive stiffness a at the largest stretch of the beat, a nuisance "
+        "parameter. Diastolic septa of healthy adults have 2.6, 4.7 and 6.1 kPa at 20 to 39, 40 to 59 and "
+        "60 to 79 years (Villemain et al., JACC Cardiovasc Imaging 2019;12:1135). Late-diastolic septal "
+        "speeds of 0.9 to 1.5 m/s (Song et al. 2016) are 2.4 to 6.8 kPa."
     )
     summary: SummarySettings = Field(description="The summary S(.) of a curve.")
     observation_model: SpeedObservationSettings = Field(description="Noise on the measured speeds.")

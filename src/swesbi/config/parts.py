@@ -118,9 +118,9 @@ def _prior_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 def _joint_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return the prior of the parameters and the passive scale, in an experiment on speeds."""
-    scale = _of_experiment(study, wildcards, "passive_scale_kpa")
-    return {"theta": _prior_of_experiment(study, wildcards), "passive_scale_kpa": scale}
+    """Return the prior of the parameters and the passive stiffness, in an experiment on speeds."""
+    passive = _of_experiment(study, wildcards, "passive_stiffness_kpa")
+    return {"theta": _prior_of_experiment(study, wildcards), "passive_stiffness_kpa": passive}
 
 
 def _model(study: Study, wildcards: Wildcards) -> dict[str, Any]:
@@ -128,9 +128,6 @@ def _model(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     sources = {
         "prior": "joint_prior",
         "discrepancy": "experiment.observation_model.discrepancy",
-        "passive": "passive",
-        "passive_beat": "experiment.passive_beat",
-        "passive_reference_prior": "reference_prior",
         "density_kg_m3": "recording.density_kg_m3",
         "forward_model": "forward_model",
         "measurement": "measurement",

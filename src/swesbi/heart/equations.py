@@ -36,7 +36,7 @@ class Options(NamedTuple):
     mooney_rivlin: bool
     active_stiffness: bool
     second_piola: bool
-    frank_starling: bool
+    length_dependence: bool
     valve_inertance: bool
     prescribed_flow: bool
     wall_inertia: bool
@@ -68,6 +68,7 @@ class Parameters(NamedTuple):
     c_systemic: float
     r_pulmonary: float
     c_pulmonary: float
+    length_dependence: float
 
 
 class State(NamedTuple):
@@ -179,16 +180,20 @@ def viscosity(stretch: float, p: Parameters) -> float:
 
 
 @equation
-def available_bonds(strain: float, o: Options) -> float:
-    """Return n_0(e), the fraction of bonds that the filaments' overlap allows (1: no length dependence)."""
-    if not o.frank_starling:
+def available_bonds(strain: float, share: float, o: Options) -> float:
+    """Return n_0(e) = max(0, 1 + gamma (F(e) - 1)), the fraction of bonds that the filaments' overlap allows.
+
+    F is the table ``FRANK_STARLING``; its share gamma is 0 without length dependence, where n_0 is 1 to the
+    bit, and 1 for the whole of it.
+    """
+    if not o.length_dependence:
         return 1.0
     value = 0.0
     for i in range(len(FRANK_STARLING) - 1):
         left, low = FRANK_STARLING[i]
         right, high = FRANK_STARLING[i + 1]
         value += (high - low) / (right - left) * (min(max(strain, left), right) - left)
-    return value
+    return max(1.0 + share * (value - 1.0), 0.0)
 
 
 @equation
@@ -206,7 +211,7 @@ def active_rates(
     k_c'   = -(|u| + alpha |e'|) k_c   + n_0 k_0 u_+
     tau_c' = -(|u| + alpha |e'|) tau_c + n_0 sigma_0 u_+ + e' k_c;  ``tau_only`` drops k_c and alpha.
     """
-    creation = max(u, 0.0) * available_bonds(x.displacement / p.radius, o)
+    creation = max(u, 0.0) * available_bonds(x.displacement / p.radius, p.length_dependence, o)
     if not o.active_stiffness:
         return 0.0, creation * p.sigma_0 - abs(u) * x.active_stress
     destruction = abs(u) + p.alpha * abs(strain_rate)

@@ -26,7 +26,7 @@ ACTIVE_STIFFNESS: Final = 1
 VENTRICULAR_PRESSURE: Final = 3
 # What a lane has of its own, variable by variable: theta; with physiology by simulation also these
 # parameters, and room for its activation at the half steps of some steps.
-OWN_PARAMETERS: Final = ("c0", "c2", "sigma_0", "alpha", "r_distal", "c_systemic")
+OWN_PARAMETERS: Final = ("c0", "c2", "sigma_0", "alpha", "r_distal", "c_systemic", "length_dependence")
 OWN_ACTIVATION: Final = len(Theta._fields) + len(OWN_PARAMETERS)
 OWN_STEPS: Final = 8
 OWN_WIDTH: Final = OWN_ACTIVATION + 2 * OWN_STEPS + 1
@@ -192,6 +192,7 @@ def own_parameters(p: Parameters, own: FloatArray, lane: int) -> Parameters:
         c_systemic=own[8 * LANES + lane],
         r_pulmonary=p.r_pulmonary,
         c_pulmonary=p.c_pulmonary,
+        length_dependence=own[9 * LANES + lane],
     )
 
 

@@ -63,6 +63,7 @@ class Model:
 
     ``drives`` (2 * steps + 1, 5) holds what is prescribed at every half step of a beat, in the order of
     ``equations.Drive``; ``start`` (8,) the state at the first R peak, in the order of ``equations.State``.
+    Simulations with a length dependence of their own have the options ``dependent``.
     """
 
     options: Options
@@ -71,6 +72,7 @@ class Model:
     step_s: float
     stride: int
     start: FloatArray
+    dependent: Options
 
     @property
     def samples(self) -> int:
@@ -108,14 +110,19 @@ def own_of(physiology: Physiology, model: Model, settings: ForwardModelSettings)
     return Own(physiology, activations(model.drives.shape[0], model.period_s, *window_s))
 
 
-def options_of(settings: ForwardModelSettings) -> Options:
-    """Translate the options' names into the compiled loop's switches."""
+def options_of(settings: ForwardModelSettings, dependent: bool = False) -> Options:
+    """Translate the options' names into the compiled loop's switches.
+
+    Args:
+        settings: The options.
+        dependent: Whether simulations have a length dependence whatever the settings'.
+    """
     return Options(
         thin_wall=settings.geometry == "thin",
         mooney_rivlin=settings.passive_law == "mooney_rivlin",
         active_stiffness=settings.active_law == "bcs",
         second_piola=settings.stress_measure == "second_piola",
-        frank_starling=settings.length_dependence == "frank_starling",
+        length_dependence=dependent or settings.length_dependence > 0.0,
         valve_inertance=settings.valves == "inertance",
         prescribed_flow=False,
         wall_inertia=settings.wall_inertia,
@@ -148,6 +155,7 @@ def parameters_of(context: Context, settings: ForwardModelSettings) -> Parameter
         c_systemic=settings.systemic_capacitance_m3_pa,
         r_pulmonary=settings.pulmonary_resistance_pa_s_m3,
         c_pulmonary=settings.pulmonary_capacitance_m3_pa,
+        length_dependence=settings.length_dependence,
     )
 
 
@@ -171,8 +179,9 @@ def build_model(context: Context, settings: ForwardModelSettings, refinement: in
     start[3] = start[7] = settings.initial_arterial_pressure_pa
     start[4] = settings.initial_pulmonary_pressure_pa
     stride = steps // settings.samples_per_beat
-    options, parameters = options_of(settings), parameters_of(context, settings)
-    return Model(options, parameters, drives, context.period_s / steps, stride, start)
+    options, dependent = options_of(settings), options_of(settings, dependent=True)
+    parameters = parameters_of(context, settings)
+    return Model(options, parameters, drives, context.period_s / steps, stride, start, dependent)
 
 
 def cavity_volume(stretch: FloatArray, model: Model) -> FloatArray:

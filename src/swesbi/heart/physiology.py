@@ -44,6 +44,7 @@ class Physiology:
         systemic_capacitance_m3_pa: C_s.
         stressed_volume_factor: Multiplies the stressed volume that the settings give the closed loop to start
             with, whatever its C_s (``heart.model.starts``).
+        length_dependence: gamma, the share of the length dependence of bonds.
     """
 
     activation_onset_s: FloatArray
@@ -55,6 +56,7 @@ class Physiology:
     distal_resistance_pa_s_m3: FloatArray
     systemic_capacitance_m3_pa: FloatArray
     stressed_volume_factor: FloatArray
+    length_dependence: FloatArray
 
     @classmethod
     def of_settings(cls, settings: ForwardModelSettings, n: int) -> Self:

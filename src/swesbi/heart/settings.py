@@ -32,9 +32,12 @@ class ForwardModelSettings(Settings):
     stress_measure: Literal["first_piola", "second_piola"] = Field(
         description="Stress tau_c enters as such (first Piola), or times lambda (second Piola)."
     )
-    length_dependence: Literal["none", "frank_starling"] = Field(
-        description="Dependence n_0(e) of the bonds on length. Without it k_0 and k_ATP compensate as in "
-        "the paper."
+    length_dependence: float = Field(
+        ge=0,
+        le=1,
+        description="Share gamma of the dependence n_0(e) of the bonds on length that PhysioBlocks' human "
+        "heart has. Without it, at 0, k_0 and k_ATP compensate as in the paper.",
+        json_schema_extra={"unit": "1"},
     )
     valves: Literal["resistive", "inertance"] = Field(
         description="Flow through the valves. resistive: closed form. inertance: with inertia of the blood."

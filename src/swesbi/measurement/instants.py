@@ -28,7 +28,7 @@ from scipy.special import logsumexp
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.heart.simulate import Beats
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.shared_error import Innovations
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.recording.free_observation import FreeObservation
@@ -162,4 +162,4 @@ def free_model(observed: FreeObservation, settings: SpeedModelSettings) -> FreeM
     recording = SpeedRecording(
         observed.context, observed.phase, observed.speed_m_s, observed.relative_se, alone
     )
-    return FreeModel(speed_model(recording, settings), observed.cell, observed.noise_log_sd)
+    return FreeModel(SpeedModel(recording, settings), observed.cell, observed.noise_log_sd)

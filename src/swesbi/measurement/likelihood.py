@@ -18,7 +18,6 @@ from swesbi.artefacts import ArtefactError, load
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.heart.model import duration_ratio
-from swesbi.heart.periodic import Status
 from swesbi.heart.physiology import Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate, simulate_active
@@ -34,13 +33,11 @@ from swesbi.measurement.operator import (
 from swesbi.measurement.settings import (
     DiscrepancySettings,
     MeasurementSettings,
-    PassiveBeat,
-    PassiveSettings,
     SummarySettings,
 )
 from swesbi.measurement.shared_error import Innovations, draw_shared, innovations
 from swesbi.measurement.summary import summarise
-from swesbi.parameters import OF_THETA, OPERATOR_NAMES, SCALE
+from swesbi.parameters import OF_THETA, OPERATOR_NAMES, STRETCHED
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
 from swesbi.recording.noise import MeanErrors, read_noise
 from swesbi.recording.observation import Observation, read_observation
@@ -119,25 +116,7 @@ class SpeedModelSettings(Settings):
     discrepancy: DiscrepancySettings
     forward_model: ForwardModelSettings
     measurement: MeasurementSettings
-    passive: PassiveSettings
-    passive_beat: PassiveBeat
-    passive_reference_prior: PriorSettings
     density_kg_m3: float
-
-    def reference_of(self, context: Context) -> speeds.ReferenceBeat | None:
-        """Return the beat along which the passive part runs; None if each simulation has its own.
-
-        Raises:
-            ValueError: It does not become periodic.
-        """
-        if self.passive_beat == "own":
-            return None
-        beats = reference_beat(context, self.passive_reference_prior, self.forward_model)
-        if beats.status[0] != Status.PERIODIC:
-            raise ValueError(
-                f"subject {context.subject}: the reference beat did not become periodic; check the context"
-            )
-        return speeds.ReferenceBeat(beats.cycle_phase, beats.stretch[0])
 
     def physiology(self, phi: FloatArray) -> Physiology | None:
         """Return the physiology that phi (n, d) gives n simulations; None where none of it is free."""
@@ -146,11 +125,11 @@ class SpeedModelSettings(Settings):
 
     def measured_by(self, phi: FloatArray) -> speeds.MeasuredBy:
         """Return what turns the wall of simulations of phi (n, d) into speeds."""
-        exponent_b, compression, speed_scale = (self.prior.column(phi, name) for name in OPERATOR_NAMES)
+        ratio, middle_factor, speed_scale = (self.prior.column(phi, name) for name in OPERATOR_NAMES)
         return speeds.MeasuredBy(
-            scale_kpa=phi[:, SCALE],
-            exponent_b=self.passive.exponent_b if exponent_b is None else exponent_b,
-            compression_factor=1.0 if compression is None else compression,
+            stretched_kpa=phi[:, STRETCHED],
+            ratio=1.0 if ratio is None else ratio,
+            middle_factor=1.0 if middle_factor is None else middle_factor,
             speed_scale=1.0 if speed_scale is None else speed_scale,
         )
 
@@ -161,10 +140,9 @@ class SpeedModelSettings(Settings):
 
 @dataclass(frozen=True)
 class SpeedModel:
-    """One recording under the settings of an experiment; with the reference beat, if they ask for one."""
+    """One recording under the settings of an experiment."""
 
     recording: speeds.SpeedRecording
-    reference: speeds.ReferenceBeat | None
     settings: SpeedModelSettings
 
     def activation_duration_s(self, phi: FloatArray) -> FloatArray:
@@ -193,17 +171,25 @@ class SpeedModel:
 
     def predict_at(self, phi: FloatArray, wall: speeds.WallPhases) -> speeds.PredictedSpeeds:
         """Return the noiseless log speeds of simulations of phi (n, d) taken at the measured phases."""
-        if self.reference is not None:
-            wall = wall.along(self.reference, self.recording.phase)
         return self.settings.predict(phi, wall)
 
     def stiffness_cycle(self, phi: FloatArray, cycles: speeds.WallCycles, index: int) -> FloatArray:
         """Return the stiffness in kPa that the speeds of one simulation of phi (d,) show; shape (M,)."""
         by = self.settings.measured_by(phi[None])
         active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
-        stretch = cycles.stretch[index] if self.reference is None else self.reference.stretch
-        total = by.passive_kpa(stretch[None])[0] + active(cycles.active_stiffness_kpa[index])
+        shortened = speeds.shortening(cycles.stretch[index : index + 1])
+        total = by.passive_kpa(shortened)[0] + active(cycles.active_stiffness_kpa[index])
         return np.asarray(by.speed_scale**2 * total)
+
+    def speed_scale(self, phi: FloatArray) -> FloatArray:
+        """Return the scale of the speeds of phi (n, d), 1 where it is fixed; shape (n,)."""
+        return np.broadcast_to(self.settings.measured_by(phi).speed_scale, len(phi))
+
+    def parts(self, phi: FloatArray, cycles: speeds.WallCycles) -> tuple[FloatArray, FloatArray]:
+        """Return passive and shown active stiffness in kPa of simulations of phi (n, d); (n, M) each."""
+        passive = self.settings.measured_by(phi).passive_kpa(speeds.shortening(cycles.stretch))
+        active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
+        return passive, active(cycles.active_stiffness_kpa)
 
     def _simulated(
         self, phi: FloatArray
@@ -223,15 +209,6 @@ class SpeedModel:
         if inside.any():
             log_prior[inside] += self.log_likelihood(phi[inside])
         return log_prior
-
-
-def speed_model(recording: speeds.SpeedRecording, settings: SpeedModelSettings) -> SpeedModel:
-    """Build the model of a recording.
-
-    Raises:
-        ValueError: A reference beat does not become periodic.
-    """
-    return SpeedModel(recording, settings.reference_of(recording.context), settings)
 
 
 FloatArray = NDArray[np.float64]
@@ -310,7 +287,7 @@ def build_speed_model(
     observation: Path, components: NoiseComponents, settings: SpeedModelSettings
 ) -> SpeedModel:
     """Read one recording, and build its model with this noise; errors as of ``read_speed_model``."""
-    return speed_model(speeds.measured_speeds(read_observation(observation), components), settings)
+    return SpeedModel(speeds.measured_speeds(read_observation(observation), components), settings)
 
 
 def read_speed_models(

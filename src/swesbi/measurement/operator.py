@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 StiffnessMap = Callable[[FloatArray], FloatArray]
 # Chosen: several times the peaks of the study, so that the map bends them only.
 SERIES_MODULUS_KPA: Final = 300.0
-COMPRESSED_STRETCH: Final = 0.85
-"""Where the factor of the passive stiffness in compression holds: about a healthy wall's at end systole."""
 PERIODIC = 0  # Status.PERIODIC of the forward model, which need not be compiled for this
 ActiveCycles: TypeAlias = "Beats | tuple[FloatArray, FloatArray]"
 """Simulated beats, or their cycle phases (M,) and active stiffness (n, M) in kPa."""
@@ -96,30 +94,9 @@ class PassiveBaseline:
     ]
 
 
-def passive_shape(
-    stretch: FloatArray, exponent_b: FloatArray | float, compression_factor: FloatArray | float = 1.0
-) -> FloatArray:
-    """Return the passive law g(lambda), dimensionless, for stretches of any shape.
-
-    g = exp(b (lambda^2 - 1)); below a stretch of 1 its logarithm has a slope of its own, so that at
-    ``COMPRESSED_STRETCH`` the stiffness is a factor f of what the one exponent makes it.
-
-    Args:
-        stretch: Wall stretch lambda; any shape.
-        exponent_b: b; to be broadcast with the stretch.
-        compression_factor: f; likewise. At 1 the law has one exponent.
-    """
-    strain = stretch**2 - 1.0
-    compressed = np.minimum(strain, 0.0) / (COMPRESSED_STRETCH**2 - 1.0)
-    return np.asarray(np.exp(exponent_b * strain + np.log(compression_factor) * compressed))
-
-
-def passive_log_slope(
-    stretch: FloatArray, exponent_b: FloatArray | float, compression_factor: FloatArray | float = 1.0
-) -> FloatArray:
-    """Return d log g / d lambda of the passive law; arguments as of :func:`passive_shape`."""
-    compressed = (stretch < 1.0) / (COMPRESSED_STRETCH**2 - 1.0)
-    return np.asarray(2.0 * stretch * (exponent_b + np.log(compression_factor) * compressed))
+def passive_shape(stretch: FloatArray, exponent_b: float) -> FloatArray:
+    """Return the baseline's law g = exp(b (lambda^2 - 1)), dimensionless, for stretches of any shape."""
+    return np.asarray(np.exp(exponent_b * (stretch**2 - 1.0)))
 
 
 def passive_scale(

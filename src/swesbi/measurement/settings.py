@@ -34,10 +34,6 @@ SUMMARY_NAMES: Final = SCALAR_NAMES + tuple(f"trajectory_{index:02d}_kpa" for in
 SUMMARY_UNITS: Final = SCALAR_UNITS + ("kPa",) * 30
 
 
-PassiveBeat = Literal["own", "reference"]
-"""Along whose stretch the passive stiffness runs: each simulation's own, or one at the prior's centre."""
-
-
 class MeasurementSettings(Settings):
     """How a simulated cycle becomes the curve that elastography would show."""
 
@@ -55,7 +51,7 @@ class MeasurementSettings(Settings):
 
 
 class PassiveSettings(Settings):
-    """The passive baseline E_pass = a exp(b (lambda^2 - 1)) and how its scale a is calibrated."""
+    """The paper's passive baseline E_pass = a exp(b (lambda^2 - 1)), and how its scale a is calibrated."""
 
     exponent_b: float = Field(
         ge=0,

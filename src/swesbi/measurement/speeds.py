@@ -1,12 +1,11 @@
-"""Speeds, measured and predicted: log c = 1/2 log((a g(lambda) + E_act) / (3 rho)) at a recording's phases.
+"""Speeds, measured and predicted: log c = 1/2 log((E_pass + E_act) / (3 rho)) at a recording's phases.
 
-The passive part a g(lambda) runs along the stretch of each simulation's own beat, as in any wall, or along
-that of one reference beat, whatever theta is simulated.
+The passive part runs along the stretch of each simulation's own beat, by its values at both ends and between.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
@@ -14,13 +13,14 @@ from numpy.typing import NDArray
 
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
-from swesbi.measurement.operator import active_stiffness_map, passive_log_slope, passive_shape
+from swesbi.measurement.operator import active_stiffness_map
 from swesbi.recording.noise import MeanErrors, mean_errors
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle, slope_cycle
 from swesbi.recording.speed import NoiseComponents, squared_speed_m2_s2
 
 LEAST_STIFFNESS_KPA: Final = 1e-3  # the spline through a cycle near zero may dip below it
+LEAST_EXCURSION: Final = 1e-6  # of the stretch; a wall that moves less does not move
 
 
 @dataclass(frozen=True)
@@ -91,37 +91,20 @@ class WallCycles(Protocol):
 
 
 @dataclass(frozen=True)
-class ReferenceBeat:
-    """The one beat along which a fixed passive stiffness runs: its phases and its stretch; (M,) each."""
-
-    cycle_phase: FloatArray
-    stretch: FloatArray
-
-
-@dataclass(frozen=True)
 class WallPhases:
-    """What the wall's stiffness is made of in n simulations at p phases, and its slopes per cycle.
+    """What the wall's stiffness is made of in n simulations at p phases, with slopes per cycle; (n, p) each.
 
     Attributes:
-        active_kpa: Active stiffness E_act; shape (n, p).
-        active_slope_kpa: Its slope; shape (n, p).
-        stretch: Wall stretch lambda; shape (n, p), or (1, p) of one beat for all.
-        stretch_slope: Its slope; likewise.
+        active_kpa: Active stiffness E_act.
+        active_slope_kpa: Its slope.
+        shortening: Shortening x of the wall, 0 at the largest stretch of the own beat, 1 at the smallest.
+        shortening_slope: Its slope.
     """
 
     active_kpa: FloatArray
     active_slope_kpa: FloatArray
-    stretch: FloatArray
-    stretch_slope: FloatArray
-
-    def along(self, reference: ReferenceBeat, phase: FloatArray) -> WallPhases:
-        """Return the same with the stretch of one beat in everyone's place, at the phases (p,)."""
-        cycle_phase, stretch = reference.cycle_phase, reference.stretch[None]
-        return replace(
-            self,
-            stretch=sample_cycle(cycle_phase, stretch, phase),
-            stretch_slope=slope_cycle(cycle_phase, stretch, phase),
-        )
+    shortening: FloatArray
+    shortening_slope: FloatArray
 
     def between(self, offset: FloatArray) -> WallPhases:
         """Return the same at instants beside the phases, the centres of p equal parts of the cycle.
@@ -136,8 +119,8 @@ class WallPhases:
         after = offset >= 0.0
         t = np.where(after, offset, offset + 1.0)
         active = _cubic(self.active_kpa, self.active_slope_kpa, t, after)
-        stretch = _cubic(self.stretch, self.stretch_slope, t, after)
-        return WallPhases(*active, *stretch)
+        shortening = _cubic(self.shortening, self.shortening_slope, t, after)
+        return WallPhases(*active, *shortening)
 
     def rows(self, chosen: slice | BoolArray) -> WallPhases:
         """Return some of the simulations."""
@@ -171,31 +154,34 @@ def _cubic(
 
 @dataclass(frozen=True)
 class MeasuredBy:
-    """What turns the wall of n simulations into speeds.
+    """What turns the wall of n simulations into speeds; each of shape (n,), the last three also one for all.
 
     Attributes:
-        scale_kpa: Passive scale a; shape (n,).
-        exponent_b: b of the passive law; shape (n,), or one for all.
-        compression_factor: f of the passive law, where the wall is compressed; likewise.
-        speed_scale: q, by which every measured speed is off; likewise.
+        stretched_kpa: Passive stiffness a at the largest stretch of the beat.
+        ratio: r, passive stiffness at the smallest stretch over that at the largest.
+        middle_factor: m, passive stiffness at the middle stretch over the geometric mean of the ends.
+        speed_scale: q, by which every measured speed is off.
     """
 
-    scale_kpa: FloatArray
-    exponent_b: FloatArray | float
-    compression_factor: FloatArray | float = 1.0
+    stretched_kpa: FloatArray
+    ratio: FloatArray | float = 1.0
+    middle_factor: FloatArray | float = 1.0
     speed_scale: FloatArray | float = 1.0
 
-    def passive_kpa(self, stretch: FloatArray) -> FloatArray:
-        """Return the passive stiffness a g(lambda) of the n simulations at stretches (n, p), in kPa."""
-        return _column(self.scale_kpa) * passive_shape(stretch, *self._law)
+    def passive_kpa(self, shortening: FloatArray) -> FloatArray:
+        """Return the passive stiffness a r^x m^(4 x (1 - x)) in kPa at shortenings x (n, p).
 
-    def passive_log_slope(self, stretch: FloatArray) -> FloatArray:
-        """Return the slope of its logarithm in lambda; (n, p)."""
-        return passive_log_slope(stretch, *self._law)
+        Its logarithm is a parabola through both ends and the middle: a law of three numbers, whatever the
+        stretch that a wall has at rest. r < 1 where shortening softens it, r > 1 where it stiffens.
+        """
+        bend = 4.0 * shortening * (1.0 - shortening)
+        exponent = np.log(_column(self.ratio)) * shortening + np.log(_column(self.middle_factor)) * bend
+        return np.asarray(_column(self.stretched_kpa) * np.exp(exponent))
 
-    @property
-    def _law(self) -> tuple[FloatArray, FloatArray]:
-        return _column(self.exponent_b), _column(self.compression_factor)
+    def passive_log_slope(self, shortening: FloatArray) -> FloatArray:
+        """Return the slope of its logarithm in x; (n, p)."""
+        bend = 4.0 * np.log(_column(self.middle_factor)) * (1.0 - 2.0 * shortening)
+        return np.asarray(np.log(_column(self.ratio)) + bend)
 
 
 @dataclass(frozen=True)
@@ -215,30 +201,40 @@ class PredictedSpeeds:
         return PredictedSpeeds(self.log_speed[chosen], self.slope[chosen])
 
 
+def shortening(stretch: FloatArray) -> FloatArray:
+    """Return how far beats (n, M) are shortened: 0 at the largest stretch, 1 at the smallest; (n, M).
+
+    A wall that does not move is not shortened.
+    """
+    high, low = stretch.max(axis=1, keepdims=True), stretch.min(axis=1, keepdims=True)
+    return np.asarray((high - stretch) / np.maximum(high - low, LEAST_EXCURSION))
+
+
 def wall_at_phases(cycles: WallCycles, phase: FloatArray, map_name: str) -> WallPhases:
     """Take simulated cycles at the phases (p,), by the named map from k_c to E_act; NaN gives NaN."""
     active = active_stiffness_map(map_name)(cycles.active_stiffness_kpa)
+    shortened = shortening(cycles.stretch)
     return WallPhases(
         sample_cycle(cycles.cycle_phase, active, phase),
         slope_cycle(cycles.cycle_phase, active, phase),
-        sample_cycle(cycles.cycle_phase, cycles.stretch, phase),
-        slope_cycle(cycles.cycle_phase, cycles.stretch, phase),
+        sample_cycle(cycles.cycle_phase, shortened, phase),
+        slope_cycle(cycles.cycle_phase, shortened, phase),
     )
 
 
 def predict_speeds(by: MeasuredBy, wall: WallPhases, density_kg_m3: float) -> PredictedSpeeds:
     """Return the noiseless log speeds of n simulations, and their slopes.
 
-    E = a g + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = log q + 1/2 log(E / 3 rho)
-    and d log c / ds = 1/2 E' / E, with the passive law g (``operator.passive_shape``).
+    E = E_pass + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = log q
+    + 1/2 log(E / 3 rho) and d log c / ds = 1/2 E' / E.
 
     Args:
-        by: Passive scale a, passive law and scale of the speeds q of each simulation.
-        wall: Active stiffness and stretch at the p phases.
+        by: Passive law and scale of the speeds q of each simulation.
+        wall: Active stiffness and shortening at the p phases.
         density_kg_m3: rho.
     """
-    passive = by.passive_kpa(wall.stretch)
-    passive_slope = passive * by.passive_log_slope(wall.stretch) * wall.stretch_slope
+    passive = by.passive_kpa(wall.shortening)
+    passive_slope = passive * by.passive_log_slope(wall.shortening) * wall.shortening_slope
     stiffness = np.maximum(passive + wall.active_kpa, LEAST_STIFFNESS_KPA)
     log_speed = 0.5 * np.log(squared_speed_m2_s2(stiffness, density_kg_m3))
     return PredictedSpeeds(

@@ -9,7 +9,7 @@ import numpy as np
 
 from swesbi.base.settings import Settings
 from swesbi.context import Context
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.population.conditions import draw_conditions, protocol_noise, whole_phase_se
 from swesbi.population.contexts import draw_contexts
@@ -73,7 +73,7 @@ def fresh_subject(index: int, settings: FreshSettings, seed: int, name: str) -> 
         shared=drawn.errors.shared[0, measured],
     )
     missing = tuple(np.flatnonzero(~measured).tolist())
-    return FreshSubject(speed_model(recording, settings.model), float(drawn.level[0]), missing)
+    return FreshSubject(SpeedModel(recording, settings.model), float(drawn.level[0]), missing)
 
 
 def record_fresh(

@@ -44,10 +44,10 @@ class PopulationSimulations:
     active_slope_kpa: Annotated[
         FloatArray, artefacts.Variable("context draw phase", "kPa", "its slope, per (unitless) cycle")
     ]
-    stretch: Annotated[
-        FloatArray, artefacts.Variable("context draw phase", "1", "wall stretch at the nominal phases")
+    shortening: Annotated[
+        FloatArray, artefacts.Variable("context draw phase", "1", "shortening of the wall, 0 to 1")
     ]
-    stretch_slope: Annotated[
+    shortening_slope: Annotated[
         FloatArray, artefacts.Variable("context draw phase", "1", "its slope, per (unitless) cycle")
     ]
     failures: Annotated[
@@ -80,7 +80,6 @@ def simulate_population(
 
     Raises:
         SimulationFailure: A draw failed too often.
-        ValueError: The reference beat of a context does not become periodic.
     """
     contexts = draw_contexts(index, population, seed, "training", broad=True)
     progress = Progress(label, len(contexts), unit="context")
@@ -98,10 +97,7 @@ def _simulate(
 ) -> tuple[NDArray[np.generic], ...]:
     made = draw_simulations(range(draws), context, model.prior.theta, model.forward_model, seed)
     wall = wall_at_phases(made, phase, model.measurement.active_stiffness_map)
-    if (reference := model.reference_of(context)) is not None:
-        wall = wall.along(reference, phase)
-    values = (np.broadcast_to(value, wall.active_kpa.shape) for value in vars(wall).values())
-    return (made.theta, made.physiology, *values, made.failures.sum(axis=0))
+    return (made.theta, made.physiology, *vars(wall).values(), made.failures.sum(axis=0))
 
 
 SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationSimulations)["/"]

@@ -66,7 +66,7 @@ class RowMaker:
         operator = sample(len(theta), self.model.prior.operator, rng)
         phi = self.model.prior.joined(theta, _flat(made.physiology), operator)
         drawn = draw_cells(len(theta), self.conditions, self.protocol, self.recording, rng)
-        taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.stretch, made.stretch_slope)
+        taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.shortening, made.shortening_slope)
         wall = WallPhases(*map(_flat, taken)).between(drawn.offset)
         predicted = self.model.predict(phi, wall)
         speeds = draw_speeds(predicted, drawn.errors, self.model.discrepancy, rng)

@@ -1,7 +1,7 @@
 """The exact posterior: importance weights, and MCMC where they are not reliable.
 
 The file is a posterior like any other, for :func:`swesbi.posterior.truncated.read_posterior` and whatever
-reads it, with the passive scale, the weights and how the draws were obtained beside it.
+reads it, with the passive stiffness, the weights and how the draws were obtained beside it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
-from swesbi.draws import equal_weights, interval_levels
-from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED, SCALE
+from swesbi.draws import equal_weights
+from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED
 from swesbi.posterior import truncated
 from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, k_hat_limit, resample
@@ -250,8 +250,6 @@ SCHEMA: Final = {
             "reasons": Variable(
                 "", "1", "why the weights were not used, what the sampler missed; or empty", after="converged"
             ),
-            "passive_scale_median_kpa": Variable("", "kPa", "posterior median of the passive scale a"),
-            "passive_scale_interval_kpa": Variable("bound", "kPa", "credible interval of the scale a"),
         }
     ),
     "posterior": truncated.columns_along("chain draw", SCALE_NAME) | _nuisances("chain draw"),
@@ -282,9 +280,7 @@ def exact_to_groups(
         settings: Gives the interval's mass.
     """
     groups = truncated.posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
-    groups["/"] = xr.merge(
-        [groups["/"], _root(exact, prior, settings.interval)], combine_attrs="no_conflicts"
-    )
+    groups["/"] = xr.merge([groups["/"], _root(exact, prior)], combine_attrs="no_conflicts")
     labels = {NUISANCE: list(prior.nuisance_names)}
     beside = _columns(exact.phi[None], SCALE_NAME)
     added = build_dataset(SCHEMA["posterior"], beside, labels)
@@ -339,11 +335,6 @@ def _summary(
     return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
 
 
-def _root(exact: ExactPosterior, prior: JointPriorSettings, interval: float) -> xr.Dataset:
-    scale = exact.phi[:, SCALE]
-    values = values_of(exact)["/"] | {
-        "reasons": SEPARATOR.join(exact.reasons),
-        "passive_scale_median_kpa": np.median(scale),
-        "passive_scale_interval_kpa": np.quantile(scale, interval_levels(interval)),
-    }
+def _root(exact: ExactPosterior, prior: JointPriorSettings) -> xr.Dataset:
+    values = values_of(exact)["/"] | {"reasons": SEPARATOR.join(exact.reasons)}
     return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(prior.names)})

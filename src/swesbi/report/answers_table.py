@@ -10,12 +10,11 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.artefacts import atomic_path, load
-from swesbi.parameters import PHI
-from swesbi.posterior.truncated import POSTERIOR
+from swesbi.artefacts import atomic_path
 from swesbi.report.csv import EIGHT_DIGITS
 from swesbi.report.workbook import Sheet, write_workbook
-from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns, read_answer
+from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
+from swesbi.verdict.trust import ANSWER, IN_WORDS
 
 COMMENT: Final = "# "
 SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
@@ -42,33 +41,22 @@ class Asked:
         subject: Name.
         experiment: Which network was asked.
         answer: What it answered; None where it is refused.
-        interval_mass: Of the answer's credible intervals; NaN without one.
         refused: The reason; empty where there is an answer.
     """
 
     subject: str
     experiment: str
     answer: Answer | None
-    interval_mass: float
     refused: str = ""
-
-
-def answered(subject: str, experiment: str, posterior: Path, verdict: Path) -> Asked:
-    """Return the row of one answer, read from its files.
-
-    Raises:
-        ArtefactError: A file is not what its name says.
-    """
-    mass = float(load(posterior, POSTERIOR)[0]["interval_mass"])
-    return Asked(subject, experiment, read_answer(posterior, verdict), mass)
 
 
 def explanations() -> dict[str, str]:
     """Return what each column of the table means, with its unit, by its name."""
     limits = {
-        f"{parameter.name}_{limit}": f"{SAID[limit]} of {parameter.meaning} {parameter.text}"
-        f"{'' if limit == 'median' else ', credible interval'}; {parameter.unit}"
-        for parameter in PHI
+        f"{line.parameter.name}_{limit}": f"{SAID[limit]} of {line.parameter.meaning} {line.parameter.text}"
+        f"{'' if limit == 'median' else ', credible interval'}; {line.parameter.unit}; "
+        f"{IN_WORDS[line.trust]}, by {line.condition}"
+        for line in ANSWER
         for limit in LIMITS
     }
     return FIRST | limits | LAST
@@ -84,8 +72,8 @@ def _row(asked: Asked) -> Mapping[str, object]:
     if asked.answer is None:
         return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
-    values = [*answer.phi.T.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
-    said = {"status": answer.status, "reason": answer.reason, "interval_mass": asked.interval_mass}
+    values = [*answer.limits.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
+    said = {"status": answer.status, "reason": answer.reason, "interval_mass": answer.interval_mass}
     return row | said | dict(zip(answer_columns(), values, strict=True))
 
 

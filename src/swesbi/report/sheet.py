@@ -89,7 +89,7 @@ class Population:
 
     Attributes:
         name: Whose prior it is that percentiles are of, in words.
-        prior: Draws of the prior of the four parameters and of the attained stiffness; (m, 5).
+        prior: Draws of the prior of all that is told; (m, q).
         hearts: Contexts of those that the network knows; none without a network.
     """
 
@@ -106,7 +106,7 @@ class Sheet:
         context: Who.
         verdict: The verdict.
         result: The exact posterior.
-        values: Its draws of the four parameters and of the attained stiffness; (n, 5).
+        values: Its draws of all that is told, in the order of ``verdict.trust.ANSWER``; (n, q).
         recorded: The recording's quality.
         curve: The recording, and its predictive check.
         population: Whom the subject is compared with.
@@ -128,7 +128,7 @@ class Sheet:
 
     @property
     def limits(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Lower end, median and upper end of the credible intervals; (5,) each."""
+        """Lower end, median and upper end of the credible intervals; (q,) each."""
         return median_and_interval(self.values, self.result.interval_mass)
 
 

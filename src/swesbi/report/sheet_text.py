@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -10,23 +11,21 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.context import CONTEXT, Context
 from swesbi.draws import median_and_interval
-from swesbi.parameters import ISOMETRIC_SYMBOL, K_0, PHI
+from swesbi.parameters import PHI
 from swesbi.report.numbers import REJECTIONS, as_percent
 from swesbi.report.sheet import Informed, Recorded, Sheet, ShownCurve
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
+from swesbi.verdict.trust import ANSWER, IN_WORDS
 from swesbi.verdict.verdict import CONTRADICTED, Verdict
 
 MS_PER_S: Final = 1e3
 FEW: Final = 20
 """Fewer hearts than this have no percentiles worth the name."""
-SYMBOLS: Final = (*(parameter.tex for parameter in PHI), ISOMETRIC_SYMBOL)
-NAMES: Final = (*(parameter.meaning for parameter in PHI), "attained stiffness")
-UNITS: Final = (*(parameter.unit for parameter in PHI), "kPa")
+SYMBOLS: Final = tuple(line.parameter.tex for line in ANSWER)
+UNITS: Final = tuple(line.parameter.unit for line in ANSWER)
 CONDITIONAL: Final = (
-    "Conditional: k_0 in kPa depends on the structure of the model, and other equations of the same heart "
-    "call the same muscle by another number. Compare it within this study alone. The attained stiffness, "
-    "reached by the end of activation, is what the speeds see of it. All intervals hold if the heart is one "
-    "that the model can be; what is not known of it is integrated out within the prior."
+    "All intervals hold if the heart is one that the model can be; what is not known of it is integrated out "
+    "within the prior."
 )
 
 
@@ -77,14 +76,14 @@ def rows(sheet: Sheet) -> list[tuple[str, ...]]:
     more = () if sheet.more is None else tuple(sheet.more.width)
     return [
         (
-            _label(j),
+            f"{line.parameter.meaning} {line.parameter.tex} ({line.parameter.unit})",
             _figures(median[j]),
             f"{_figures(low[j])} to {_figures(high[j])}",
-            _time_constant(UNITS[j], low[j], median[j], high[j]),
+            _time_constant(line.parameter.unit, low[j], median[j], high[j]),
             _percentile(sheet.population.prior[:, j], low[j], median[j], high[j]),
             *(as_percent(round(float(width[j]), 2)) for width in more),
         )
-        for j in range(len(SYMBOLS))
+        for j, line in enumerate(ANSWER)
     ]
 
 
@@ -94,6 +93,7 @@ def notes(sheet: Sheet) -> list[str]:
         *_caution(sheet),
         quality_line(sheet.recorded),
         *(_with_pressures(each) for each in sheet.informed),
+        *conditions(),
         CONDITIONAL,
         f"Time constants are 1000 over the rate in 1/s. Percentile: {sheet.population.name}, of the median "
         "and of both ends of the interval." + _among(sheet.context, sheet.population.hearts),
@@ -104,13 +104,14 @@ def notes(sheet: Sheet) -> list[str]:
     ]
 
 
-def said_of(j: int) -> str:
-    """Return what must stand beside a quantity wherever it is printed."""
-    return ", conditional" if j == K_0 else ""
-
-
-def _label(j: int) -> str:
-    return f"{NAMES[j]} {SYMBOLS[j]} ({UNITS[j]}){said_of(j)}"
+def conditions() -> list[str]:
+    """Return how far the rows can be relied on and what each is conditional on, a paragraph a group."""
+    return [
+        f"{IN_WORDS[trust][0].upper()}{IN_WORDS[trust][1:]}: "
+        + "; ".join(f"{line.parameter.meaning}, by {line.condition}" for line in group)
+        + "."
+        for trust, group in groupby(ANSWER, lambda line: line.trust)
+    ]
 
 
 def _time_constant(unit: str, low: float, median: float, high: float) -> str:
@@ -145,8 +146,7 @@ def _caution(sheet: Sheet) -> list[str]:
 def _with_pressures(informed: Informed) -> str:
     low, median, high = median_and_interval(informed.result.phi, informed.result.interval_mass)
     told = ", ".join(
-        f"{parameter.text}{said_of(j)} {_figures(median[j])} [{_figures(low[j])}, {_figures(high[j])}] "
-        f"{parameter.unit}"
+        f"{parameter.text} {_figures(median[j])} [{_figures(low[j])}, {_figures(high[j])}] {parameter.unit}"
         for j, parameter in enumerate(PHI)
     )
     clinical = informed.clinical

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -15,28 +16,36 @@ from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
+from swesbi.verdict.trust import ANSWER, IN_WORDS
 from swesbi.verdict.verdict import Verdict
 
-WIDTH: Final = 18
+WIDTH: Final = 24
 
 
 def answer_text(subject: str, result: ExactResult, verdict: Verdict, prior: Sequence[ParameterPrior]) -> str:
-    """Return verdict, intervals and certificate in lines.
+    """Return verdict, intervals and certificate in lines, what can best be relied on first.
 
     Args:
         subject: Name.
         result: The exact posterior.
-        verdict: The verdict.
+        verdict: The verdict, with what the posterior says of each quantity.
         prior: Prior of each parameter of phi, whose bounds are printed beside the intervals.
     """
     doubt = "" if result.converged else "; NOT CONVERGED, do not use"
     mass = f"{100.0 * result.interval_mass:.0f} % interval"
+    bounds = dict(zip(PHI_NAMES, prior, strict=False))
+    lines = [f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds"]
+    for trust, group in groupby(ANSWER, lambda line: line.trust):
+        lines.append(f"{IN_WORDS[trust]}:")
+        for line in group:
+            name = line.parameter.name
+            said, own = verdict.answer[name], bounds.get(name)
+            lines.append(_line(name, float(said["median"]), float(said["low"]), float(said["high"]), own))
     return "\n".join(
         [
             f"{subject}: {verdict.sentence}",
             *(f"  {reason}" for reason in verdict.reasons),
-            f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds",
-            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
+            *lines,
             f"certificate: draws by {sampler_in_words(verdict)}; weights: {weights_in_words(verdict)} "
             f"(k-hat at most {result.k_hat_limit:.2f}){doubt}",
         ]
@@ -46,12 +55,16 @@ def answer_text(subject: str, result: ExactResult, verdict: Verdict, prior: Sequ
 def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Sequence[ParameterPrior]) -> str:
     """Return the answer with pressures in lines; arguments as of :func:`answer_text`."""
     doubt = "" if result.converged else "; NOT CONVERGED, do not use"
+    ends = median_and_interval(result.phi, result.interval_mass)
     by = "MCMC" if result.by_mcmc else f"importance weights, efficiency {100.0 * result.efficiency:.0f} %"
     return "\n".join(
         [
             f"with cuff pressures {clinical.sbp_mmhg:g} / {clinical.dbp_mmhg:g} mmHg (by {by}{doubt}); the "
             "verdict is that of the speeds:",
-            *(_line(result, j, prior[j]) for j in range(len(PHI_NAMES))),
+            *(
+                _line(name, median, low, high, own)
+                for name, own, low, median, high in zip(PHI_NAMES, prior, *ends, strict=False)
+            ),
         ]
     )
 
@@ -63,7 +76,7 @@ def free_text(observed: FreeObservation) -> str:
     return f"{len(observed.phase)} pushes at instants of their own; {errors}"
 
 
-def _line(result: ExactResult, j: int, prior: ParameterPrior) -> str:
-    low, median, high = median_and_interval(result.phi[:, j], result.interval_mass)
+def _line(name: str, median: float, low: float, high: float, prior: ParameterPrior | None) -> str:
     interval = f"[{low:.4g}, {high:.4g}]"
-    return f"{PHI_NAMES[j]:{WIDTH}}{median:8.4g}  {interval:<18}  {prior.low:g} to {prior.high:g}"
+    bounds = "" if prior is None else f"  {prior.low:g} to {prior.high:g}"
+    return f"{name:{WIDTH}}{median:8.4g}  {interval:<18}{bounds}".rstrip()

@@ -181,7 +181,8 @@ def _write_table(
     request: Request, given: Mapping[str, Given], refused: Mapping[str, str]
 ) -> Mapping[str, Path]:
     """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
-    from swesbi.report.answers_table import Asked, answered, answers_table, write_answers
+    from swesbi.report.answers_table import Asked, answers_table, write_answers
+    from swesbi.verdict.answers import read_answer
 
     study = request.study
     paths = _tables(request)
@@ -189,10 +190,10 @@ def _write_table(
     for subject in (*study.new_rows, *study.new_refused):
         if subject in given:
             experiment, made = given[subject].experiment, given[subject].folder
-            rows.append(answered(subject, experiment, made / OUTPUTS["posterior"], made / OUTPUTS["verdict"]))
+            rows.append(Asked(subject, experiment, read_answer(made / OUTPUTS["verdict"])))
         else:
             asked = ", ".join(request.experiments)
-            rows.append(Asked(subject, asked, None, float("nan"), refused[subject]))
+            rows.append(Asked(subject, asked, None, refused[subject]))
     write_answers(answers_table(rows), paths["table"], paths["workbook"])
     return paths
 
@@ -203,7 +204,7 @@ def _text(study: Study, subject: str, given: Given) -> str:
     from swesbi.verdict.verdict import read_verdict
 
     prior = study.config.speed_experiments[study.config.base_of(given.experiment)]
-    bounds = (*study.config.priors[prior.prior].parameters, prior.passive_scale_kpa)
+    bounds = (*study.config.priors[prior.prior].parameters, prior.passive_stiffness_kpa)
     result, folder = read_exact_result(given.folder / OUTPUTS["posterior"]), given.folder
     answer = [answer_text(subject, result, read_verdict(folder / OUTPUTS["verdict"]), bounds)]
     if is_free_running(study, subject):

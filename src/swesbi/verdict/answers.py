@@ -11,10 +11,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.artefacts import ArtefactError, load
+from swesbi.artefacts import ArtefactError
 from swesbi.context import Context
-from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.truncated import POSTERIOR
+from swesbi.parameters import TOLD_NAMES
 from swesbi.verdict.prior_support import support_numbers
 from swesbi.verdict.verdict import CONTRADICTED, STATUSES, STRAINED, Verdict, VerdictTest, read_verdict
 
@@ -96,7 +95,8 @@ class Answer:
     Attributes:
         status: The verdict.
         reason: The tests that speak against the model, in words; empty where none does.
-        phi: Median, lower and upper limit of the credible interval of the four parameters; shape (3, 4).
+        limits: Median, lower and upper limit of the q quantities that are told, in their order; (q, 3).
+        interval_mass: Mass of the credible intervals.
         k_hat: Pareto shape of the importance weights.
         efficiency: Their effective share.
         sampler: What gave the draws: importance or mcmc.
@@ -104,30 +104,31 @@ class Answer:
 
     status: str
     reason: str
-    phi: FloatArray
+    limits: FloatArray
+    interval_mass: float
     k_hat: float
     efficiency: float
     sampler: str
 
 
-def read_answer(posterior: Path, verdict: Path) -> Answer:
-    """Read the summary of a posterior, and not its draws, with the verdict on it.
+def read_answer(verdict: Path) -> Answer:
+    """Read what is told of a subject, and the verdict on it.
 
     Raises:
-        ArtefactError: A file is not what its name says.
+        ArtefactError: The file is no verdict, or one of an experiment on features.
     """
-    root, judged = load(posterior, POSTERIOR)[0], read_verdict(verdict)
-    if "passive_scale_median_kpa" not in root:
-        raise ArtefactError(f"{posterior}: is not the posterior of an experiment on speeds")
-    theta = np.vstack([root["median"].to_numpy(), root["interval"].transpose("bound", "parameter")])
-    scale = np.append(root["passive_scale_median_kpa"], root["passive_scale_interval_kpa"])
+    judged = read_verdict(verdict)
+    if judged.efficiency is None or judged.sampler is None:
+        raise ArtefactError(f"{verdict}: is not the verdict of an experiment on speeds")
+    told = [judged.answer[name] for name in TOLD_NAMES]
     return Answer(
         status=judged.status,
         reason=SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
-        phi=np.column_stack([theta, scale]),
-        k_hat=float(root["k_hat"]),
-        efficiency=float(root["efficiency"]),
-        sampler=str(root["sampler"].item()),
+        limits=np.array([[float(each[limit]) for limit in LIMITS] for each in told]),
+        interval_mass=float(told[0]["interval_mass"]),
+        k_hat=np.nan if judged.k_hat is None else judged.k_hat,
+        efficiency=judged.efficiency,
+        sampler=judged.sampler,
     )
 
 
@@ -155,14 +156,14 @@ def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, 
     if subject not in answers:
         raise ArtefactError(f"subject {subject}: neither a posterior nor a reason for refusal is given")
     answer = answers[subject]
-    values = [*answer.phi.T.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
+    values = [*answer.limits.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
     outcome: dict[str, object] = {"status": answer.status, "reason": answer.reason}
     return outcome | dict(zip(answer_columns(), values, strict=True))
 
 
 def answer_columns() -> tuple[str, ...]:
-    """Return the columns of an answer: limits of each parameter, then how the draws were obtained."""
-    limits = [f"{name}_{limit}" for name in PHI_NAMES for limit in LIMITS]
+    """Return the columns of an answer: limits of each quantity, then how the draws were obtained."""
+    limits = [f"{name}_{limit}" for name in TOLD_NAMES for limit in LIMITS]
     return (*limits, "k_hat", "efficiency", "sampler")
 
 

@@ -13,17 +13,14 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.heart.simulate import Beats
-from swesbi.parameters import PHI, REPORTED
+from swesbi.parameters import THETA, TOLD
 from swesbi.verdict.settings import UninformativeSettings
 from swesbi.verdict.verdict import VerdictTest
 
-ATTAINED: Final = "attained_kpa"
 CONTRACTION: Final = "contraction_"
 """Before a quantity: the name of its entry in ``verdict.json``."""
-IN_WORDS: Final = {
-    **{parameter.name: parameter.text for parameter in PHI},
-    ATTAINED: "attained stiffness",
+IN_WORDS: Final = {quantity.name: quantity.meaning for quantity in TOLD} | {
+    parameter.name: parameter.text for parameter in THETA
 }
 
 
@@ -88,17 +85,6 @@ class Contractions:
     def tests(self) -> tuple[VerdictTest, ...]:
         """The contractions as entries of ``verdict.json``."""
         return tuple(one.test(self.limit) for one in self.of_each)
-
-
-def quantities(phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
-    """Return draws of theta, the passive scale and the attained stiffness, by name; NaN where a beat failed.
-
-    Args:
-        phi: Draws; shape (n, d).
-        beats: Their beats.
-    """
-    named = {parameter.name: column for parameter, column in zip(PHI, phi[:, REPORTED].T, strict=True)}
-    return {**named, ATTAINED: beats.active_stiffness_kpa.max(axis=1)}
 
 
 def contractions(

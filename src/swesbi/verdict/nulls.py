@@ -179,7 +179,7 @@ class Statistics:
         space: Whitened features of the prior predictive.
         feature_names: Names of the F features.
         score_scale: Root mean square of each feature's normal score over the null; shape (F,).
-        prior_mass: Mass of the prior in the strip at each bound; shape (4, 2).
+        prior_mass: Mass of the prior in the strip at each bound; shape (6, 2).
         strip_level: Largest prior mass of a strip that the boundary test looks at.
     """
 
@@ -279,7 +279,7 @@ def fit_reference(
         null: What the tests look at in the null recordings.
         reference_features: Features of prior predictive recordings, others than the null's; shape (m, F).
         feature_names: Names of the F features.
-        prior_mass: Mass of the prior in the strip at each bound; shape (4, 2).
+        prior_mass: Mass of the prior in the strip at each bound; shape (6, 2).
         settings: The tests' choices and the levels.
     """
     space = fit_feature_space(reference_features, settings.whitened_variance, settings.neighbours)

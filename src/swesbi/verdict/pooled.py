@@ -23,7 +23,6 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.flow.conditioning import ConditioningSettings, raw_features
 from swesbi.networks.flow.flow import TrainedFlow
-from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import (
     OWN,
     FreshSettings,
@@ -44,6 +43,7 @@ from swesbi.verdict.statistics import (
     BOUNDS,
     DISTANCES,
     MEMBERS,
+    WITH_STRIPS,
     Checks,
     FeatureSpace,
     check_recording,
@@ -57,7 +57,7 @@ STREAM = "population null"
 ALONG: Final = "recording"
 LABELS: Final[dict[str, Any]] = {
     "distance": list(DISTANCES),
-    "parameter": list(PHI_NAMES),
+    "bounded": list(WITH_STRIPS),
     "bound": list(BOUNDS),
 }
 
@@ -106,7 +106,7 @@ class PooledNull:
     feature_names: Annotated[tuple[str, ...], artefacts.Labels("feature")]
     prior_mass: Annotated[
         FloatArray,
-        artefacts.Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass"),
+        artefacts.Variable("bounded bound", "1", "prior mass in the strip there", "prior_strip_mass"),
     ]
 
 

@@ -20,7 +20,6 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.flow.conditioning import ConditioningSettings
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
-from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.ingest import ingest
@@ -42,7 +41,7 @@ VOLUNTEER: Final = "volunteer"
 KINDS: Final = (NULL, OWN, ACQUIRED, VOLUNTEER)
 """Recordings of a subject: two well-specified sets under the model's own noise, of which the first makes
 the null; one recorded sample by sample; the virtual volunteer recorded anew."""
-LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), "bound": list(statistics.BOUNDS)}
+LABELS: Final[dict[str, Any]] = {"bounded": list(statistics.WITH_STRIPS), "bound": list(statistics.BOUNDS)}
 SEEN: Final = artefacts.Part(words={"features": "features S(.) as the network sees them", "bound": " there"})
 RECORDED: Final = SEEN.place_all(artefacts.schema_of(statistics.Checks)["/"])
 
@@ -142,7 +141,7 @@ class SubjectChecks:
     feature_names: Annotated[tuple[str, ...], artefacts.Labels("feature")]
     prior_mass: Annotated[
         FloatArray,
-        artefacts.Variable("parameter bound", "1", "prior mass in the strip there", "prior_strip_mass"),
+        artefacts.Variable("bounded bound", "1", "prior mass in the strip there", "prior_strip_mass"),
     ]
     recordings: Mapping[str, statistics.Checks]
     refused: Mapping[str, int]

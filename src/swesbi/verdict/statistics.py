@@ -23,8 +23,8 @@ from swesbi.measurement.likelihood import SpeedModel, draw_speeds, residuals
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.networks.flow.conditioning import ConditioningSettings, raw_features
-from swesbi.parameters import PHI, REPORTED
-from swesbi.prior import BoxPrior, ParameterPrior, bounds
+from swesbi.parameters import PHI_NAMES
+from swesbi.prior import JointPriorSettings, ParameterPrior, SomeParameters, quantile
 
 if TYPE_CHECKING:  # scikit-learn takes a third of a second to import
     from sklearn.neighbors import NearestNeighbors
@@ -45,31 +45,68 @@ LEAST_PRIOR_MASS: Final = 1e-12
 KERNEL_POINTS: Final = 1000  # reference points of the kernel; its sums grow with their square
 
 
-def strip_edges(prior: BoxPrior, strip_fraction: float) -> tuple[FloatArray, FloatArray]:
-    """Return where the lower strips end and the upper ones begin; shape (d,) each."""
-    low, high = bounds(prior)
-    width = strip_fraction * (high - low)
-    return low + width, high - width
+IN_LOG: Final = ("length_dependence", "passive_ratio")
+"""Nuisance parameters that have strips as well, in the logarithm: a heart of other bonds, or of another wall
+than any within the prior, presses on their bounds. A strip in the value would contain nearly all of it."""
+WITH_STRIPS: Final = (*PHI_NAMES, *IN_LOG)
+"""Parameters with a strip at each bound."""
+LOG_STRIP_MASS: Final = 0.04  # of the prior at most, so that a posterior within the strip is evidence
 
 
-def strip_mass(phi: FloatArray, weight: FloatArray, prior: BoxPrior, strip_fraction: float) -> FloatArray:
-    """Return the mass of weighted draws (n, d) in the strip at each bound of what is reported.
+def strip_edges(prior: JointPriorSettings, strip_fraction: float) -> tuple[FloatArray, FloatArray]:
+    """Return where the lower strips end and the upper ones begin, of ``WITH_STRIPS``, (6,) each.
 
-    Nuisance parameters stay about where their prior has them, and have no strips.
+    What is reported has strips of this share of the box. Those of ``IN_LOG`` have this share of the box in
+    the logarithm, and at most ``LOG_STRIP_MASS`` of the prior. NaN where a parameter is fixed.
+    """
+    edges = [
+        (np.nan, np.nan) if parameter is None else _edges(parameter, name in IN_LOG, strip_fraction)
+        for name, parameter in zip(WITH_STRIPS, _bounded(prior), strict=True)
+    ]
+    lower, upper = np.array(edges).T
+    return lower, upper
+
+
+def strip_mass(
+    phi: FloatArray, weight: FloatArray, prior: JointPriorSettings, strip_fraction: float
+) -> FloatArray:
+    """Return the mass of weighted draws (n, d) in each strip of ``WITH_STRIPS``; 0 of what is fixed.
 
     Returns:
-        Shape (4, 2), lower then upper.
+        Shape (6, 2), lower then upper.
     """
-    lower, upper = strip_edges(prior, strip_fraction)
-    below, above = (weight @ beyond[:, REPORTED] for beyond in (phi < lower, phi > upper))
-    return np.stack([below, above], axis=1)
+    columns = [prior.column(phi, name) for name in WITH_STRIPS]
+    masses = [
+        (0.0, 0.0) if column is None else (weight @ (column < lower), weight @ (column > upper))
+        for column, lower, upper in zip(columns, *strip_edges(prior, strip_fraction), strict=True)
+    ]
+    return np.array(masses, dtype=np.float64)
 
 
-def prior_strip_mass(prior: BoxPrior, strip_fraction: float) -> FloatArray:
-    """Return the prior's mass in the strip at each bound of what is reported; (4, 2), lower then upper."""
+def prior_strip_mass(prior: JointPriorSettings, strip_fraction: float) -> FloatArray:
+    """Return the prior's mass in the strip at each bound of ``WITH_STRIPS``; 1 of what is fixed; (6, 2)."""
     lower, upper = strip_edges(prior, strip_fraction)
-    parts = zip(prior.parameters, lower, upper, strict=True)
-    return np.array([[_mass(p, p.low, edge), _mass(p, top, p.high)] for p, edge, top in parts])[REPORTED]
+    return np.array(
+        [
+            (1.0, 1.0) if p is None else (_mass(p, p.low, edge), _mass(p, top, p.high))
+            for p, edge, top in zip(_bounded(prior), lower, upper, strict=True)
+        ]
+    )
+
+
+def _bounded(prior: JointPriorSettings) -> tuple[ParameterPrior | None, ...]:
+    of_name = dict(zip(prior.names, prior.parameters, strict=True))
+    return tuple(of_name.get(name) for name in WITH_STRIPS)
+
+
+def _edges(parameter: ParameterPrior, in_log: bool, strip_fraction: float) -> tuple[float, float]:
+    low, high = parameter.low, parameter.high
+    if not in_log:
+        width = strip_fraction * (high - low)
+        return low + width, high - width
+    reach = (high / low) ** strip_fraction
+    rare = quantile(np.array([[LOG_STRIP_MASS], [1.0 - LOG_STRIP_MASS]]), SomeParameters((parameter,)))[:, 0]
+    return min(low * reach, float(rare[0])), max(high / reach, float(rare[1]))
 
 
 def boundary_statistic(mass: FloatArray, prior_mass: FloatArray, level: float) -> FloatArray:
@@ -275,7 +312,7 @@ class Checks:
     ]
     chi2_p: Annotated[FloatArray, Variable("recording", "1", "posterior predictive p-value of chi2")]
     bound_mass: Annotated[
-        FloatArray, Variable("recording parameter bound", "1", "posterior mass in the strip{bound}")
+        FloatArray, Variable("recording bounded bound", "1", "posterior mass in the strip{bound}")
     ]
     k_hat: Annotated[FloatArray, Variable("recording", "1", "Pareto shape of the importance weights")]
     efficiency: Annotated[FloatArray, Variable("recording", "1", "effective share of the weighted draws")]
@@ -328,4 +365,4 @@ def no_checks(features: int) -> Checks:
     """Return the checks of no recording, with F features."""
     empty = np.empty(0)
     nothing = np.empty((0, features))
-    return Checks(nothing, nothing, empty, np.empty((0, len(PHI), 2)), empty, empty)
+    return Checks(nothing, nothing, empty, np.empty((0, len(WITH_STRIPS), 2)), empty, empty)

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.draws import median_and_interval
-from swesbi.parameters import PHI, PHI_NAMES, REPORTED, THETA_NAMES
+from swesbi.parameters import THETA_NAMES
 from swesbi.verdict.nulls import Grade, Judgement, Reference
-from swesbi.verdict.statistics import BOUNDS, FEATURE_TESTS, TESTS, Checks, strip_ratios
+from swesbi.verdict.statistics import BOUNDS, FEATURE_TESTS, TESTS, WITH_STRIPS, Checks, strip_ratios
+from swesbi.verdict.trust import ANSWER
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
 FloatArray = NDArray[np.float64]
@@ -118,6 +119,7 @@ def make_verdict(
     z_obs: FloatArray,
     component_names: tuple[str, ...],
     exact: CertifiedPosterior,
+    told: Mapping[str, FloatArray],
 ) -> Verdict:
     """Put the verdict together.
 
@@ -130,6 +132,7 @@ def make_verdict(
         z_obs: Conditioning vector of the recording; shape (C,).
         component_names: Names of its components.
         exact: How the exact posterior was made.
+        told: Draws of all that the answer tells, by name; (n,) each.
     """
     worst = int(np.argmax(np.abs(z_obs)))
     flagged = sorted((test for test in tests if test.flagged), key=_strength)
@@ -149,23 +152,30 @@ def make_verdict(
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
         sampler=exact.sampler,
-        answer=answer_of(exact),
+        answer=answer_of(told, exact.interval_mass),
     )
 
 
-def answer_of(exact: CertifiedPosterior) -> dict[str, dict[str, float | str]]:
-    """Return median and limits of the credible interval of each reported parameter, with mass and unit."""
-    ends = median_and_interval(exact.phi[:, REPORTED], exact.interval_mass)
-    return {
-        parameter.name: {
-            "median": float(median),
-            "low": float(low),
-            "high": float(high),
-            "interval_mass": exact.interval_mass,
-            "unit": parameter.unit,
-        }
-        for parameter, low, median, high in zip(PHI, *ends, strict=True)
-    }
+def answer_of(told: Mapping[str, FloatArray], mass: float) -> dict[str, dict[str, float | str]]:
+    """Return what an answer tells, by name in the order of ``trust.ANSWER``.
+
+    Args:
+        told: Draws of each quantity; (n,) each, NaN where a beat failed.
+        mass: Mass of the credible intervals.
+
+    Returns:
+        Of each: median, limits of the credible interval, its mass, the unit, how far it can be relied on, and
+        what it is conditional on.
+    """
+    answer: dict[str, dict[str, float | str]] = {}
+    for line in ANSWER:
+        name, draws = line.parameter.name, told[line.parameter.name]
+        low, median, high = median_and_interval(draws[np.isfinite(draws)], mass)
+        numbers = {"median": float(median), "low": float(low), "high": float(high), "interval_mass": mass}
+        answer[name] = numbers | {
+            "unit": line.parameter.unit, "trust": line.trust, "conditional_on": line.condition
+        }  # fmt: skip
+    return answer
 
 
 def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
@@ -194,7 +204,7 @@ def _boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> 
     parameter, bound = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
     return (
         f"{mass[parameter, bound]:.1%} of the posterior in the strip at the {BOUNDS[bound]} bound of "
-        f"{PHI_NAMES[parameter]}, where the prior has {prior_mass[parameter, bound]:.2%}"
+        f"{WITH_STRIPS[parameter]}, where the prior has {prior_mass[parameter, bound]:.2%}"
     )
 
 

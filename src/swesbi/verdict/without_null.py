@@ -11,7 +11,7 @@ A recording that leaves every quantity as the prior has it is called uninformati
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -83,6 +83,7 @@ def verdict_without_null(
     volumes: Sequence[VerdictTest],
     ejection: Sequence[VerdictTest],
     contractions: Contractions,
+    told: Mapping[str, FloatArray],
     rule: RuleSettings,
 ) -> Verdict:
     """Put together what is said of a recording that has no null distributions.
@@ -95,6 +96,7 @@ def verdict_without_null(
         volumes: Predicted volumes beside the measured ones.
         ejection: The predicted ejection time likewise, where one was measured.
         contractions: The posterior of each quantity beside its prior.
+        told: Draws of all that the answer tells, by name; (n,) each.
         rule: Levels and limits.
     """
     graded = grade(grade_of_residuals(residuals, rule), volumes, ejection, rule.volumes.contradicted_abs_z)
@@ -118,7 +120,7 @@ def verdict_without_null(
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
         sampler=exact.sampler,
-        answer=answer_of(exact),
+        answer=answer_of(told, exact.interval_mass),
     )
 
 

@@ -31,7 +31,7 @@ COMMON: Final[Mapping[str, str | bool | float]] = {
     "passive_law": "exponential",
     "active_law": "bcs",
     "stress_measure": "first_piola",
-    "length_dependence": "none",
+    "length_dependence": 0.0,
     "valves": "inertance",
     "wall_inertia": True,
     "circulation": "closed",

@@ -17,7 +17,7 @@ from studies.discrepancy.evidence import fill_bank
 from studies.validation.score import HeartAnswer, intervals, truths
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import effective_draws, normalised, resampled_rows
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
@@ -93,10 +93,9 @@ def answer(
     number: int, made: RecordedHeart, settings: SpeedModelSettings, inference: Inference
 ) -> HeartAnswer:
     """The answer to a heart; without a network there is no verdict, and every heart counts."""
-    model = speed_model(measured_speeds(made.observation, NOISE), settings)
+    model = SpeedModel(measured_speeds(made.observation, NOISE), settings)
     phi, efficiency, converged = posterior_draws(model, inference)
-    attained_kpa = model.simulate(phi).active_stiffness_kpa.max(axis=1)
-    found = intervals(phi, attained_kpa, settings.prior.column(phi, "speed_scale"), INTERVAL)
+    found = intervals(model, phi, INTERVAL)
     return HeartAnswer(
         number, made.heart.context, made.redrawn, NOT_CONTRADICTED, "", by_mcmc=False,
         converged=converged, efficiency=efficiency, truth=truths(made.heart), **vars(found),

@@ -29,7 +29,7 @@ from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.instants import FreeModel
-from swesbi.measurement.likelihood import speed_model
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.flow import TrainedFlow, free_proposal
 from swesbi.parameters import PHI_NAMES
@@ -139,7 +139,7 @@ class PushesStudy:
         blank = SpeedRecording(context, phase, np.ones(pushes), drawn.factor[0] * se, np.empty((pushes, 0)))
         cells = self.fresh.acquisition.phases
         cell = np.minimum((phase * cells).astype(np.int64), cells - 1)
-        known = FreeModel(speed_model(blank, self.fresh.model), cell, 0.0)
+        known = FreeModel(SpeedModel(blank, self.fresh.model), cell, 0.0)
         phi, beats = fresh_beats(known.model, 1, self.seed, *name)
         speed = draw_speeds_of_pushes(known, known.model.predict_from(phi, beats), rng)[0]
         seen = replace(known.model, recording=replace(blank, speed_m_s=speed, relative_se=se))

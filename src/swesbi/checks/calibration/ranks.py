@@ -266,10 +266,6 @@ class Diagnostics:
     mean_chi2: Annotated[
         FloatArray, Variable("recording", "1", "mean sum of squared residuals over posterior draws")
     ]
-    strip_mass: Annotated[
-        FloatArray,
-        Variable("recording parameter bound", "1", "posterior mass in the strip at each bound of the prior"),
-    ]
 
 
 @dataclass(frozen=True)

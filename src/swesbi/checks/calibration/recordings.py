@@ -32,7 +32,6 @@ from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.settings import ExactSettings
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.statistics import strip_mass
 
 FloatArray = NDArray[np.float64]
 
@@ -132,7 +131,6 @@ def _infer(
 def _diagnose(case: _Case, drawn: WeightedDraws, by_mcmc: bool, settings: RecordingsSettings) -> Diagnostics:
     rows = resampled_rows(drawn.weight, settings.misfit_draws, generator(case.seed, "misfit"))
     chi2 = misfit(case.model, case.model.predict(drawn.phi[rows]))
-    prior = case.model.settings.prior
     return Diagnostics(
         k_hat=np.array(drawn.k_hat),
         efficiency=np.array(drawn.efficiency),
@@ -141,7 +139,6 @@ def _diagnose(case: _Case, drawn: WeightedDraws, by_mcmc: bool, settings: Record
         phases=np.array(len(case.model.recording.phase)),
         min_chi2=np.array(chi2.min_chi2),
         mean_chi2=np.array(chi2.mean_chi2),
-        strip_mass=strip_mass(drawn.phi, drawn.weight, prior, settings.strip_fraction),
     )
 
 

@@ -34,12 +34,6 @@ class RecordingsSettings(Settings):
         "simulation-based calibration have; 0.2 s a recording.",
     )
     misfit_draws: int = Field(ge=10, description="Posterior draws whose chi-square is taken. Chosen.")
-    strip_fraction: float = Field(
-        gt=0,
-        lt=0.5,
-        description="Width of the strip at a bound, over the box's. Chosen: as in the misspecification "
-        "tests.",
-    )
 
 
 class PushesSettings(Settings):

@@ -15,13 +15,15 @@ import numpy as np
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.checks.identifiability.designs import design_information
 from swesbi.checks.identifiability.information import (
+    SimulatedStencil,
     derivatives_at,
     expected_sd,
-    log_gradient,
     prior_precision,
     simulate_stencil,
 )
+from swesbi.checks.identifiability.likelihood import central_difference
 from swesbi.checks.identifiability.noise import MeanNoise
+from swesbi.measurement.derived import told
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 
@@ -57,7 +59,10 @@ def more_repeats(model: SpeedModel, cell: IntArray, phi: FloatArray, step: float
     """
     simulated = simulate_stencil(model, phi, step)
     at = derivatives_at(model, simulated, model.recording.phase)
-    works = np.isfinite(at.log_speed_by).all(axis=(1, 2)) & np.isfinite(at.slope_by).all(axis=(1, 2))
+    gradient = told_gradient(model, simulated)
+    works = np.all(
+        [np.isfinite(each).all(axis=(1, 2)) for each in (at.log_speed_by, at.slope_by, gradient)], axis=0
+    )
     if not works.any():
         return None
     at = type(at)(at.phase, at.slope[works], at.log_speed_by[works], at.slope_by[works])
@@ -66,8 +71,16 @@ def more_repeats(model: SpeedModel, cell: IntArray, phi: FloatArray, step: float
     together = np.equal.outer(cell, cell).astype(np.float64)[None]
     information = design_information(at, noises, model.settings.discrepancy, together)
     precision = prior_precision(model.settings.prior)
-    sd = expected_sd(precision, information, log_gradient(model, phi[works]))
+    sd = expected_sd(precision, information, gradient[works])
     return MoreRepeats(TIMES, sd[1:] / sd[0])
+
+
+def told_gradient(model: SpeedModel, simulated: SimulatedStencil) -> FloatArray:
+    """Return d log quantity / d log phi of all that an answer tells, at n phi; shape (n, q, d)."""
+    shape, d = simulated.log_phi.shape[:2], simulated.log_phi.shape[-1]
+    quantities = told(model, np.exp(simulated.log_phi).reshape(-1, d), simulated.beats)
+    log_quantity = np.log(np.stack(list(quantities.values()), axis=-1)).reshape(*shape, -1)
+    return np.asarray(central_difference(log_quantity, simulated.step).swapaxes(1, 2))
 
 
 def mean_noise(recording: SpeedRecording) -> MeanNoise:

@@ -29,7 +29,7 @@ class SubjectSimulations:
         model: The subject's recording under the experiment's settings.
         theta: Parameters; shape (n, 3).
         physiology: Free nuisance parameters of the simulation; shape (n, k).
-        wall: Active stiffness and stretch at the phases.
+        wall: Active stiffness and shortening at the phases.
     """
 
     model: SpeedModel
@@ -83,10 +83,10 @@ class StoredSubject:
     active_slope_kpa: Annotated[
         FloatArray, artefacts.Variable("simulation phase", "kPa", "its slope, per (unitless) cycle")
     ]
-    stretch: Annotated[
-        FloatArray, artefacts.Variable("simulation phase", "1", "wall stretch at the measured phases")
+    shortening: Annotated[
+        FloatArray, artefacts.Variable("simulation phase", "1", "shortening of the wall, 0 to 1")
     ]
-    stretch_slope: Annotated[
+    shortening_slope: Annotated[
         FloatArray, artefacts.Variable("simulation phase", "1", "its slope, per (unitless) cycle")
     ]
 
@@ -138,7 +138,7 @@ def of_subject(pool: Mapping[str, StoredSubject], model: SpeedModel, path: Path)
     if subject not in pool:
         raise artefacts.ArtefactError(f"{path}: holds no subject {subject!r}; it holds {', '.join(pool)}")
     row = pool[subject]
-    stored = (row.active_stiffness_kpa, row.active_slope_kpa, row.stretch, row.stretch_slope)
+    stored = (row.active_stiffness_kpa, row.active_slope_kpa, row.shortening, row.shortening_slope)
     return SubjectSimulations(
         model, row.theta, row.physiology, WallPhases(*(values[:, row.measured] for values in stored))
     )

@@ -23,7 +23,7 @@ class SharesSettings(Settings):
     Of a parameter it is the correlation of its normal scores: 0 makes the visits strangers in it, 1 gives
     them one value. Of the discrepancy it is the share of its variance that is the same at the same phase.
 
-    Each visit's own are theta, the passive scale, loading (R_d, R_d C_s, the stressed volume), onset
+    Each visit's own are theta, the passive stiffness, loading (R_d, R_d C_s, the stressed volume), onset
     and duration of activation. There are no repeated measurements of any. Chosen: .9 of an organ that
     is the same. Visits of one person so make a tenth of the variance over persons and visits. What the
     investigator sets anew has .8.
@@ -41,12 +41,14 @@ class SharesSettings(Settings):
     passive_wall_factor: Share = Field(
         description="Share of the factor of the passive wall's moduli. Chosen: the organ is the same."
     )
-    exponent_b: Share = Field(
-        description="Share of the exponent of the passive stiffness. Chosen: the organ is the same."
+    length_dependence: Share = Field(
+        description="Share of the length dependence of the bonds. Chosen: the organ is the same."
     )
-    passive_compression_factor: Share = Field(
-        description="Share of the factor of the passive stiffness in compression. Chosen: the organ is "
-        "the same."
+    passive_ratio: Share = Field(
+        description="Share of the ratio of the passive stiffness at both ends. Chosen: the organ is the same."
+    )
+    passive_middle_factor: Share = Field(
+        description="Share of the factor of the passive stiffness between. Chosen: the organ is the same."
     )
     speed_scale: Share = Field(
         description="Share of the scale of all speeds. Chosen: plate thickness and dispersion stay, the "

@@ -25,16 +25,9 @@ from scipy.special import ndtr, ndtri
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.persons.change.likelihood import shared_errors, stacked_covariance, stacked_log_density
-from swesbi.prior import JointPriorSettings, ParameterPrior, bounds, level, quantile
+from swesbi.prior import JointPriorSettings, ParameterPrior, SomeParameters, bounds, level, quantile
 
 LEAST_LEVEL = 1e-16  # of a distribution function: beyond it, normal scores are infinite in double precision
-
-
-@dataclass(frozen=True)
-class SomeParameters:
-    """Parameters of a prior, by themselves."""
-
-    parameters: tuple[ParameterPrior, ...]
 
 
 @dataclass(frozen=True)

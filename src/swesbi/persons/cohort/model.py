@@ -7,10 +7,10 @@ subject's posterior, made under the prior pi, say what its data tell of eta (Hog
 
     p(data | eta) / p(data) = sum_n w_n p(theta_n | eta) / pi(theta_n)
 
-Nuisance parameters and passive scale keep their priors, which cancel. What changed between two visits of a
-subject is inferred alike, the ratio of both in the place of theta, with a prior of its own (``ratio``). With
-a probability given by its verdict a subject is none of the population: then its prior is pi, and the ratio is
-one.
+Nuisance parameters and passive stiffness keep their priors, which cancel. What changed between two visits of
+a subject is inferred alike, the ratio of both in the place of theta, with a prior of its own (``ratio``).
+With a probability given by its verdict a subject is none of the population: then its prior is pi, and the
+ratio is one.
 """
 
 from __future__ import annotations

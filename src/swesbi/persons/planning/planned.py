@@ -65,7 +65,7 @@ def trial_of(persons: PlannedPersonsSettings) -> TrialSettings:
         population_group=persons.group,
         prior_share=persons.prior_share,
         theta_spread=persons.visit_spread,
-        passive_scale_spread=persons.passive_scale_spread,
+        passive_spread=persons.passive_spread,
         loading_spread=persons.loading_spread,
         heart_rate_spread=persons.heart_rate_spread,
         kept_scale_share=persons.kept_scale_share,
@@ -81,7 +81,6 @@ def trial_model(model: SpeedModelSettings, persons: PlannedPersonsSettings) -> S
         update={
             "prior": narrowed(model.prior, persons.prior_share),
             "forward_model": MECHANICS,
-            "passive_beat": "own",
         }
     )
 

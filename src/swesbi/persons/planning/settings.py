@@ -20,7 +20,7 @@ class PlannedPersonsSettings(Settings):
     """The persons of a bank; spreads are standard deviations of logarithms.
 
     Persons are drawn as those of data/virtual_trial are. Changes from visit to visit are chosen as
-    there, for lack of repeated measurements of any. Theta and passive scale vary little within a week.
+    there, for lack of repeated measurements of any. Theta and passive stiffness vary little within a week.
     """
 
     number: int = Field(
@@ -32,7 +32,7 @@ class PlannedPersonsSettings(Settings):
     prior_share: float = Field(
         gt=0.0,
         le=1.0,
-        description="Spread of theta and passive scale between persons, over the prior's. Chosen, as in "
+        description="Spread of theta and passive stiffness between persons, over the prior's. Chosen, as in "
         "data/virtual_trial: half of it, since the prior holds all hearts that may come.",
     )
     visit_spread: Spread = Field(
@@ -42,9 +42,7 @@ class PlannedPersonsSettings(Settings):
         description="Spread of the effect between persons. Chosen: two thirds of persons respond within "
         "10 % of the middle one."
     )
-    passive_scale_spread: Spread = Field(
-        description="Spread of the passive scale from visit to visit. Chosen."
-    )
+    passive_spread: Spread = Field(description="Spread of the passive stiffness from visit to visit. Chosen.")
     loading_spread: Spread = Field(
         description="Spread of R_d, and of the time constant, from visit to visit. Chosen: resistance and "
         "time constant of the arteries vary more."

@@ -160,7 +160,7 @@ def _against(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str) -> None:
 
 
 def _against_truth(axes: Axes, overview: Overview, j: int, limits: tuple[float, float]) -> None:
-    """Draw answers against the truth; the passive scale has none, since the truth has another passive law."""
+    """Draw answers against the truth; the passive stiffness has none, as the truth has another law."""
     if j >= len(THETA_NAMES):
         axes.set_axis_off()
         axes.text(0.5, 0.5, "no truth:\nanother\npassive law", ha="center", va="center", fontsize=6.0)

@@ -32,7 +32,7 @@ FloatArray = NDArray[np.float64]
 SIDE_IN = 5.2
 EXACT_SIDE_IN = 6.2
 PARAMETERS = len(PHI)
-ACTIVE = len(THETA)  # fit and truth have no passive scale that would be the same quantity
+ACTIVE = len(THETA)  # fit and truth have no passive stiffness that would be the same quantity
 
 
 def draw_subject_posterior(
@@ -94,7 +94,7 @@ def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) 
 
 
 def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_title: str) -> Figure:
-    """Draw a corner plot of the exact posterior of the active parameters and the passive scale.
+    """Draw a corner plot of the exact posterior of the active parameters and the passive stiffness.
 
     The network's own draws, or those of the prior where there was no network, are outlines: where they agree
     with the reported ones, the weights had little to do. A contradicted subject is drawn on grey.

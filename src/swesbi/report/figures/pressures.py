@@ -30,7 +30,7 @@ MOST_DRAWN: Final = 40
 """Subjects of the figure, the first ones; the table has all."""
 SYMBOLS: Final = {parameter.name: parameter for parameter in (*PHI, *NUISANCES)}
 DRAWN: Final = (
-    ("k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_scale_kpa"),
+    ("k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_stiffness_kpa"),
     (ATTAINED, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR),
 )
 """Quantities with a panel each, row by row."""

@@ -162,7 +162,7 @@ FIGURES: Final = (
     FigureSpec(
         "exact_subject_figures", "posterior", "subject", "exact posterior",
         "Exact posterior of {subject} in the experiment *{experiment}* ({cohort}): marginals and pairs "
-        "of the active parameters and the passive scale, the network's own draws as outlines, CMA-ES "
+        "of the active parameters and the passive stiffness, the network's own draws as outlines, CMA-ES "
         "fit, and the truth where the recording was generated.",
     ),
 )

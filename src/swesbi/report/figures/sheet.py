@@ -12,6 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 from scipy.stats import gaussian_kde
 
 from swesbi.base.arrays import FloatArray
+from swesbi.parameters import TOLD_NAMES
 from swesbi.report.figures.recording import MEAN
 from swesbi.report.figures.style import (
     CMAES,
@@ -33,7 +34,6 @@ from swesbi.report.sheet_text import (
     in_words,
     notes,
     rows,
-    said_of,
     verdict_text,
 )
 from swesbi.verdict.verdict import STATUSES
@@ -42,7 +42,9 @@ from swesbi.verdict.verdict import STATUSES
 BOX_COLORS: Final = {word: STATUS_COLORS[word] if word in STATUSES else PRIOR for word in STATUS_COLORS}
 PAGE_IN: Final = (8.27, 11.69)  # A4
 MARGIN_IN: Final = 0.55
-PARTS: Final = (1.45, 3.1, 1.6, 2.0, 2.45)
+PARTS: Final = (1.35, 2.45, 1.3, 2.75, 2.75)
+DRAWN: Final = ("duration_ms", "peak_kpa", "decay_rate_per_s", "k_sr_per_s", "shown_kpa", "k0_kpa")
+"""Quantities whose densities are drawn; the table has all."""
 LINE: Final = 140
 BULLET: Final = "–  "
 VERDICT_LINE: Final = 104
@@ -63,7 +65,7 @@ def draw_sheet(sheet: Sheet) -> Figure:
         _draw_curve(curves, sheet.curve, STATUS_COLORS[sheet.verdict.status])
         parts[1].legend(loc="outside lower center", ncols=4, columnspacing=1.2, handlelength=1.6)
         _draw_counts(counts, sheet.recorded)
-        _draw_densities(parts[2].subplots(1, len(SYMBOLS)), sheet)
+        _draw_densities(parts[2].subplots(1, len(DRAWN)), sheet)
         _draw_table(parts[3].subplots(), sheet)
         _write(parts[4].subplots(), [*left, *notes(sheet)])
     return figure
@@ -132,7 +134,8 @@ def _draw_densities(axes: Sequence[Axes], sheet: Sheet) -> None:
     """Draw prior and posterior of each quantity, with median and interval."""
     low, median, high = sheet.limits
     colour = STATUS_COLORS[sheet.verdict.status]
-    for j, panel in enumerate(axes):
+    for panel, name in zip(axes, DRAWN, strict=True):
+        j = TOLD_NAMES.index(name)
         prior, draws = sheet.population.prior[:, j], sheet.values[:, j]
         ends = np.log([np.percentile(prior, SHOWN), np.percentile(draws, SHOWN)])
         ends = np.array([ends[:, 0].min(), ends[:, 1].max()])
@@ -144,7 +147,7 @@ def _draw_densities(axes: Sequence[Axes], sheet: Sheet) -> None:
         panel.plot([median[j]], [0.0], "o", color=colour, ms=4.5, clip_on=False)
         panel.set_xscale("log")
         plain_decades(panel.xaxis)
-        panel.set(title=f"{SYMBOLS[j]} ({UNITS[j]}){said_of(j)}", yticks=[])
+        panel.set(title=f"{SYMBOLS[j]} ({UNITS[j]})", yticks=[])
         panel.set_ylim(bottom=0.0)
         panel.spines["left"].set_visible(False)
 
@@ -167,7 +170,7 @@ def _draw_table(axes: Axes, sheet: Sheet) -> None:
     )  # fmt: skip
     table.auto_set_font_size(False)
     table.set_fontsize(7.5)
-    table.scale(1.0, 1.5)
+    table.scale(1.0, 1.2)
     for (row, column), cell in table.get_celld().items():
         cell.set_edgecolor(EXCLUDED_BACKGROUND)
         if column == 0:

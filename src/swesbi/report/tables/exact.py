@@ -32,8 +32,8 @@ from swesbi.report.table import Cell, Column, Row, Strong, Table, words
 from swesbi.verdict.answers import label_of_test, sampler_in_words
 from swesbi.verdict.verdict import STRAINED, Verdict, VerdictTest
 
-PASSIVE: Final = "passive_scale_kpa"
-SYMBOLS: Final = {**PARAMETERS, PASSIVE: "passive scale a"}
+PASSIVE: Final = "passive_stiffness_kpa"
+SYMBOLS: Final = {**PARAMETERS, PASSIVE: "passive stiffness a"}
 UNITS: Final = {**PARAMETER_UNITS, PASSIVE: "kPa"}
 
 

@@ -12,24 +12,33 @@ from typing import Any, Final
 
 import pandas as pd
 
+from swesbi.parameters import BONDS, DERIVED, SHOWN
 from swesbi.report.numbers import PARAMETERS, count, percent, share
 from swesbi.report.results import records
 
-ATTAINED: Final = "attained_kpa"
-"""Largest active stiffness of the beat."""
-QUANTITIES: Final = (ATTAINED, "k_sr_per_s", "k0_kpa", "k_atp_per_s")
+QUANTITIES: Final = (
+    SHOWN.name,
+    "k_sr_per_s",
+    "duration_ms",
+    "peak_kpa",
+    "decay_rate_per_s",
+    "half_relaxation_ms",
+    BONDS.name,
+    "k0_kpa",
+    "k_atp_per_s",
+)
 """What is scored, a row each of a generator that has it."""
 SCORED: Final = 2
-"""The first of them, attained stiffness and k_SR, make a heart missed."""
+"""The first of them, shown stiffness and k_SR, make a heart missed."""
 TESTED: Final = "tested"
 NOT_TESTED: Final = "not tested"
 ASKED: Final = (0.85, 0.95)
 """Coverage that is asked of 90 % intervals."""
 MOST_MISSED: Final = 0.15
 """Largest share missed of the hearts not contradicted."""
-NAMES: Final = {ATTAINED: "attained stiffness"} | PARAMETERS
+NAMES: Final = {quantity.name: quantity.meaning for quantity in DERIVED} | PARAMETERS
 OF_EVERY_GENERATOR: Final = QUANTITIES[:SCORED]
-"""Quantities whose coverage is asked of every generator: attained stiffness and k_SR."""
+"""Quantities whose coverage is asked of every generator: shown stiffness and k_SR."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +64,7 @@ class Outcome:
 
     Attributes:
         generator: Its letter and title, as the table has them ("a: generator of the study").
-        rows: Its rows of the table, by quantity; every generator has attained stiffness.
+        rows: Its rows of the table, by quantity; every generator has shown stiffness.
     """
 
     generator: str
@@ -73,8 +82,8 @@ class Outcome:
 
     @property
     def of_hearts(self) -> Mapping[Any, Any]:
-        """The row that says what is true of all its hearts: that of attained stiffness."""
-        return self.rows[ATTAINED]
+        """The row that says what is true of all its hearts: that of shown stiffness."""
+        return self.rows[SHOWN.name]
 
     @property
     def not_contradicted(self) -> float:
@@ -131,7 +140,7 @@ def _order(outcome: Outcome) -> tuple[int, float]:
 def in_brief(table: pd.DataFrame) -> tuple[str, ...]:
     """Return in sentences which generators miss what is asked, which are not tested, and which reach it.
 
-    Asked of each: attained stiffness and k_SR in their intervals in at least 85 % of the hearts not
+    Asked of each: shown stiffness and k_SR in their intervals in at least 85 % of the hearts not
     contradicted, at most 15 % of these missed; of (a) and (b) also what ``AIMS`` says. Worst first.
 
     Args:
@@ -153,7 +162,7 @@ def _sentences(found: Sequence[Outcome]) -> Iterator[str]:
         yield f"Not tested, since too few hearts are not contradicted: {_listed(untested, _counted)}."
     yield from (_aimed(outcome, AIMS[outcome.letter]) for outcome in found if outcome.letter in AIMS)
     if reached := [outcome for outcome in tested if outcome.reached]:
-        yield f"The intervals hold attained stiffness and k_SR in at least {asked}: {_listed(reached, _all)}."
+        yield f"The intervals hold shown stiffness and k_SR in at least {asked}: {_listed(reached, _all)}."
 
 
 def _listed(found: Sequence[Outcome], said: Callable[[Outcome], str]) -> str:
@@ -173,7 +182,7 @@ def _counted(outcome: Outcome) -> str:
 
 
 def _shares(values: Mapping[str, float]) -> str:
-    """Return shares of quantities, the least first: "k_SR 71.0 %, attained stiffness 80.0 %"."""
+    """Return shares of quantities, the least first: "k_SR 71.0 %, shown stiffness 80.0 %"."""
     ordered = sorted(values.items(), key=lambda item: item[1])
     return ", ".join(f"{NAMES[name]} {share(value)}" for name, value in ordered)
 

@@ -15,7 +15,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
 from swesbi.persons.change.settings import ChangeSettings
@@ -94,7 +94,7 @@ def person_change(*, files: ChangeFiles, settings: PersonChangeStageSettings, or
     observed = [read_observation(path) for path in files.observations]
     check_protocols(observed, settings.visits)
     known = known_noise(read_repeats(files.protocol), read_noise(files.noise).components)
-    models = [speed_model(measured_speeds(each, known), settings.model) for each in observed]
+    models = [SpeedModel(measured_speeds(each, known), settings.model) for each in observed]
     found = _inferred(models, observed, files, settings, origin)
     judged = [read_verdict(path) for path in files.verdicts]
     subjects, words = _two([each.subject for each in observed]), _two([each.status for each in judged])

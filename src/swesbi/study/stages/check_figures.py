@@ -24,7 +24,7 @@ from swesbi.report.figures.misspecification import draw_misspecification
 from swesbi.report.figures.population import draw_strata, read_strata
 from swesbi.report.figures.recording import draw_noise
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, by_key, pick
+from swesbi.study.stages.origin import Origin, by_key
 from swesbi.verdict.answers import OUTCOMES, cohort_table, read_answer
 from swesbi.verdict.power import AlarmRow
 from swesbi.verdict.verdict import read_verdict
@@ -140,7 +140,6 @@ class PopulationCohortStageSettings(Settings):
 
 def population_cohort(
     *,
-    posteriors: Sequence[Path],
     verdicts: Sequence[Path],
     truth: Sequence[Path],
     cohort: Path,
@@ -154,8 +153,7 @@ def population_cohort(
     Summaries are read one subject after the other.
 
     Args:
-        posteriors: Of every subject that is answered.
-        verdicts: Likewise.
+        verdicts: Of every subject that is answered.
         truth: True parameters of a generated cohort, or none.
         cohort: Output, the table.
         figure_pdf: Output.
@@ -164,11 +162,7 @@ def population_cohort(
     Raises:
         ArtefactError: A file is missing or not what its name says.
     """
-    judged = by_key(verdicts)
-    answers = {
-        key.subject: read_answer(path, pick(judged, key, "verdict"))
-        for key, path in by_key(posteriors).items()
-    }
+    answers = {key.subject: read_answer(path) for key, path in by_key(verdicts).items()}
     contexts = [row.to_context() for row in settings.contexts]
     table = cohort_table(contexts, answers, settings.refused)
     write_csv(cohort, table)

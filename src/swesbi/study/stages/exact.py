@@ -116,15 +116,15 @@ def calibration_recordings(
     Half of the runs have the model's own noise and discrepancy. The others start from the same phi but are
     acquired sample by sample, with the discrepancy drawn for each phase, pass quality control and ingestion,
     get their standard errors from the cohort's variance components and their own counts, and have their own
-    phases; the passive scale is inferred with the rest. Recordings that ingestion refuses are left out, and
-    the log says how many.
+    phases; the passive stiffness is inferred with the rest. Recordings that ingestion refuses are left out,
+    and the log says how many.
 
     Raises:
         ArtefactError: An input is no such artefact.
         ValueError: Ingestion refused every recording.
     """
     observed, components = read_observation(observation), read_noise(noise).components
-    model = likelihood.speed_model(measured_speeds(observed, components), settings.model)
+    model = likelihood.SpeedModel(measured_speeds(observed, components), settings.model)
     flow, _ = load_flow(estimator)
     sizes, subject = settings.recordings, observed.subject
     own = own_recordings(model, sizes.own, origin.seed, STREAM)

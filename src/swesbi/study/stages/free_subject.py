@@ -15,6 +15,7 @@ from swesbi.base.settings import Level, Settings
 from swesbi.checks.free_predictive import KIND as PREDICTIVE
 from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
 from swesbi.heart.periodic import Status
+from swesbi.measurement.derived import told
 from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import FlowProposal, free_proposal
@@ -39,7 +40,7 @@ from swesbi.study.stages.sheet import OF_POPULATION, OF_PRIOR, SheetSettings, sa
 from swesbi.study.stages.subject_figures import ExactSubjectFiguresSettings, save_exact_posterior
 from swesbi.study.stages.verdict import VerdictStageSettings
 from swesbi.verdict.context import check_declared
-from swesbi.verdict.contraction import contractions, quantities
+from swesbi.verdict.contraction import contractions
 from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.settings import UninformativeSettings
 from swesbi.verdict.verdict import Verdict
@@ -231,6 +232,9 @@ def _judged(
     ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, judging.ejection_time)
     volumes = volume_tests(plain, exact.phi, beats, rule.volumes)
     residuals = residual_test(model, predicted, rule, rng)
-    before = quantities(prior, plain.simulate(prior))
-    contracted = contractions(quantities(exact.phi, beats), before, settings.uninformative)
-    return verdict_without_null(model, exact, predicted, residuals, volumes, ejection, contracted, rule)
+    answer = told(plain, exact.phi, beats)
+    before = told(plain, prior, plain.simulate(prior))
+    contracted = contractions(answer, before, settings.uninformative)
+    return verdict_without_null(
+        model, exact, predicted, residuals, volumes, ejection, contracted, answer, rule
+    )

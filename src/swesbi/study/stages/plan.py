@@ -18,7 +18,7 @@ from swesbi.artefacts import save, to_dataset
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
@@ -234,7 +234,7 @@ class Answering:
     def _exact(self, observed: Observation) -> tuple[ExactPosterior, SpeedModel]:
         settings = self.settings
         components = read_noise(self.noise).components.times(settings.noise_factor)
-        model = speed_model(measured_speeds(observed, components), settings.model)
+        model = SpeedModel(measured_speeds(observed, components), settings.model)
         network = flow_proposal(_flow(self.estimator), model.recording)
         names = (STREAM, settings.repeats, observed.context.subject)
         return exact_posterior(model, network, settings.exact, self.seed, *names)[0], model

@@ -8,16 +8,17 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.base.arrays import IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.settings import Settings
 from swesbi.checks.free_predictive import read_free_predictive
-from swesbi.checks.identifiability.information import prior_quantities, quantities
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
 from swesbi.checks.predictive import read_predictive
 from swesbi.context import Context
+from swesbi.measurement.derived import told
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.result import ExactResult, read_exact_result
+from swesbi.prior import spread_points
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.free_observation import read_free_observation
 from swesbi.recording.observation import read_observation
@@ -38,6 +39,8 @@ from swesbi.verdict.verdict import read_verdict
 
 OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
 OF_POPULATION: Final = "of the prior of the population that the network was trained on"
+PRIOR_DRAWS: Final = 2048
+"""Of the prior, spread evenly, whose quantities are simulated for the percentiles."""
 OF_PRIOR: Final = "of the prior from which the answer began"
 
 
@@ -128,15 +131,21 @@ def _save(
         context=model.recording.context,
         verdict=read_verdict(verdict),
         result=result,
-        values=quantities(model, result.phi),
+        values=_told(model, result.phi),
         recorded=recorded,
         curve=curve,
-        population=Population(name, prior_quantities(model), hearts),
+        population=Population(name, _told(model, spread_points(model.settings.prior)[:PRIOR_DRAWS]), hearts),
         more=_more(model, cell, result, settings),
         informed=informed,
         cohort_title=settings.cohort_title,
     )
     save_figure(draw_sheet(page), sheet)
+
+
+def _told(model: SpeedModel, phi: FloatArray) -> FloatArray:
+    """Return all that the answer tells of those of n draws that have a beat; shape (m, q)."""
+    values = np.column_stack(list(told(model, phi, model.simulate(phi)).values()))
+    return np.asarray(values[np.isfinite(values).all(axis=1)])
 
 
 def _more(

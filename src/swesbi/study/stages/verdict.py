@@ -17,7 +17,8 @@ from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model, speed_model
+from swesbi.measurement.derived import told
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
 from swesbi.measurement.settings import SummarySettings, summary_names
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.flow.conditioning import ConditioningSettings, conditioning_of, raw_features
@@ -109,7 +110,7 @@ def misspecification(
         ArtefactError: An input is no such artefact.
     """
     observed, components = read_observation(observation), read_noise(noise).components
-    model = speed_model(measured_speeds(observed, components), settings.model)
+    model = SpeedModel(measured_speeds(observed, components), settings.model)
     flow, _ = load_flow(estimator)
     conditioning, sizes = settings.conditioning, settings.synthetic
     made = _make(model, observed, components, settings, origin.seed)
@@ -270,7 +271,8 @@ def judge(
     tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
     summary = read_posterior(posterior)
     overall_p = float(judgement.overall_p[0])
-    return make_verdict(status, overall_p, tests, summary.z_obs, summary.component_names, exact)
+    answer = told(model, exact.phi, beats)
+    return make_verdict(status, overall_p, tests, summary.z_obs, summary.component_names, exact, answer)
 
 
 def _others(path: Path, subject: str) -> list[Context]:

@@ -25,7 +25,8 @@ class OtherHeart:
         curve: Noiseless total stiffness, as an infinitely good acquisition would measure it.
         theta: True parameters in the order of ``THETA_NAMES``, shape (3,); None where its law has others.
         k_sr_per_s: True rate of relaxation, in 1/s; None where its law has none.
-        attained_kpa: Largest true active stiffness of the beat.
+        shown_kpa: Largest true active stiffness of the beat that elastography shows.
+        bonds_kpa: Largest true stiffness of the bonds.
         volume_ratio: End-systolic over end-diastolic volume of the beat.
     """
 
@@ -33,7 +34,8 @@ class OtherHeart:
     curve: TruthCurve
     theta: FloatArray | None
     k_sr_per_s: float | None
-    attained_kpa: float
+    shown_kpa: float
+    bonds_kpa: float
     volume_ratio: float
 
     def __post_init__(self) -> None:
@@ -43,8 +45,10 @@ class OtherHeart:
             ValueError: Names what is wrong.
         """
         name = self.context.subject
-        if not (np.isfinite(self.attained_kpa) and self.attained_kpa > 0.0):
-            raise ValueError(f"{name}: attained_kpa = {self.attained_kpa}: must be a positive stiffness")
+        for stiffness in ("shown_kpa", "bonds_kpa"):
+            value = getattr(self, stiffness)
+            if not (np.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name}: {stiffness} = {value}: must be a positive stiffness")
         if not 0.0 < self.volume_ratio < 1.0:
             raise ValueError(f"{name}: volume_ratio = {self.volume_ratio}: must lie between 0 and 1")
         if not (self.curve.stiffness_kpa > 0.0).all():

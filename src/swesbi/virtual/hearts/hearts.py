@@ -20,12 +20,21 @@ from swesbi.virtual.generated import PHYSIOLOGY, Range, draw_context, volunteer_
 from swesbi.virtual.hearts.echocardiography import with_own_lvesv
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 from swesbi.virtual.hearts.noise import louder
-from swesbi.virtual.hearts.passive import fung_tangent, incremental_modulus_kpa, mooney_rivlin_wall
+from swesbi.virtual.hearts.passive import (
+    acoustoelastic_kpa,
+    fung_tangent,
+    incremental_modulus_kpa,
+    mooney_rivlin_wall,
+    parabola,
+    powers,
+    recruited,
+)
 from swesbi.virtual.hearts.ranges import (
     DOUBLED,
     SHAPE_FACTOR,
     DrawContext,
     from_population,
+    log_uniform,
     other_mechanics,
     with_extremes,
 )
@@ -101,13 +110,14 @@ def heart_of(volunteer: Volunteer, structure: Structure) -> OtherHeart:
     beats = simulate(np.array([volunteer.theta]), volunteer.context, settings)
     if beats.status[0] != Status.PERIODIC:
         raise RuntimeError(f"{volunteer.context.subject}: {Status(beats.status[0]).name}")
-    theta = np.array(volunteer.theta)
+    theta, bonds_kpa = np.array(volunteer.theta), beats.active_stiffness_kpa[0]
     return OtherHeart(
         context=volunteer.context,
         curve=_curve(volunteer, structure, beats),
         theta=theta if structure.own_law else None,
         k_sr_per_s=float(theta[K_SR]),
-        attained_kpa=float(beats.active_stiffness_kpa[0].max()),
+        shown_kpa=float(active_stiffness_map(structure.map_name)(bonds_kpa).max()),
+        bonds_kpa=float(bonds_kpa.max()),
         volume_ratio=float(beats.end_systolic_volume_ml[0] / beats.end_diastolic_volume_ml[0]),
     )
 
@@ -167,6 +177,30 @@ def with_fung_tangent(volunteer: Volunteer, rng: np.random.Generator) -> Structu
     return Structure({}, passive_shape=lambda stretch: fung_tangent(stretch, volunteer.passive_exponent_b))
 
 
+def with_recruited_collagen(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
+    """Return collagen that stretch recruits in a matrix that resists compression; it is of development."""
+    exponent, share, resistance = rng.uniform(3.0, 12.0), rng.uniform(0.2, 0.8), rng.uniform(0.0, 10.0)
+    return Structure({}, passive_shape=lambda stretch: recruited(stretch, exponent, share, resistance))
+
+
+def with_parabola(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
+    """Return a parabola in stretch, softest anywhere about rest; it is of development."""
+    softest, rise = rng.uniform(0.93, 1.05), log_uniform((10.0, 150.0), rng)
+    return Structure({}, passive_shape=lambda stretch: parabola(stretch, softest, rise))
+
+
+def with_powers(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
+    """Return powers of the stretch; it is of development."""
+    tensile, compressive, ratio = rng.uniform(0.0, 14.0), rng.uniform(0.0, 12.0), log_uniform((0.2, 3.0), rng)
+    return Structure({}, passive_shape=lambda stretch: powers(stretch, tensile, compressive, ratio))
+
+
+def with_acoustoelasticity(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
+    """Return the passive stiffness that a wave meets in the stretched wall; it is of development."""
+    own = changed_model(volunteer, {})
+    return Structure({}, passive_shape=lambda stretch: acoustoelastic_kpa(stretch, own))
+
+
 def of_other_mechanics(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
     """Return a thin wall, the second measure of stress, a proximal capacitance; it is of development."""
     return Structure(
@@ -197,6 +231,10 @@ def simulated_generators(
         "c": ("length dependence, inertance, viscosity", people, PHYSIOLOGY, with_length_dependence),
         "d": ("spring in series", people, PHYSIOLOGY, with_series_spring),
         "h": ("another passive stiffness", people, PHYSIOLOGY, with_wall_tangent),
+        "u": ("acoustoelastic wall", people, PHYSIOLOGY, with_acoustoelasticity),
+        "v": ("recruited collagen", people, PHYSIOLOGY, with_recruited_collagen),
+        "w": ("parabola in stretch", people, PHYSIOLOGY, with_parabola),
+        "x": ("powers of stretch", people, PHYSIOLOGY, with_powers),
         "y": ("passive law of development", people, PHYSIOLOGY, with_fung_tangent),
         "z": ("structure of development", people, PHYSIOLOGY, of_other_mechanics),
     }

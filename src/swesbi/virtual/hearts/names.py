@@ -6,5 +6,5 @@ from typing import Final
 
 VALIDATION_STREAM: Final = "exam"
 """Name of the random streams of the hearts of the validation; another name gives other hearts."""
-DEVELOPMENT: Final = ("y", "z")
+DEVELOPMENT: Final = ("u", "v", "w", "x", "y", "z")
 """Letters of the structures that are in no validation."""

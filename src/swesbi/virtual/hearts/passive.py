@@ -62,6 +62,46 @@ def fung_tangent(stretch: FloatArray, exponent_b: float) -> FloatArray:
     return np.asarray((1.0 + 2.0 * beta * squared) * np.exp(beta * squared))
 
 
+def recruited(stretch: FloatArray, exponent: float, share: float, resistance: float) -> FloatArray:
+    """Return a matrix that resists compression, and collagen that stretch recruits; 1 at rest.
+
+    Args:
+        stretch: lambda; any shape.
+        exponent: Of the collagen's rise with the strain lambda^2 - 1.
+        share: Of the stiffness at rest that is the collagen's.
+        resistance: Relative rise of the matrix a unit of compressive strain.
+    """
+    strain = stretch**2 - 1.0
+    matrix = 1.0 + resistance * np.maximum(-strain, 0.0)
+    return np.asarray((1.0 - share) * matrix + share * np.exp(exponent * np.maximum(strain, 0.0)))
+
+
+def parabola(stretch: FloatArray, softest: float, rise: float) -> FloatArray:
+    """Return 1 + A (lambda - lambda_0)^2: stiffest far from the stretch at which the wall is softest."""
+    return np.asarray(1.0 + rise * (stretch - softest) ** 2)
+
+
+def powers(stretch: FloatArray, tensile: float, compressive: float, ratio: float) -> FloatArray:
+    """Return lambda^p + c lambda^-m, powers of the stretch as in Ogden's energies (Ogden 1972)."""
+    return np.asarray(stretch**tensile + ratio * stretch**-compressive)
+
+
+def acoustoelastic_kpa(stretch: FloatArray, settings: ForwardModelSettings) -> FloatArray:
+    """Return 3 rho c^2 in kPa of a shear wave through the stretched wall, polarised across it.
+
+    rho c^2 = lambda^2 sigma / (lambda^2 - lambda^-4), sigma the true stress in equibiaxial stretch (small
+    waves on a finite deformation: Ogden 2007, Incremental statics and dynamics of pre-stressed elastic
+    materials).
+
+    Args:
+        stretch: lambda; any shape.
+        settings: The wall.
+    """
+    apart = np.where(np.abs(stretch - 1.0) < 1e-4, 1.0 + 1e-4, stretch)
+    stress_kpa = 0.5e-3 * apart * wall_stress_pa(apart, settings, settings.passive_law)
+    return np.asarray(3.0 * apart**2 * stress_kpa / (apart**2 - apart**-4))
+
+
 def mooney_rivlin_wall(settings: ForwardModelSettings) -> dict[str, object]:
     """Return the changes that make the wall one of Mooney-Rivlin which bears about what it bears now."""
     at = np.array(MATCHED_STRETCHES)

@@ -89,4 +89,4 @@ def other_mechanics(rng: np.random.Generator) -> dict[str, object]:
     """Draw the mechanics of (c): length dependence, and viscosities and inertances by a factor each."""
     factors = {name: log_uniform(FACTOR, rng) for name in DRAWN_BY_FACTOR}
     drawn: dict[str, object] = {name: factor * float(COMMON[name]) for name, factor in factors.items()}
-    return {"length_dependence": "frank_starling"} | drawn
+    return {"length_dependence": 1.0} | drawn

@@ -84,7 +84,8 @@ class StoredHeart:
             curve=TruthCurve(beat.phase, passive + beat.active_kpa),
             theta=self.theta if own_law else None,
             k_sr_per_s=float(self.theta[K_SR]) if own_law else None,
-            attained_kpa=float(beat.active_kpa.max()),
+            shown_kpa=float(beat.active_kpa.max()),
+            bonds_kpa=float(beat.active_kpa.max()),
             volume_ratio=beat.volume_ratio,
         )
 

@@ -14,7 +14,8 @@ from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.operator import active_stiffness_map
-from swesbi.parameters import OF_THETA, PASSIVE_SCALE, THETA_NAMES
+from swesbi.measurement.speeds import shortening
+from swesbi.parameters import OF_THETA, PASSIVE, THETA_NAMES
 from swesbi.population.contexts import draw_one, is_plausible
 from swesbi.population.settings import in_declared_range
 from swesbi.prior import JointPriorSettings, in_bounds, sample
@@ -59,7 +60,7 @@ class TrialVisit:
     Attributes:
         context: As a clinic lists it at the visit.
         visit: Name of the visit.
-        phi: True parameters by name: theta, passive scale, nuisances.
+        phi: True parameters by name: theta, passive stiffness, nuisances.
         attained_kpa: Largest active stiffness of the true beat.
         ejection_fraction: Of the true beat.
         samples: The recording.
@@ -165,7 +166,7 @@ def phi_at_visit(
     """
     trial, phi = source.trial, dict(own)
     spreads = dict.fromkeys(THETA_NAMES, trial.theta_spread)
-    spreads |= {PASSIVE_SCALE.name: trial.passive_scale_spread} | dict.fromkeys(LOADING, trial.loading_spread)
+    spreads |= {PASSIVE.name: trial.passive_spread} | dict.fromkeys(LOADING, trial.loading_spread)
     for name, spread in spreads.items():
         phi[name] *= float(np.exp(spread * rng.standard_normal()))
     phi[SPEED_SCALE] = scale_of_day(own[SPEED_SCALE], source, rng)
@@ -241,5 +242,5 @@ def true_curve(
         raise DrawnAgain(PERIODIC)
     by = model.measured_by(row)
     active = active_stiffness_map(model.measurement.active_stiffness_map)(beats.active_stiffness_kpa)
-    shown = np.square(by.speed_scale) * (by.passive_kpa(beats.stretch) + active)[0]
+    shown = np.square(by.speed_scale) * (by.passive_kpa(shortening(beats.stretch)) + active)[0]
     return beats, TruthCurve(beats.cycle_phase, shown)

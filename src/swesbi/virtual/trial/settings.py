@@ -37,10 +37,10 @@ class TrialSettings(Settings):
     prior_share: float = Field(
         gt=0,
         le=1,
-        description="spread of theta and of the passive scale between persons, over that of the prior",
+        description="spread of theta and of the passive stiffness between persons, over that of the prior",
     )
     theta_spread: Spread = Field(description="of each of theta from visit to visit of a person")
-    passive_scale_spread: Spread = Field(description="of the passive scale from visit to visit")
+    passive_spread: Spread = Field(description="of the passive stiffness from visit to visit")
     loading_spread: Spread = Field(description="of R_d, and of the time constant, from visit to visit")
     heart_rate_spread: Spread = Field(description="of the heart rate from visit to visit")
     kept_scale_share: float = Field(
@@ -58,7 +58,7 @@ TRIAL: Final = TrialSettings(
     population_group="adults",
     prior_share=0.5,
     theta_spread=0.05,
-    passive_scale_spread=0.05,
+    passive_spread=0.05,
     loading_spread=0.08,
     heart_rate_spread=0.06,
     kept_scale_share=0.5,

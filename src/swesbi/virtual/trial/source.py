@@ -50,12 +50,12 @@ class TrialSource:
 
 
 def narrowed(prior: JointPriorSettings, share: float) -> JointPriorSettings:
-    """Return the prior with a share of its spread of theta and of the passive scale; the rest as it is."""
+    """Return the prior with a share of its spread of theta and passive stiffness; the rest as it is."""
 
     def narrow(parameter: ParameterPrior) -> ParameterPrior:
         return parameter.model_copy(update={"log_sd": share * parameter.log_sd})
 
     theta = {name: narrow(getattr(prior.theta, name)) for name in THETA_NAMES}
     return JointPriorSettings(
-        theta=prior.theta.model_copy(update=theta), passive_scale_kpa=narrow(prior.passive_scale_kpa)
+        theta=prior.theta.model_copy(update=theta), passive_stiffness_kpa=narrow(prior.passive_stiffness_kpa)
     )
