@@ -22,11 +22,12 @@ from swesbi.report.figures.style import (
     style,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.report.tables.validation_outcomes import ASKED, NOT_TESTED, QUANTITIES
+from swesbi.report.tables.validation_outcomes import NOT_TESTED, OF_EVERY_GENERATOR, QUANTITIES, REACHED
 
 WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
-ROW_HEIGHT_IN: Final = 0.34
-FRAME_HEIGHT_IN: Final = 1.1
+COLUMNS: Final = 3
+ROW_HEIGHT_IN: Final = 0.2
+FRAME_HEIGHT_IN: Final = 0.6
 OFFSET: Final = 0.16
 TITLES: Final = dict(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)) | {
     quantity.name: quantity.meaning for quantity in DERIVED
@@ -38,28 +39,33 @@ LOOKS: Final[dict[str, dict[str, Any]]] = {
 
 
 def draw_validation(table: pd.DataFrame, interval: float) -> Figure:
-    """Draw coverage with its interval, a panel a quantity and a row a generator.
+    """Draw coverage with its interval, a panel a quantity and a row a generator, those together last.
 
-    Where fewer hearts are not contradicted than are asked for, the row says "not tested".
+    Where fewer hearts are not contradicted than are asked for, the row says "not tested". What is asked of
+    shown stiffness and k_SR, that an interval reaches the grey area, is asked of no other quantity.
 
     Args:
         table: The rows of ``validation.csv``.
         interval: Mass of the intervals whose coverage is shown.
     """
     generators = list(dict.fromkeys(table["generator"]))
+    rows = -(-len(QUANTITIES) // COLUMNS)
     with style():
-        figure = new_figure(WIDTH_IN, ROW_HEIGHT_IN * len(generators) + FRAME_HEIGHT_IN)
-        axes = figure.subplots(1, len(QUANTITIES), sharex=True, sharey=True)
+        height = rows * (ROW_HEIGHT_IN * len(generators) + FRAME_HEIGHT_IN)
+        figure = new_figure(WIDTH_IN, height)
+        axes = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
             _panel(panel, table[table["quantity"] == quantity], generators, interval)
             panel.set_title(TITLES[quantity])
+            if quantity in OF_EVERY_GENERATOR:
+                panel.axvspan(REACHED, 1.0, color=EXCLUDED_BACKGROUND, zorder=0)
         axes[0].set_yticks(range(len(generators)), generators)
         axes[0].set_ylim(len(generators) - 0.5, -0.5)
         axes[0].set_xlim(-0.02, 1.02)
         in_percent(axes[0].xaxis)
         figure.suptitle(
             f"Hearts of other generators: share whose truth lies in the "
-            f"{as_percent(interval)} interval (grey: asked for)",
+            f"{as_percent(interval)} interval (grey: to be reached by blue)",
             fontsize=7.5,
         )
         shared_legend(figure, axes, len(LOOKS))
@@ -67,7 +73,6 @@ def draw_validation(table: pd.DataFrame, interval: float) -> Figure:
 
 
 def _panel(axes: Axes, rows: pd.DataFrame, generators: list[str], interval: float) -> None:
-    axes.axvspan(*ASKED, color=EXCLUDED_BACKGROUND, zorder=0)
     axes.axvline(interval, color=PRIOR, linewidth=0.6, linestyle="--", zorder=0)
     at = np.array([generators.index(name) for name in rows["generator"]], dtype=np.float64)
     for column, side in zip(LOOKS, (-1.0, 1.0), strict=True):

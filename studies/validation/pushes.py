@@ -55,7 +55,7 @@ DECLARED: Final = NoiseDeclaration(cv_fraction=ERROR, cv_log_sd=ERROR_LOG_SD)
 
 @dataclass(frozen=True)
 class Answered:
-    """One heart's intervals beside its truths, which are NaN where it has none; (4,) each."""
+    """One heart's intervals beside its truths, which are NaN where it has none; (q,) each."""
 
     truth: FloatArray
     found: Intervals
@@ -64,7 +64,7 @@ class Answered:
 
     @property
     def inside(self) -> FloatArray:
-        """1 where the truth lies in its interval, 0 where not, NaN where there is none; (4,)."""
+        """1 where the truth lies in its interval, 0 where not, NaN where there is none; (q,)."""
         held = (self.truth >= self.found.low) & (self.truth <= self.found.high)
         return np.where(np.isfinite(self.truth), held, np.nan)
 

@@ -14,7 +14,7 @@ from swesbi.config.study import Study
 from swesbi.virtual.hearts.names import DEVELOPMENT, VALIDATION_STREAM
 
 CONFIGURED: Final = Path(__file__).with_name("config.yaml")
-Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "y", "z"]
+Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "u", "v", "w", "x", "y", "z"]
 Hearts = Annotated[int, Field(ge=1)]
 
 
@@ -24,7 +24,7 @@ class ScoreSettings(Settings):
     least_not_contradicted: int = Field(
         ge=1, description="A generator with fewer hearts that are not contradicted is not tested (README.md)."
     )
-    confidence: float = Field(gt=0, lt=1, description="Level of the Clopper-Pearson interval on a coverage.")
+    confidence: float = Field(gt=0, lt=1, description="Level of the Clopper-Pearson intervals of rates.")
 
 
 class ValidationSettings(Settings):
@@ -44,7 +44,7 @@ class ValidationSettings(Settings):
     hearts_per_job: int = Field(
         ge=1,
         description="Hearts that a job answers; changes no answer. Chosen: a stopped run loses so many at "
-        "most.",
+        "most, and the last job does not go on alone for long.",
     )
     score: ScoreSettings = Field(description="How answers are counted.")
 

@@ -1,17 +1,28 @@
-"""The two tables of the validation: a row a generator and quantity, and a row a generator."""
+"""The two tables of the validation: a row a generator and quantity, and a row a generator.
+
+Rows of hearts of several generators together, counted heart by heart, stand behind those of each generator.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
 import pandas as pd
+from scipy.stats import binomtest
 
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
-from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.report.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
+from swesbi.base.arrays import FloatArray
+from swesbi.report.tables.validation_outcomes import (
+    NOT_TESTED,
+    POOLED_ALL,
+    POOLED_TOGETHER,
+    QUANTITIES,
+    TESTED,
+    TOGETHER,
+)
 from swesbi.verdict.answers import OUTCOMES, REFUSED
 
 NO_NUMBER: Final = (np.nan, np.nan, np.nan)
@@ -22,29 +33,37 @@ def validation_table(
     titles: Mapping[str, str],
     settings: ScoreSettings,
 ) -> pd.DataFrame:
-    """Return one row a generator and quantity.
+    """Return one row a generator and quantity, those of generators together last.
 
     Columns: generator, quantity, n (hearts that have it); not_contradicted, strained and contradicted, as
     shares of them; coverage, the share of the answered in their interval, and coverage_not_contradicted of
-    those not contradicted; missed_not_contradicted, the share of these whose attained stiffness or k_SR lies
+    those not contradicted; missed_not_contradicted, the share of these whose shown stiffness or k_SR lies
     outside; bias_log, the mean over the answered of log median / truth; width_log, the median over them of
     log high / low, and behind it width_log_scale_fixed, the same were the scale of the speeds known (see
     :func:`studies.validation.score.width_at_fixed_scale`); the share refused; Clopper-Pearson limits of both
-    coverages; n_not_contradicted; and whether the generator is tested. Where it is not tested,
-    what is said of those not contradicted is empty.
+    coverages and of what is missed; n_not_contradicted; and whether the generator is tested. Where it is not
+    tested, what is said of those not contradicted is empty.
 
     Args:
         answers: Of each generator, by letter.
         titles: What each letter stands for.
         settings: Least number of hearts not contradicted, confidence.
     """
+    groups = [(f"{letter}: {titles[letter]}", of_letter) for letter, of_letter in answers.items()]
     rows = [
-        {"generator": f"{letter}: {titles[letter]}"} | _row(of_letter, column, settings)
-        for letter, of_letter in answers.items()
+        {"generator": name} | _row(hearts, column, settings)
+        for name, hearts in (*groups, *_pooled(answers))
         for column in range(len(QUANTITIES))
-        if np.isfinite([answer.truth[column] for answer in of_letter]).any()
+        if np.isfinite([answer.truth[column] for answer in hearts]).any()
     ]
     return pd.DataFrame(rows)
+
+
+def _pooled(answers: Mapping[str, Sequence[HeartAnswer]]) -> Iterator[tuple[str, list[HeartAnswer]]]:
+    """Yield hearts of several generators together: of those of ``TOGETHER``, where all are there; of all."""
+    if answers.keys() >= {*TOGETHER}:
+        yield POOLED_TOGETHER, [answer for letter in TOGETHER for answer in answers[letter]]
+    yield POOLED_ALL, [answer for of_letter in answers.values() for answer in of_letter]
 
 
 def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -> dict[str, object]:
@@ -52,27 +71,25 @@ def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -
     answered = [answer for answer in having if answer.asked[column]]
     not_contradicted = [answer for answer in answered if answer.not_contradicted]
     tested = len(not_contradicted) >= settings.least_not_contradicted
-    share, low, high = _coverage(answered, column, settings.confidence)
-    of_not_contradicted = _coverage(not_contradicted, column, settings.confidence) if tested else NO_NUMBER
+    rates = {
+        "coverage": _rate([answer.covered[column] for answer in answered], settings.confidence),
+        "coverage_not_contradicted": NO_NUMBER,
+        "missed_not_contradicted": NO_NUMBER,
+    }
+    if tested:
+        covered = [answer.covered[column] for answer in not_contradicted]
+        missed = [answer.missed for answer in not_contradicted]
+        rates["coverage_not_contradicted"] = _rate(covered, settings.confidence)
+        rates["missed_not_contradicted"] = _rate(missed, settings.confidence)
     shares = _shares(having)
     refused = {REFUSED: shares.pop(REFUSED)}
-    asked = {
-        "coverage": share,
-        "coverage_not_contradicted": of_not_contradicted[0],
-        "missed_not_contradicted": float(np.mean([one.missed for one in not_contradicted]))
-        if tested
-        else np.nan,
-    }
-    limits = {
-        "coverage_low": low,
-        "coverage_high": high,
-        "coverage_not_contradicted_low": of_not_contradicted[1],
-        "coverage_not_contradicted_high": of_not_contradicted[2],
-        "n_not_contradicted": len(not_contradicted),
-        "tested": TESTED if tested else NOT_TESTED,
-    }
+    asked = {name: rate[0] for name, rate in rates.items()}
+    limits: dict[str, object] = {}
+    for name, (_, low, high) in rates.items():
+        limits |= {f"{name}_low": low, f"{name}_high": high}
+    counted = {"n_not_contradicted": len(not_contradicted), "tested": TESTED if tested else NOT_TESTED}
     of_quantity = {"quantity": QUANTITIES[column], "n": len(having)}
-    return of_quantity | shares | asked | _logs(answered, column) | refused | limits
+    return of_quantity | shares | asked | _logs(answered, column) | refused | limits | counted
 
 
 def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
@@ -80,15 +97,12 @@ def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
     return {name.replace(" ", "_"): share for name, share in shares.items()}
 
 
-def _coverage(answers: Sequence[HeartAnswer], column: int, confidence: float) -> tuple[float, float, float]:
-    """Return the share that is covered with its limits, NaN of none."""
-    if not answers:
+def _rate(held: Sequence[bool], confidence: float) -> tuple[float, float, float]:
+    """Return the share that holds with its limits, NaN of none."""
+    if not held:
         return NO_NUMBER
-    covered: BoolArray = np.array([answer.covered[column] for answer in answers])
-    from scipy.stats import binomtest
-
-    interval = binomtest(int(covered.sum()), len(covered)).proportion_ci(confidence, method="exact")
-    return float(covered.mean()), float(interval.low), float(interval.high)
+    interval = binomtest(int(np.sum(held)), len(held)).proportion_ci(confidence, method="exact")
+    return float(np.mean(held)), float(interval.low), float(interval.high)
 
 
 def _logs(answers: Sequence[HeartAnswer], column: int) -> dict[str, object]:

@@ -23,9 +23,10 @@ LVESV_FRACTION: Final = CONFIG.speed_experiments[
 ].misspecification.rule.volumes.lvesv_tolerance_fraction
 CONTEXT: Final = Context("a001", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
 
+PHASE: Final = np.arange(100) / 100.0
 HEART: Final = OtherHeart(
     CONTEXT,
-    TruthCurve(np.array([0.0, 0.5]), np.array([4.0, 50.0])),
+    TruthCurve(PHASE, 4.0 + 46.0 * np.exp(-0.5 * ((PHASE - 0.4) / 0.1) ** 2)),
     np.array([60.0, 6.0, 30.0]),
     30.0,
     40.0,

@@ -13,66 +13,90 @@ from swesbi.report.csv import write_csv
 from swesbi.report.page.page import templates
 from swesbi.report.page.validation import stored_validation
 from swesbi.report.table import Strong
-from swesbi.report.tables.validation import read_validation
-from swesbi.report.tables.validation_outcomes import ASKED, MOST_MISSED
+from swesbi.report.tables.validation_outcomes import POOLED_TOGETHER
 
-NOT_TESTED = ("e: blocks", 60, 12, "not tested", float("nan"), float("nan"))
-MISSED = ("d: spring", 60, 40, "tested", 0.6, 0.4)
-REACHED = ("a: own", 60, 55, "tested", 0.982, 0.05)
+NAN = float("nan")
+Rate = tuple[float, float, float]
+NOT_TESTED = ("e: blocks", 60, 12, "not tested", (NAN, NAN, NAN), (NAN, NAN, NAN))
+SHORT = ("d: spring", 60, 40, "tested", (0.6, 0.4, 0.78), (0.4, 0.22, 0.6))
+REACHED = ("a: own", 60, 55, "tested", (0.982, 0.8, 1.0), (0.05, 0.0, 0.2))
+TOGETHER = (POOLED_TOGETHER, 180, 140, "tested", (0.84, 0.75, 0.91), (0.24, 0.15, 0.34))
 
 
 def made_table() -> pd.DataFrame:
-    """A row of attained stiffness of each of three generators."""
-    return pd.DataFrame([made_row(*made) for made in (REACHED, MISSED, NOT_TESTED)])
+    """A row of k_SR of each of three generators, and of several together."""
+    return pd.DataFrame([made_row(*made) for made in (REACHED, SHORT, NOT_TESTED, TOGETHER)])
 
 
 def made_row(
-    generator: str, n: int, good: int, tested: str, coverage: float, missed: float
+    generator: str, n: int, good: int, tested: str, coverage: Rate, missed: Rate
 ) -> dict[str, object]:
-    return {
-        "generator": generator, "quantity": "attained_kpa", "n": n, "not_contradicted": good / n,
-        "strained": 0.0, "contradicted": 1.0 - good / n, "coverage": 0.733, "coverage_low": 0.6,
-        "coverage_high": 0.84, "coverage_not_contradicted": coverage,
-        "coverage_not_contradicted_low": coverage,
-        "coverage_not_contradicted_high": coverage, "missed_not_contradicted": missed, "bias_log": -0.18,
-        "width_log": 0.45, "n_not_contradicted": good, "tested": tested,
+    rates = {"coverage": (0.733, 0.6, 0.84), "coverage_not_contradicted": coverage}
+    row: dict[str, object] = {
+        "generator": generator, "quantity": "k_sr_per_s", "n": n, "not_contradicted": good / n,
+        "strained": 0.0, "contradicted": 1.0 - good / n, "bias_log": -0.18, "width_log": 0.45,
+        "n_not_contradicted": good, "tested": tested,
     }  # fmt: skip
+    for name, limits in (rates | {"missed_not_contradicted": missed}).items():
+        row |= dict(zip((name, f"{name}_low", f"{name}_high"), limits, strict=True))
+    return row
 
 
 def stored(folder: Path) -> Path:
-    write_csv(folder / "validation.csv", made_table())
-    return folder / "validation.csv"
+    """Sittings of three generators, of which the second is whole; a third asked one alone."""
+    of_third = made_table().iloc[:1].assign(sitting=3, date="2026-12-03", model="other")
+    first = made_table().assign(sitting=1, date="2026-12-01", model="former")
+    second = made_table().assign(sitting=2, date="2026-12-02", model="as shipped")
+    write_csv(folder / "sittings.csv", pd.concat([of_third, second, first]))
+    return folder / "sittings.csv"
 
 
 def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path) -> None:
-    rows = stored_validation(stored(tmp_path)).table.rows
+    shown = stored_validation(stored(tmp_path)).table
+    assert shown.caption.endswith("sitting 2, 2026-12-02; as shipped.")
+    together, *rows = shown.rows
+    assert together.cells[:2] == ("(c), (d), (h) together", "k_SR")
+    assert together.cells[7:9] == (Strong("84.0 (75 to 91)"), Strong("24.0 (15 to 34)"))
     assert [row.cells[0] for row in rows] == ["(d) spring", "(e) blocks", "(a) own"]
-    assert rows[0].cells[1:7] == ("attained stiffness", "60", "67", "0", "33", "73.3 (60 to 84)")
-    assert rows[0].cells[7:] == (Strong("60.0 (60 to 60)"), Strong("40.0"), "−0.18", "0.45")
+    assert rows[0].cells[1:7] == ("k_SR", "60", "67", "0", "33", "73.3 (60 to 84)")
+    assert rows[0].cells[7:] == (Strong("60.0 (40 to 78)"), Strong("40.0 (22 to 60)"), "−0.18", "0.45")
     assert rows[1].muted and rows[1].cells[7:9] == ("not tested", "not tested")
+    assert rows[2].cells[7:9] == ("98.2 (80 to 100)", "5.0 (0 to 20)")
 
 
 def test_sentences_follow_the_numbers(tmp_path: Path) -> None:
-    below, missed, untested, of_a, reached = stored_validation(stored(tmp_path)).brief
-    assert (ASKED[0], MOST_MISSED) == (0.85, 0.15)
-    assert below.endswith(
-        "fewer than 85 % of the hearts not contradicted: (d) spring, attained stiffness 60.0 %."
-    )
-    assert missed == "More than 15 % missed and not contradicted: (d) spring, 40.0 %."
+    each, chance, covered, missed, untested = stored_validation(stored(tmp_path)).brief
+    assert all(sentence.startswith("Not reached: ") for sentence in (each, chance, covered, missed))
+    assert each.endswith("interval. Short of it: (d) spring, k_SR 60.0 % (40.0 to 78.0).")
+    assert chance.endswith("19 %, by the 99 % interval. Above it: (d) spring, 40.0 % (22.0 to 60.0).")
+    assert covered.endswith("at least 85 %. Found: k_SR 84.0 %.")
+    assert missed.endswith("at most 23 % are missed, 19 % being missed by chance. Found: 24.0 %.")
     assert untested == "Not tested, since too few hearts are not contradicted: (e) blocks, 12 of 60."
-    assert of_a.startswith(
-        "(a) own: 91.7 % not contradicted, at least 80 %; of all answered hearts outside 85 to"
-    )
-    assert reached.endswith(
-        "in at least 85 % of the hearts not contradicted: (a) own, attained stiffness 98.2 %."
-    )
+
+
+def test_a_later_sitting_is_compared_with_the_second(tmp_path: Path) -> None:
+    path = stored(tmp_path)
+    table = pd.read_csv(path)
+    third = table[table["sitting"] == 2].assign(sitting=4, width_log=0.6)
+    write_csv(path, pd.concat([table, third]))
+    width = stored_validation(path).brief[-1]
+    assert width.startswith("Reached: k_SR of (a) is at most 1.35 times as wide")
+    assert width.endswith("Found: 1.33 times.")
 
 
 def test_a_table_that_lacks_a_column_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "validation.csv"
-    made_table().drop(columns="tested").to_csv(path, index=False)
-    with pytest.raises(ArtefactError, match=r"validation.csv: lacks the columns tested"):
-        read_validation(path)
+    path = stored(tmp_path)
+    pd.read_csv(path).drop(columns="tested").to_csv(path, index=False)
+    with pytest.raises(ArtefactError, match=r"sittings.csv: lacks the columns tested"):
+        stored_validation(path)
+
+
+def test_sittings_of_which_none_is_whole_are_named(tmp_path: Path) -> None:
+    parts = [made_table().iloc[number : number + 1].assign(sitting=number) for number in (0, 1)]
+    path = tmp_path / "sittings.csv"
+    write_csv(path, pd.concat(parts).assign(date="2026-12-01", model="as shipped"))
+    with pytest.raises(ArtefactError, match="no sitting of the validation asked all generators, a, d"):
+        stored_validation(path)
 
 
 @pytest.mark.parametrize("there", [True, False])

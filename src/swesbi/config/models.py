@@ -302,8 +302,8 @@ class Config(Settings):
     main_experiment: Name = Field(description="The experiment whose figures 2 and 3 are drawn.")
     validation_table: str | None = Field(
         min_length=1,
-        description="Stored table of the validation, which the page of results shows where it is there; "
-        "null: shows none.",
+        description="Stored table of the validation's sittings, of which the page of results shows the last "
+        "whole one where the table is there; null: shows none.",
     )
     cmaes: CmaesStudySettings = Field(description="Fits by optimisation, which belong to no experiment.")
     cohort_posterior: HierarchySettings = Field(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
-from other_hearts_case import HEART
+from other_hearts_case import CONTEXT, HEART, recorded
 from scipy.stats import beta, norm
-from validation_case import VALIDATION, answer
+from validation_case import VALIDATION, answer, truth
 
 from studies.validation import score
 from studies.validation.score import (
@@ -22,23 +24,64 @@ from studies.validation.score import (
 )
 from studies.validation.table import samplers_table, validation_table
 from swesbi import artefacts
-from swesbi.report.tables.validation_outcomes import NOT_TESTED, QUANTITIES, TESTED
+from swesbi.base.arrays import FloatArray
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.parameters import THETA_NAMES
+from swesbi.report.tables.validation_outcomes import (
+    NOT_TESTED,
+    POOLED_ALL,
+    POOLED_TOGETHER,
+    QUANTITIES,
+    TESTED,
+)
 
 TITLES = {"a": "one", "e": "other"}
 SCORE = VALIDATION.score
 
 
+@dataclass(frozen=True)
+class Curves:
+    """A model whose bonds have a bell as high as theta's first, of which half is shown; 4 is passive."""
+
+    recording: SpeedRecording
+    scale: FloatArray | None = None
+    failed: int = 0
+
+    def simulate(self, phi: FloatArray) -> Beats:
+        phase = np.arange(100) / 100.0
+        bonds = phi[:, :1] * np.exp(-0.5 * ((phase - 0.4) / 0.1) ** 2)
+        bonds[len(phi) - self.failed :] = np.nan
+        return cast(Beats, SimpleNamespace(cycle_phase=phase, active_stiffness_kpa=bonds))
+
+    def parts(self, phi: FloatArray, cycles: Beats) -> tuple[FloatArray, FloatArray]:
+        return np.full_like(cycles.active_stiffness_kpa, 4.0), 0.5 * cycles.active_stiffness_kpa
+
+    def speed_scale(self, phi: FloatArray) -> FloatArray:
+        return np.ones(len(phi)) if self.scale is None else self.scale
+
+
+def curves(scale: FloatArray | None = None, failed: int = 0) -> Curves:
+    nothing = np.empty(0)
+    return Curves(SpeedRecording(CONTEXT, nothing, nothing, nothing, np.empty((0, 0))), scale, failed)
+
+
 def test_intervals_are_quantiles_of_the_draws_that_have_a_beat() -> None:
-    phi = np.column_stack([np.linspace(1.0, 1.0 + scale, 101) for scale in (1.0, 2.0, 4.0, 7.0, 9.0)])
-    attained = np.linspace(1.0, 11.0, 101)
-    found = intervals(phi, attained, None, 0.9)
-    np.testing.assert_allclose(found.low, [1.5, 1.2, 1.05, 1.1])
-    np.testing.assert_allclose(found.median, [6.0, 3.0, 1.5, 2.0])
-    np.testing.assert_allclose(found.high, [10.5, 4.8, 1.95, 2.9])
-    np.testing.assert_allclose(found.width_log_scale_fixed, np.log(found.high / found.low))
-    without = np.where(attained > 6.0, np.nan, attained)
-    np.testing.assert_allclose(intervals(phi, without, None, 0.9).median, [3.5, 2.0, 1.25, 1.5])
-    assert np.isfinite(intervals(phi, without, phi[:, 4], 0.9).width_log_scale_fixed).all()
+    phi = np.column_stack([np.linspace(10.0, 10.0 + 10.0 * scale, 101) for scale in (1.0, 2.0, 4.0, 7.0)])
+    found = intervals(curves(), phi, 0.9)
+    medians = dict(zip(QUANTITIES, found.median, strict=True))
+    assert (medians["k0_kpa"], medians["k_atp_per_s"], medians["k_sr_per_s"]) == (15.0, 20.0, 30.0)
+    assert (medians["bonds_kpa"], medians["shown_kpa"]) == pytest.approx((15.0, 7.5))
+    assert medians["peak_kpa"] == pytest.approx(11.5, abs=1e-3)
+    # full width at half height of a bell of a tenth of the cycle
+    full_width = 1e3 * CONTEXT.period_s * 0.1 * np.sqrt(8.0 * np.log(2.0))
+    assert medians["duration_ms"] == pytest.approx(full_width, rel=0.01)
+    column = QUANTITIES.index("bonds_kpa")
+    assert (found.low[column], found.high[column]) == pytest.approx((10.5, 19.5))
+    np.testing.assert_allclose(found.width_log_scale_fixed, np.log(found.high / found.low), atol=1e-12)
+    of_half = intervals(curves(failed=50), phi, 0.9)
+    assert of_half.median[column] == pytest.approx(12.5)
+    assert np.isfinite(intervals(curves(phi[:, 3], 50), phi, 0.9).width_log_scale_fixed).all()
 
 
 def test_the_width_at_a_fixed_scale_is_that_of_a_conditional_normal() -> None:
@@ -55,32 +98,37 @@ def test_the_width_at_a_fixed_scale_is_that_of_a_conditional_normal() -> None:
 
 def test_a_posterior_without_a_beat_is_refused() -> None:
     with pytest.raises(ValueError, match="no draw of the posterior has a periodic beat"):
-        intervals(np.ones((3, 14)), np.full(3, np.nan), None, 0.9)
+        intervals(curves(failed=3), np.full((3, 14), 5.0), 0.9)
 
 
 def test_truths_are_in_the_order_of_the_quantities_and_missing_ones_empty() -> None:
-    assert QUANTITIES == ("attained_kpa", "k_sr_per_s", "k0_kpa", "k_atp_per_s")
-    assert truths(HEART).tolist() == [40.0, 30.0, 60.0, 6.0]
-    np.testing.assert_array_equal(truths(replace(HEART, theta=None)), [40.0, 30.0, np.nan, np.nan])
-    other = replace(HEART, theta=None, k_sr_per_s=None)
-    np.testing.assert_array_equal(truths(other), [40.0, np.nan, np.nan, np.nan])
+    heart = recorded("a").heart
+    known = dict(zip(QUANTITIES, truths(heart), strict=True))
+    assert heart.theta is not None
+    assert [known[name] for name in THETA_NAMES] == heart.theta.tolist()
+    assert (known["shown_kpa"], known["bonds_kpa"]) == (heart.shown_kpa, heart.bonds_kpa)
+    assert known["peak_kpa"] == pytest.approx(heart.curve.stiffness_kpa.max(), rel=1e-3)
+    without = dict(zip(QUANTITIES, truths(replace(heart, theta=None)), strict=True))
+    assert [name for name, value in without.items() if np.isnan(value)] == ["k0_kpa", "k_atp_per_s"]
+    other = truths(replace(heart, theta=None, k_sr_per_s=None))
+    assert np.isnan(other[QUANTITIES.index("k_sr_per_s")])
 
 
 @pytest.mark.parametrize(
-    ("truth", "missed"),
+    ("of_heart", "missed"),
     [
-        ((40.0, 30.0, 60.0, 6.0), False),
-        ((31.0, 30.0, 60.0, 6.0), True),
-        ((40.0, 38.0, 60.0, 6.0), True),
-        ((40.0, 30.0, 600.0, 60.0), False),
-        ((40.0, float("nan"), float("nan"), float("nan")), False),
-        ((51.0, float("nan"), float("nan"), float("nan")), True),
+        (truth(), False),
+        (truth(shown_kpa=31.0), True),
+        (truth(k_sr_per_s=38.0), True),
+        (truth(k0_kpa=600.0, k_atp_per_s=60.0, bonds_kpa=200.0, duration_ms=900.0), False),
+        (truth(["k_sr_per_s", "k0_kpa"]), False),
+        (truth(["k_sr_per_s", "k0_kpa"], shown_kpa=51.0), True),
     ],
 )
-def test_a_heart_is_missed_by_attained_stiffness_and_k_sr_alone(
-    truth: tuple[float, float, float, float], missed: bool
+def test_a_heart_is_missed_by_shown_stiffness_and_k_sr_alone(
+    of_heart: tuple[float, ...], missed: bool
 ) -> None:
-    assert answer(truth=truth).missed is missed
+    assert answer(truth=of_heart).missed is missed
 
 
 def test_answers_are_stored_whole(tmp_path: Path) -> None:
@@ -94,27 +142,45 @@ def test_answers_are_stored_whole(tmp_path: Path) -> None:
 
 def test_the_table_counts_verdicts_coverage_and_misses() -> None:
     good = [answer(number) for number in range(30)]
-    missed = [answer(30 + number, truth=(20.0, 30.0, 60.0, 6.0)) for number in range(10)]
-    strained = [answer(40 + number, "strained", truth=(40.0, 10.0, 60.0, 6.0)) for number in range(8)]
+    missed = [answer(30 + number, truth=truth(shown_kpa=20.0)) for number in range(10)]
+    strained = [answer(40 + number, "strained", truth=truth(k_sr_per_s=10.0)) for number in range(8)]
     refused = [refusal(48 + number, HEART, 1, "too thick") for number in range(2)]
-    made = {"a": [*good, *missed, *strained, *refused]}
-    table = validation_table(made, TITLES, SCORE).set_index("quantity")
+    whole = validation_table({"a": [*good, *missed, *strained, *refused]}, TITLES, SCORE)
+    table = whole[whole["generator"] == "a: one"].set_index("quantity")
     assert list(table.index) == list(QUANTITIES)
-    assert set(table["generator"]) == {"a: one"}
-    row = table.loc["attained_kpa"]
+    row = table.loc["shown_kpa"]
     assert (row["n"], row["n_not_contradicted"], row["tested"]) == (50, 40, TESTED)
     shares = row[["not_contradicted", "strained", "contradicted", "refused"]]
     assert shares.tolist() == pytest.approx([0.8, 0.16, 0.0, 0.04])
     assert row["coverage"] == pytest.approx(38 / 48)
     assert row["coverage_not_contradicted"] == pytest.approx(0.75)
-    assert table["missed_not_contradicted"].tolist() == pytest.approx([0.25] * 4)
+    assert table["missed_not_contradicted"].tolist() == pytest.approx([0.25] * len(QUANTITIES))
     assert table.loc["k_sr_per_s", "coverage"] == pytest.approx(40 / 48)
     assert table.loc["k_sr_per_s", "coverage_not_contradicted"] == 1.0
-    assert row["coverage_low"] == pytest.approx(beta.ppf(0.025, 38, 11))
-    assert row["coverage_high"] == pytest.approx(beta.ppf(0.975, 39, 10))
+    assert row["coverage_low"] == pytest.approx(beta.ppf(0.005, 38, 11))
+    assert row["coverage_high"] == pytest.approx(beta.ppf(0.995, 39, 10))
+    assert row["missed_not_contradicted_high"] == pytest.approx(beta.ppf(0.995, 11, 30))
     assert row["bias_log"] == pytest.approx(10 / 48 * np.log(2.0))
     assert row["width_log"] == pytest.approx(np.log(1.25 / 0.8))
     assert row["width_log_scale_fixed"] == 0.25
+
+
+def test_hearts_of_several_generators_are_counted_together() -> None:
+    off = truth(["k0_kpa", "k_atp_per_s"], k_sr_per_s=10.0)
+    made = {
+        "a": [answer(number) for number in range(5)],
+        "c": [answer(number, truth=off) for number in range(10)],
+        "d": [answer(number, "strained") for number in range(10)],
+        "h": [answer(number) for number in range(30)],
+    }
+    table = validation_table(made, dict.fromkeys(made, "hearts"), SCORE).set_index(["generator", "quantity"])
+    together, every = table.loc[POOLED_TOGETHER], table.loc[POOLED_ALL]
+    assert (together["n"].min(), together["n"].max(), every["n"].max()) == (40, 50, 55)
+    assert together.at["k_sr_per_s", "coverage_not_contradicted"] == pytest.approx(0.75)
+    assert together.at["shown_kpa", "missed_not_contradicted"] == pytest.approx(0.25)
+    assert together.at["shown_kpa", "n_not_contradicted"] == 40
+    assert together.at["k0_kpa", "missed_not_contradicted"] == 0.0
+    assert every.at["shown_kpa", "not_contradicted"] == pytest.approx(45 / 55)
 
 
 def test_widths_are_medians_over_the_answered() -> None:
@@ -140,16 +206,15 @@ def test_a_generator_with_fewer_than_thirty_hearts_not_contradicted_is_not_teste
 
 
 def test_what_a_generator_has_no_truth_of_has_no_row() -> None:
-    nan = float("nan")
-    made = {"a": [answer()], "e": [answer(truth=(40.0, nan, nan, nan))]}
+    made = {"a": [answer()], "e": [answer(truth=truth(QUANTITIES[1:]))]}
     table = validation_table(made, TITLES, SCORE)
-    assert table.loc[table["generator"] == "e: other", "quantity"].tolist() == ["attained_kpa"]
-    assert len(table) == 5
+    assert table.loc[table["generator"] == "e: other", "quantity"].tolist() == ["shown_kpa"]
+    assert table["generator"].value_counts().to_dict() == {"a: one": 9, POOLED_ALL: 9, "e: other": 1}
 
 
 def test_a_generator_that_is_refused_throughout_has_a_row_without_numbers() -> None:
     table = validation_table({"a": [refusal(0, HEART, 0, "too thick")]}, TITLES, SCORE)
-    assert table["refused"].tolist() == [1.0] * 4
+    assert set(table["refused"]) == {1.0}
     assert table[["coverage", "bias_log", "width_log_scale_fixed", "coverage_low"]].isna().all(axis=None)
     samplers = samplers_table({"a": [refusal(0, HEART, 0, "")]}, TITLES)
     assert samplers["efficiency"].isna().all()

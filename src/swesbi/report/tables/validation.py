@@ -1,4 +1,4 @@
-"""The table of the validation: its columns, and as the page shows it, worst first.
+"""The table of the validation: its columns, and as the page shows it.
 
 matplotlib is not imported.
 """
@@ -15,52 +15,47 @@ from swesbi.report.csv import checked
 from swesbi.report.numbers import MISSING, count, fixed, percent, span
 from swesbi.report.table import Cell, Column, Row, Strong, Table, words
 from swesbi.report.tables.validation_outcomes import (
-    ASKED,
+    BY_CHANCE,
+    CONFIDENCE,
     MOST_MISSED,
     NAMES,
     NOT_TESTED,
     QUANTITIES,
+    REACHED,
     Outcome,
+    falls_short,
     is_tested,
+    missed_too_often,
     outcomes,
 )
 
 COVERAGES: Final = ("coverage", "coverage_not_contradicted")
+MISSED: Final = "missed_not_contradicted"
 COLUMNS: Final = (
-    "generator", "quantity", "n", "not_contradicted", "strained", "contradicted", *COVERAGES,
-    *(f"{name}_{end}" for name in COVERAGES for end in ("low", "high")),
-    "missed_not_contradicted", "bias_log", "width_log", "n_not_contradicted", "tested",
+    "generator", "quantity", "n", "not_contradicted", "strained", "contradicted", *COVERAGES, MISSED,
+    *(f"{name}_{end}" for name in (*COVERAGES, MISSED) for end in ("low", "high")),
+    "bias_log", "width_log", "n_not_contradicted", "tested",
 )  # fmt: skip
-FORMER: Final = {
-    "supported": "not_contradicted",
-    "unsupported": "contradicted",
-    "coverage_supported": "coverage_not_contradicted",
-    "coverage_supported_low": "coverage_not_contradicted_low",
-    "coverage_supported_high": "coverage_not_contradicted_high",
-    "missed_and_supported": "missed_not_contradicted",
-    "n_supported": "n_not_contradicted",
-}
-"""Columns of the tables of former sittings, and what they are called now."""
 BOLD: Final = (
-    f"Bold: less than {percent(ASKED[0], 0)} % covered, or more than {percent(MOST_MISSED, 0)} % missed."
+    f"Bold: a coverage whose interval does not reach {percent(REACHED, 0)} %, or more missed than by chance "
+    f"({percent(BY_CHANCE, 0)} %, or {percent(MOST_MISSED, 0)} % of several generators together)."
 )
 NOTE: Final = (
-    "Worst first; in between, generators that are not tested, too few of their hearts being not "
-    "contradicted. Verdicts: of all hearts, those refused making up the rest. Coverage (95 % "
-    "Clopper-Pearson), bias (mean of log median / truth), width (median of log high / low): of the "
-    "answered. Missed: attained stiffness "
-    f"or k_SR outside its interval. {BOLD}"
+    "Generators together come first, then worst first. Verdicts: of all hearts, those refused making up the "
+    f"rest. Intervals: {percent(CONFIDENCE, 0)} % Clopper-Pearson. Bias (mean of log median / truth) and "
+    "width (median of log high / low): of the answered. Missed: shown stiffness or k_SR outside its "
+    f"interval; two independent calibrated intervals miss {percent(BY_CHANCE, 0)} % by chance. {BOLD}"
 )
 
 
 def read_validation(path: Path) -> pd.DataFrame:
-    """Read a table of the validation, one row a generator and quantity; former names of columns are mapped.
+    """Read a table of the validation, one row a generator and quantity.
 
     Raises:
         ArtefactError: A column or every row is missing.
         FileNotFoundError: There is no such file.
     """
-    return checked(pd.read_csv(path).rename(columns=FORMER), path, COLUMNS, row="generator")
+    return checked(pd.read_csv(path), path, COLUMNS, row="generator")
 
 
 def validation_table(table: pd.DataFrame, caption: str) -> Table:
@@ -76,7 +71,7 @@ def validation_table(table: pd.DataFrame, caption: str) -> Table:
         *(Column(name, "%") for name in ("Not contradicted", "Strained", "Contradicted")),
         Column("Coverage", "% of all answered (interval)"),
         Column("Coverage", "% of the not contradicted (interval)"),
-        Column("Missed", "% of the not contradicted"),
+        Column("Missed", f"% of the not contradicted (interval); {percent(BY_CHANCE, 0)} by chance"),
         *(Column(name, "log") for name in ("Bias", "Width")),
     )
     rows = [_row(outcome, name) for outcome in outcomes(table) for name in QUANTITIES if name in outcome.rows]
@@ -91,8 +86,8 @@ def _row(outcome: Outcome, quantity: str) -> Row:
         count(row["n"]),
         *(percent(row[name], 0) for name in ("not_contradicted", "strained", "contradicted")),
         _coverage(row, "coverage"),
-        _of_not_contradicted(row),
-        _missed(row),
+        _of_not_contradicted(outcome, quantity),
+        _missed(outcome, quantity),
         *(fixed(row[name], 2) for name in ("bias_log", "width_log")),
     )
     return Row(cells, muted=not is_tested(row))
@@ -104,15 +99,20 @@ def _coverage(row: Mapping[Any, Any], name: str) -> str:
     return shown if shown == MISSING else f"{shown} ({span(*ends)})"
 
 
-def _of_not_contradicted(row: Mapping[Any, Any]) -> Cell:
+def _of_not_contradicted(outcome: Outcome, quantity: str) -> Cell:
+    row = outcome.rows[quantity]
     if not is_tested(row):
         return NOT_TESTED
     shown = _coverage(row, "coverage_not_contradicted")
-    return Strong(shown) if row["coverage_not_contradicted"] < ASKED[0] else shown
+    return Strong(shown) if falls_short(outcome.generator, quantity, row) else shown
 
 
-def _missed(row: Mapping[Any, Any]) -> Cell:
+def _missed(outcome: Outcome, quantity: str) -> Cell:
+    """Return the share missed, in the first row of a generator: it is of its hearts, not of a quantity."""
+    row = outcome.rows[quantity]
+    if row is not outcome.of_hearts:
+        return ""
     if not is_tested(row):
         return NOT_TESTED
-    shown = percent(row["missed_not_contradicted"])
-    return Strong(shown) if row["missed_not_contradicted"] > MOST_MISSED else shown
+    shown = _coverage(row, MISSED)
+    return Strong(shown) if missed_too_often(outcome.generator, row) else shown
