@@ -35,7 +35,7 @@ from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.visits import normal_scores
 from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
-from swesbi.prior import SomeParameters
+from swesbi.prior import SomeParameters, bounds
 from swesbi.recording.noise import read_noise
 from swesbi.recording.protocol import Repeats
 from swesbi.recording.speed import NoiseComponents
@@ -222,7 +222,9 @@ class Answerer:
         tied = np.flatnonzero(changes.shares.of(names))
         prior = SomeParameters(tuple(self.model.prior.parameters[j] for j in tied))
         true = [shared_truth(each.made.truth, self.model.forward_model) for each in visits]
-        scores = normal_scores(np.array([[each[names[j]] for j in tied] for each in true]), prior)
+        # a heart without length dependence lies below the prior, at whose bound its score stays finite
+        values = np.clip([[each[names[j]] for j in tied] for each in true], *bounds(prior))
+        scores = normal_scores(values, prior)
         mean = np.zeros((len(visits), len(names)))
         mean[:, tied] = scores
         at = [replace(visit, mean=row) for visit, row in zip(normal, mean, strict=True)]

@@ -335,16 +335,24 @@ def shared_truth(truth: VisitTruth, model: ForwardModelSettings) -> dict[str, fl
     """Return the true values of what a person keeps, by the inference model's names.
 
     Args:
-        truth: Of a visit.
+        truth: Of a visit, whose beat tells the passive stiffness at its ends and between.
         model: The inference model, of whose wall the person's is a multiple.
+
+    Raises:
+        DrawnAgain: The visit's beat is not periodic.
     """
     own = forward_model_of(truth.volunteer)
+    stretch = beats_of(truth.volunteer, truth.stressed_volume_factor).stretch[0]
+    longest, shortest = stretch.max(), stretch.min()
+    at = np.array([longest, 0.5 * (longest + shortest), shortest])
+    first, middle, last = passive_shape(at, truth.volunteer.passive_exponent_b)
     return {
         "activation_ramp_s": own.activation_ramp_s,
         "destruction_alpha": own.destruction_alpha,
         "sigma_0_pa": own.sigma_0_pa,
         "passive_wall_factor": own.passive_c0_pa / model.passive_c0_pa,
-        "exponent_b": truth.volunteer.passive_exponent_b,
-        "passive_compression_factor": 1.0,
+        "length_dependence": own.length_dependence,
+        "passive_ratio": float(last / first),
+        "passive_middle_factor": float(middle / np.sqrt(first * last)),
         "speed_scale": truth.speed_scale,
     }

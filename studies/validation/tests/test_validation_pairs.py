@@ -29,6 +29,8 @@ from studies.validation.pairs import (
     shared_truth,
     shown_curve,
 )
+from swesbi.measurement.operator import passive_shape
+from swesbi.measurement.speeds import MeasuredBy
 from swesbi.virtual.hearts.hearts import SimulatedHearts
 from swesbi.virtual.hearts.ranges import DOUBLED
 from swesbi.virtual.volunteers import OWN_PARAMETERS
@@ -171,3 +173,15 @@ def test_true_shared_parameters_are_those_of_the_inference_model() -> None:
         444.0 * first().truth.volunteer.wall_stiffness / model.passive_c0_pa
     )
     assert shared["speed_scale"] == first().truth.speed_scale
+    assert shared["length_dependence"] == 0.0
+
+
+def test_the_true_passive_stiffness_is_told_by_its_ends_and_between() -> None:
+    """With what is told of it, the inference model's passive law goes through it at both ends and between."""
+    truth = first().truth
+    shared = shared_truth(truth, CONFIG.forward_model)
+    stretch = beats_of(truth.volunteer, truth.stressed_volume_factor).stretch[0]
+    at = np.array([stretch.max(), 0.5 * (stretch.max() + stretch.min()), stretch.min()])
+    true = truth.passive_scale_kpa * passive_shape(at, truth.volunteer.passive_exponent_b)
+    law = MeasuredBy(true[:1], shared["passive_ratio"], shared["passive_middle_factor"])
+    np.testing.assert_allclose(law.passive_kpa(np.array([[0.0, 0.5, 1.0]]))[0], true)
