@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -30,7 +30,7 @@ from swesbi.study.stages.new_subject import STREAM, noise_test_of
 from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import SEPARATOR, label_of_test
 from swesbi.verdict.pooled import read_null
-from swesbi.verdict.verdict import Verdict, VerdictTest
+from swesbi.verdict.verdict import CONTRADICTED, Verdict, VerdictTest
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import Generator
 from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
@@ -119,9 +119,24 @@ class Questioner:
         if outside := in_declared_range(made.heart.context, self.settings.population):
             return refusal(number, made.heart, made.redrawn, SEPARATOR.join(outside))
         try:
+            first = self._of_one_round()._answer(number, made)
+            if first.converged or first.status == CONTRADICTED:
+                return first
             return self._answer(number, made)
         except NoLikelihoodError as error:
             return refusal(number, made.heart, made.redrawn, str(error))
+
+    def _of_one_round(self) -> Questioner:
+        """Return the same, whose chains end after one round; weights and chains that converge give the same.
+
+        Chains of a heart that the model cannot be take minutes and do not converge. Where one round of them
+        contradicts the model, they go no further.
+        """
+        inference = self.settings.exact_posterior
+        mcmc = inference.exact.mcmc.model_copy(update={"max_steps": inference.exact.mcmc.steps})
+        exact = inference.exact.model_copy(update={"mcmc": mcmc})
+        shorter = inference.model_copy(update={"exact": exact})
+        return replace(self, settings=self.settings.model_copy(update={"exact_posterior": shorter}))
 
     def _answer(self, number: int, made: RecordedHeart) -> HeartAnswer:
         with tempfile.TemporaryDirectory(prefix="swesbi-validation-") as folder:

@@ -86,10 +86,8 @@ def laws(shipped: SpeedModelSettings) -> Mapping[str, Law]:
         "passive_ratio": ParameterPrior(centre=0.67, log_sd=0.9, low=0.045, high=9.97),
         "passive_middle_factor": ParameterPrior(centre=1.0, log_sd=0.25, low=0.472, high=2.117),
     }
-    bent = {"passive_middle_factor": ParameterPrior(centre=1.0, log_sd=0.6, low=0.165, high=6.05)}
     return {
         "former": partial(former_law, shipped=shipped),
-        "more bent": partial(SpeedModel, settings=changed(shipped, bent)),
         "no length dependence": partial(SpeedModel, settings=changed(shipped, {"length_dependence": None})),
         "narrower": partial(SpeedModel, settings=changed(shipped, narrower)),
         "shipped": partial(SpeedModel, settings=shipped),
