@@ -52,7 +52,7 @@ def recorder() -> Recorder:
 @cache
 def known() -> Replicates:
     """New recordings of one phi, again and again."""
-    phi = np.tile([58.0, 6.0, 28.0, 2.2], (DRAWS, 1))
+    phi = np.tile([58.0, 6.0, 28.0, 4.4], (DRAWS, 1))
     return posterior_recordings(phi, recorder(), np.random.default_rng(4))
 
 
@@ -65,7 +65,7 @@ def prior_simulations() -> PriorSimulations:
 
 def test_intervals_have_the_spread_of_noise_and_discrepancy_in_speed_and_timing() -> None:
     made, model = known(), recorder().model
-    predicted = model.predict(np.array([[58.0, 6.0, 28.0, 2.2]]))
+    predicted = model.predict(np.array([[58.0, 6.0, 28.0, 4.4]]))
     discrepancy = model.settings.discrepancy
     timing = discrepancy.timing_cycle * predicted.slope[0]
     relative = np.sqrt(model.recording.relative_se**2 + discrepancy.speed_fraction**2 + timing**2)
@@ -89,7 +89,7 @@ def test_bands_cover_new_recordings_as_often_as_they_say() -> None:
     target = recorder().target(feature_noise_sd(made))
     found = predict_recordings(made, target, 0.9)
     fresh = posterior_recordings(
-        np.tile([58.0, 6.0, 28.0, 2.2], (500, 1)), recorder(), np.random.default_rng(9)
+        np.tile([58.0, 6.0, 28.0, 4.4], (500, 1)), recorder(), np.random.default_rng(9)
     ).noisy
     inside = (fresh.phase_kpa >= found.phases.low) & (fresh.phase_kpa <= found.phases.high)
     assert inside[:, measured].mean() == pytest.approx(0.9, abs=0.01)
@@ -107,7 +107,7 @@ def test_the_median_is_that_of_the_noiseless_curve() -> None:
     assert found.coverage_recording_noise <= found.phase_scores.coverage
 
 
-def test_the_prior_prediction_varies_the_passive_scale() -> None:
+def test_the_prior_prediction_varies_the_passive_stiffness() -> None:
     made = prior_recordings(prior_simulations(), 300, recorder(), np.random.default_rng(2))
     spread = np.log(made.draws.phase_kpa[:, LATE_DIASTOLE]).std()
     prior = recorder().model.settings.prior.passive_stiffness_kpa
@@ -140,7 +140,7 @@ def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
     paths = {name: folder / f"{name}.h5" for name in ("posterior", "observation", "noise", "shard")}
     paths["verdict"] = folder / "verdict.json"
     rng = np.random.default_rng(1)
-    phi = np.array([58.0, 6.0, 28.0, 2.2]) * np.exp(0.03 * rng.standard_normal((300, 4)))
+    phi = np.array([58.0, 6.0, 28.0, 4.4]) * np.exp(0.03 * rng.standard_normal((300, 4)))
     write_posterior(paths["posterior"], phi, "A")
     write_verdict(paths["verdict"], subject)
     groups = to_groups(observation)

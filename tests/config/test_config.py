@@ -358,6 +358,7 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "pressures",
     "cohort_posterior",
 }
+OF_THE_PRIOR = {"exact_figures", "exact_subject_figures", "population_agreement", "population_cohort"}
 AFFECTED = {
     "experiments__paper__predictive__draws": {"predictive", "epochs"},
     "experiments__paper__estimator__learning_rate": {"train"},
@@ -414,7 +415,12 @@ AFFECTED = {
     "population_experiments__amortised__calibration__strata__hr_bpm": {"population_scores"},
     "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},
     "population_experiments__amortised__nulls__recordings": {"population_null"},
-    "passive__exponent_b": OF_A_RECORDING | {"passive", "recovery_acquisition"},
+    "passive__exponent_b": {"passive", "recovery_acquisition"},
+    "experiments__calibrated__passive_stiffness_kpa__log_sd": OF_A_RECORDING | OF_THE_PRIOR,
+    # of the measurement: no simulation depends on it
+    "priors__calibrated__nuisances__passive_ratio__log_sd": OF_A_RECORDING
+    | OF_THE_PRIOR
+    | {"calibration", "population_scores", "pushes_table"},
     "recording__min_samples_per_phase": {
         "ingest",
         "noise",
@@ -494,9 +500,9 @@ def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share
         parts["model"]
         == stage_settings(study, "exact_posterior", subject="A", experiment="amortised")["model"]
     )
-    shares = changed(changes__shares__exponent_b=0.5)
+    shares = changed(changes__shares__passive_ratio=0.5)
     other = stage_settings(load_study(shares, new_cohort=TRIAL), "person_change", **chosen)
-    assert other["changes"]["shares"]["exponent_b"] == 0.5
+    assert other["changes"]["shares"]["passive_ratio"] == 0.5
     assert other | {"changes": 0} == parts | {"changes": 0}
     with pytest.raises(ConfigError, match="say which person: --person NAME"):
         stage_settings(study, "person_change", experiment="amortised")

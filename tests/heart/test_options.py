@@ -57,6 +57,22 @@ def test_length_dependence_is_a_share_of_the_table(strain: float, share: float) 
     assert available_bonds(strain, share, options) == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.parametrize("strain", [-0.3, -0.1, 1.0, 1.5])
+def test_bonds_are_never_fewer_than_none(strain: float) -> None:
+    """Within its range a share leaves some or none; one beyond it, or a rounding, leaves none."""
+    e, n_0 = np.array(FRANK_STARLING).T
+    options = OPTIONS._replace(length_dependence=True)
+    expected = max(0.0, 1.0 + 1.5 * (float(np.interp(strain, e, n_0)) - 1.0))
+    assert available_bonds(strain, 1.5, options) == pytest.approx(expected, abs=1e-12)
+    assert available_bonds(strain, 1.0, options) >= 0.0
+
+
+@pytest.mark.parametrize("strain", [-0.3, 0.07, 1.5])
+def test_without_length_dependence_all_bonds_are_available_to_the_bit(strain: float) -> None:
+    assert available_bonds(strain, 0.0, OPTIONS._replace(length_dependence=True)) == 1.0
+    assert available_bonds(strain, 1.0, OPTIONS._replace(length_dependence=False)) == 1.0
+
+
 @pytest.mark.parametrize("stretch", [0.85, 1.0, 1.15, 1.3])
 def test_passive_stress_is_the_slope_of_the_energy(stretch: float) -> None:
     p, step = PARAMETERS, 1e-5

@@ -28,6 +28,8 @@ RENAMED: Final[tuple[tuple[str, str], ...]] = (
     (r"(.*)/support\.json::(.*)", r"\1/verdict.json::\2"),
     (r"(.*)/predictive\.h5::supported", r"\1/predictive.h5::may_be_read"),
     (r"tables/(ppc|features|posterior)\.csv::supported", r"tables/\1.csv::may_be_read"),
+    (r"(calibrated|amortised)/(.*)passive_scale_(.*)", r"\1/\2passive_stiffness_\3"),
+    (r"(calibrated/pool|amortised/simulations/.*)\.h5::stretch(_slope)?", r"\1.h5::shortening\2"),
 )
 """Patterns of names ``file::item`` of before, and what they are now; the first that matches counts."""
 LEFT_OUT: Final[tuple[str, ...]] = (
@@ -43,6 +45,8 @@ LEFT_OUT: Final[tuple[str, ...]] = (
     r"figures/epochs\.(pdf|png)::",
     r"(calibrated|amortised)/subjects/.*\.png::",
     r".*/(new|change)/.*\.(pdf|png)::",
+    r".*/calibration(_recordings)?\.h5::.*/strip_mass",
+    r".*/calibration/part-.*\.h5::.*/strip_mass",
 )
 """Patterns of names of before that are no longer made."""
 WHOLE: Final = frozenset({".png", ".pdf", ".tex"})

@@ -82,6 +82,22 @@ def test_the_passive_part_runs_along_each_simulations_own_stretch() -> None:
     np.testing.assert_allclose(passive[rows, beats.stretch.argmin(axis=1)], 0.3 * 4.0, rtol=1e-12)
 
 
+def test_the_passive_law_meets_its_three_numbers_and_its_slope_is_its_derivative() -> None:
+    """a at the largest stretch, a m sqrt(r) half-way, a r at the smallest; a heart in each row."""
+    a, r, m = np.array([4.0, 2.5, 5.0]), np.array([0.3, 1.0, 6.0]), np.array([0.8, 1.5, 1.0])
+    by, step = MeasuredBy(a, r, m), 1e-6
+    met = by.passive_kpa(np.tile([0.0, 0.5, 1.0], (3, 1)))
+    np.testing.assert_allclose(met, np.column_stack([a, a * m * np.sqrt(r), a * r]), rtol=1e-14)
+    at = np.tile([0.1, 0.4, 0.9], (3, 1))
+    above, below = (np.log(by.passive_kpa(at + side)) for side in (step, -step))
+    np.testing.assert_allclose(by.passive_log_slope(at), (above - below) / (2 * step), atol=1e-8)
+
+
+def test_shortening_is_the_share_of_the_way_from_the_largest_stretch_to_the_smallest() -> None:
+    stretch = np.array([[1.1, 1.0, 0.9, 1.05], [1.3, 1.2, 1.25, 1.3]])
+    np.testing.assert_allclose(shortening(stretch), [[0.0, 0.5, 1.0, 0.25], [0.0, 1.0, 0.5, 0.0]], atol=1e-14)
+
+
 def test_a_wall_that_does_not_move_has_its_one_passive_stiffness() -> None:
     still = shortening(np.full((1, 5), 1.02))
     np.testing.assert_array_equal(

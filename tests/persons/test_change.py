@@ -125,7 +125,7 @@ def prior() -> JointPriorSettings:
 
 def test_the_joined_space_goes_there_and_back_with_its_slope() -> None:
     names = prior().names
-    shares = np.array([0.7 if name in ("exponent_b", "speed_scale") else 0.0 for name in names])
+    shares = np.array([0.7 if name in ("passive_ratio", "speed_scale") else 0.0 for name in names])
     coupling = Coupling(prior(), shares, 2)
     space = JoinedSpace((LogitSpace(prior()), LogitSpace(prior())), coupling)
     psi = draw_prior(coupling.joint, 5, np.random.default_rng(6))

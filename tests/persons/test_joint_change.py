@@ -89,7 +89,7 @@ def test_three_visits_are_no_pair_to_compare() -> None:
 
 def test_shares_are_of_the_parameters_named_and_zero_of_all_others() -> None:
     names = speed_case.settings("calibrated").prior.names
-    shares = SharesSettings.from_plain(NOTHING | {"exponent_b": 0.5, "discrepancy": 0.7})
+    shares = SharesSettings.from_plain(NOTHING | {"passive_ratio": 0.5, "discrepancy": 0.7})
     found = dict(zip(names, shares.of(names), strict=True))
-    assert found.pop("exponent_b") == 0.5
+    assert found.pop("passive_ratio") == 0.5
     assert set(found.values()) == {0.0}

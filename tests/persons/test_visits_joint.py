@@ -24,7 +24,7 @@ from swesbi.persons.change.visits import (
 )
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_density, sample
 
-TIED = ("exponent_b", "destruction_alpha", "speed_scale")
+TIED = ("passive_ratio", "destruction_alpha", "speed_scale")
 
 
 def prior() -> JointPriorSettings:
@@ -100,7 +100,7 @@ def pair(timing_cycle: float) -> tuple[tuple[SpeedModel, ...], tuple[IntArray, .
             relative_se=made.recording.relative_se[index],
             shared=made.recording.shared[index],
         )
-        models.append(SpeedModel(recording, None, settings))
+        models.append(SpeedModel(recording, settings))
         kept.append(index)
     return tuple(models), tuple(kept)
 

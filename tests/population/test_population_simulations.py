@@ -21,8 +21,8 @@ ARRAYS = (
     "physiology",
     "active_stiffness_kpa",
     "active_slope_kpa",
-    "stretch",
-    "stretch_slope",
+    "shortening",
+    "shortening_slope",
     "failures",
 )
 

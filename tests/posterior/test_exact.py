@@ -25,15 +25,18 @@ from exact_case import (
 )
 from pydantic import ValidationError
 
-from swesbi.artefacts import Provenance, load, save
+from swesbi.artefacts import Provenance, load, save, write_json
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.ranks import standardised
+from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.adaptive import PriorProposal
 from swesbi.posterior.exact import ExactPosterior, exact_posterior, exact_to_groups, read_exact_posterior
 from swesbi.posterior.result import read_exact_result
 from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import to_logit
+from swesbi.verdict.answers import read_answer
+from swesbi.verdict.verdict import Verdict
 
 Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")
 PROVENANCE = Provenance(POSTERIOR, "T", 1, {"a": 1}, "0" * 16)
@@ -163,7 +166,7 @@ def test_draws_of_the_prior_have_a_name_of_their_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])
-@pytest.mark.parametrize(("name", "nuisances"), [("paper", 0), ("calibrated", 11)])
+@pytest.mark.parametrize(("name", "nuisances"), [("paper", 0), ("calibrated", 12)])
 def test_nuisances_are_kept_beside_what_is_reported(
     tmp_path: Path, name: str, nuisances: int, settings: ExactSettings, sampler: str
 ) -> None:
@@ -211,6 +214,17 @@ def test_the_artefact_is_a_posterior_like_any_other(tmp_path: Path) -> None:
     opened = arviz.from_netcdf(str(path), engine="h5netcdf")
     assert opened.posterior["passive_stiffness_kpa"].shape == (1, SETTINGS.draws)
     assert opened.posterior["passive_stiffness_kpa"].attrs["units"] == "kPa"
+
+
+def test_medians_and_intervals_are_read_without_the_draws(tmp_path: Path) -> None:
+    exact = posterior()
+    path, judged = written(tmp_path / "posterior.h5", exact), tmp_path / "verdict.json"
+    verdict = Verdict(0.5, "peak", 9, 10, dict.fromkeys(PHI_NAMES[:3], 1.0), "strained", "why", ())
+    write_json(judged, verdict.to_json())
+    answer = read_answer(path, judged)
+    tails = 0.5 - 0.5 * SETTINGS.interval, 0.5 + 0.5 * SETTINGS.interval
+    np.testing.assert_allclose(answer.phi, np.quantile(exact.phi, [0.5, *tails], axis=0))
+    assert (answer.status, answer.sampler) == ("strained", exact.sampler)
 
 
 @pytest.mark.parametrize("settings", [SETTINGS, NEVER])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal
-from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_density
+from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_centre, log_density
 
 FloatArray = NDArray[np.float64]
 PRIORS = ["paper", "calibrated"]
@@ -83,8 +83,11 @@ def test_the_slope_of_the_map_is_its_derivative() -> None:
 
 @pytest.mark.parametrize("prior", PRIORS)
 def test_a_fitted_proposal_s_density_integrates_to_one(prior: str) -> None:
+    """Of a recording of the prior's centre, so that draws of the prior reach all of the proposal."""
     model, first = proposal(prior)
     joint, d = model.settings.prior, len(model.settings.prior.names)
+    speeds = model.predict(log_centre(joint)[None]).speed_m_s[0]
+    first = flow_proposal(first.flow, replace(model.recording, speed_m_s=speeds))
     student = StudentProposal(np.full(d, 0.1), 0.4 * np.eye(d))  # narrow: draws of the prior reach its tails
     fitted, phi = FittedProposal(student, first), draws_of_prior(joint, 60_000)
     for part in (first, fitted):

@@ -262,13 +262,16 @@ def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyC
     smoke = (finished.folder / finished.config).read_text(encoding="utf-8")
     overlay = tmp_path / "other.yaml"
     own = smoke.replace("results: results-smoke", f"results: {finished.results}")
-    overlay.write_text(own + "passive:\n  exponent_b: 2.0\n", encoding="utf-8")
+    overlay.write_text(own + "forward_model:\n  length_dependence: 0.5\n", encoding="utf-8")
     done = refused(
         *("--cohort", "data/virtual_volunteers", "--subject", "C"),
         *("--overlay", str(overlay), "--out", str(tmp_path / "out")),
     )
     assert done.returncode == 2
-    assert "was trained with model.passive.exponent_b = 3.0, the configuration has 2.0" in done.stderr
+    assert (
+        "was trained with model.forward_model.length_dependence = 0.0, the configuration has 0.5"
+        in done.stderr
+    )
     assert not (tmp_path / "out").exists()
 
 

@@ -12,10 +12,13 @@ from scipy.stats import kstest, norm
 
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
+from swesbi.parameters import PHI_NAMES
 from swesbi.prior import quantile
 from swesbi.verdict.context import context_tests, leave_one_out
 from swesbi.verdict.settings import ContextCheckSettings
 from swesbi.verdict.statistics import (
+    IN_LOG,
+    WITH_STRIPS,
     boundary_statistic,
     chi2_p_value,
     fit_feature_space,
@@ -106,13 +109,54 @@ def test_tail_probabilities_halve_ties() -> None:
 
 
 def test_strips_hold_the_mass_that_the_prior_has_there() -> None:
-    prior = speed_case.settings().prior
-    phi = quantile(np.random.default_rng(6).random((200_000, 4)), prior)
+    prior = speed_case.settings("calibrated").prior
+    phi = quantile(np.random.default_rng(6).random((200_000, len(prior.names))), prior)
     drawn = strip_mass(phi, np.full(len(phi), 1 / len(phi)), prior, 0.1)
     expected = prior_strip_mass(prior, 0.1)
     assert drawn == pytest.approx(expected, abs=4 * np.sqrt(0.25 / len(phi)))
     assert strip_edges(prior, 0.1)[1][1] == pytest.approx(27.2)
     assert expected[1, 1] == pytest.approx(0.0012, abs=0.0002)
+
+
+@pytest.mark.parametrize("fraction", [0.02, 0.1, 0.3])
+def test_strips_in_the_logarithm_are_rare_whatever_the_fraction(fraction: float) -> None:
+    """At each bound a share of the box, or 4 % of the prior if that is less."""
+    prior = speed_case.settings("calibrated").prior
+    lower, upper = strip_edges(prior, fraction)
+    masses = prior_strip_mass(prior, fraction)[len(PHI_NAMES) :]
+    assert WITH_STRIPS[len(PHI_NAMES) :] == IN_LOG == ("length_dependence", "passive_ratio")
+    assert (masses > 0.0).all() and (masses <= 0.04 + 1e-12).all()
+    for name, ends, mass in zip(IN_LOG, list(zip(lower, upper, strict=True))[4:], masses, strict=True):
+        of = prior.parameters[prior.names.index(name)]
+        width = np.log(ends[0] / of.low), np.log(of.high / ends[1])
+        for strip, held in zip(width, mass, strict=True):
+            of_box = strip == pytest.approx(fraction * np.log(of.high / of.low))
+            assert of_box or (held == pytest.approx(0.04) and strip < fraction * np.log(of.high / of.low))
+
+
+@pytest.mark.parametrize("name", IN_LOG)
+@pytest.mark.parametrize("bound", [0, 1])
+def test_a_posterior_within_a_strip_in_the_logarithm_is_flagged(name: str, bound: int) -> None:
+    prior = speed_case.settings("calibrated").prior
+    phi = np.tile(quantile(np.full((1, len(prior.names)), 0.5), prior), (200, 1))
+    weight, prior_mass = np.full(200, 1 / 200), prior_strip_mass(prior, 0.1)
+    amid = boundary_statistic(strip_mass(phi, weight, prior, 0.1)[None], prior_mass, 0.05)
+    assert amid == pytest.approx([-3.0])  # of no mass in any strip
+    of, row = prior.parameters[prior.names.index(name)], WITH_STRIPS.index(name)
+    edge, end = strip_edges(prior, 0.1)[bound][row], (of.low, of.high)[bound]
+    phi[:, prior.names.index(name)] = np.geomspace(end, edge, 202)[1:-1]
+    mass = strip_mass(phi, weight, prior, 0.1)
+    assert mass[row, bound] == pytest.approx(1.0) and mass.sum() == pytest.approx(1.0)
+    found = boundary_statistic(mass[None], prior_mass, 0.05)
+    assert found == pytest.approx([-np.log10(prior_mass[row, bound])])
+    assert found[0] > np.log10(20.0)
+
+
+def test_what_is_fixed_has_no_strips_that_could_speak() -> None:
+    prior = speed_case.settings().prior
+    phi = quantile(np.random.default_rng(6).random((10, 4)), prior)
+    np.testing.assert_array_equal(strip_mass(phi, np.full(10, 0.1), prior, 0.1)[4:], 0.0)
+    np.testing.assert_array_equal(prior_strip_mass(prior, 0.1)[4:], 1.0)
 
 
 def test_only_rare_strips_speak_and_by_the_ratio_to_the_prior() -> None:

@@ -19,7 +19,7 @@ from swesbi.study.stages.verdict import _others
 from swesbi.verdict.nulls import Grade, Reference
 from swesbi.verdict.power import COHORT, CONTRADICTED, STRAINED_OR_WORSE, alarm_rows
 from swesbi.verdict.recordings import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
-from swesbi.verdict.statistics import GROUPS, TEST_NAMES, Checks, no_checks
+from swesbi.verdict.statistics import GROUPS, TEST_NAMES, WITH_STRIPS, Checks, no_checks
 from swesbi.verdict.verdict import Verdict, VerdictTest, read_verdict
 from swesbi.verdict.with_null import grade, make_verdict, null_tests
 
@@ -80,8 +80,8 @@ def test_mass_at_a_rare_bound_is_caught_by_the_boundary_test_alone(
     usual = subject.recordings["own"]
     quiet = np.flatnonzero(reference.judge(usual).overall_p > 0.5)[0]
     one = Checks(**{f.name: getattr(usual, f.name)[[quiet]].copy() for f in fields(Checks)})
-    mass = np.zeros((1, 4, 2))
-    mass[0, 1, 1] = 0.9
+    mass = np.zeros((1, len(WITH_STRIPS), 2))
+    mass[0, WITH_STRIPS.index("k_atp_per_s"), 1] = 0.9
     pressed = replace(one, bound_mass=mass)
     judged = reference.judge(pressed)
     assert judged.status[0] == Grade.CONTRADICTED

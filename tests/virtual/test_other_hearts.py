@@ -219,6 +219,30 @@ def test_other_passive_stiffness_leaves_the_beat_of_an_exponential_wall_alone() 
     assert np.ptp(difference) > 0.5
 
 
+@pytest.mark.parametrize("letter", ["u", "v", "w", "x", "y"])
+def test_passive_laws_of_development_leave_the_beat_alone(letter: str) -> None:
+    structure = next(one.structure for one in generators().values() if one.letter == letter)
+    drawn = structure(volunteer(), np.random.default_rng(3))
+    assert drawn.forward_model == {} and drawn.own_law
+    made, plain = hearts.heart_of(volunteer(), drawn), hearts.heart_of(volunteer(), hearts.Structure({}))
+    for name in ("shown_kpa", "bonds_kpa", "k_sr_per_s", "volume_ratio"):
+        assert getattr(made, name) == getattr(plain, name)
+    difference = made.curve.stiffness_kpa - plain.curve.stiffness_kpa
+    late = (plain.curve.cycle_phase >= LATE_DIASTOLE[0]) & (plain.curve.cycle_phase <= LATE_DIASTOLE[1])
+    assert np.ptp(difference) > 0.5
+    assert difference[late].mean() == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("letter", ["v", "w", "x"])
+def test_passive_laws_of_development_differ_from_heart_to_heart(letter: str) -> None:
+    structure = next(one.structure for one in generators().values() if one.letter == letter)
+    shapes = [structure(volunteer(), np.random.default_rng(seed)).passive_shape for seed in range(40)]
+    ends = np.array([shape(np.array([0.85, 1.1])) for shape in shapes if shape is not None])
+    assert len(ends) == 40
+    assert (ends > 0.0).all()
+    assert np.ptp(np.log(ends), axis=0).min() > 0.5
+
+
 def test_the_passive_law_of_development_is_as_stiff_in_compression_as_in_stretch() -> None:
     shape = hearts.with_fung_tangent(volunteer(), np.random.default_rng(0)).passive_shape
     assert shape is not None

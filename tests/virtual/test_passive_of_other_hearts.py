@@ -9,8 +9,12 @@ from other_hearts_case import CONFIG
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.virtual.hearts.passive import (
     MATCHED_STRETCHES,
+    acoustoelastic_kpa,
     incremental_modulus_kpa,
     mooney_rivlin_wall,
+    parabola,
+    powers,
+    recruited,
     wall_stress_pa,
 )
 
@@ -52,3 +56,50 @@ def test_a_mooney_rivlin_wall_bears_what_the_own_one_does_in_the_geometric_mean(
     ratio = wall_stress_pa(at, made, "mooney_rivlin") / wall_stress_pa(at, EXPONENTIAL, "exponential")
     assert np.exp(np.log(ratio).mean()) == pytest.approx(1.0)
     assert ratio.max() < 3.0
+
+
+def test_a_shear_wave_in_a_mooney_rivlin_wall_meets_its_own_law() -> None:
+    """3 rho c^2 = 6 lambda^2 (W_1 + W_2 lambda^2), of W' = 4 (lambda - lambda^-5) (W_1 + lambda^2 W_2).
+
+    At rest the law has a limit, which is taken beside it.
+    """
+    wall = changed(passive_law="mooney_rivlin", passive_c0_pa=2000.0, passive_c2_pa=500.0)
+    expected = 6.0 * STRETCH**2 * (2.0 + 0.5 * STRETCH**2)
+    moved = STRETCH != 1.0
+    found = acoustoelastic_kpa(STRETCH, wall)
+    np.testing.assert_allclose(found[moved], expected[moved], rtol=1e-10)
+    np.testing.assert_allclose(found[~moved], expected[~moved], rtol=1e-3)
+
+
+def test_at_rest_a_wave_meets_young_s_modulus() -> None:
+    rest = np.array([1.0])
+    for wall in (
+        EXPONENTIAL,
+        changed(passive_law="mooney_rivlin", passive_c0_pa=2000.0, passive_c2_pa=500.0),
+    ):
+        np.testing.assert_allclose(
+            acoustoelastic_kpa(rest, wall), incremental_modulus_kpa(rest, wall), rtol=2e-3
+        )
+
+
+def test_recruited_collagen_bears_in_stretch_and_the_matrix_in_compression() -> None:
+    stretch, strain = STRETCH, STRETCH**2 - 1.0
+    assert recruited(np.array([1.0]), 8.0, 0.4, 5.0)[0] == 1.0
+    matrix, collagen = recruited(stretch, 8.0, 0.0, 5.0), recruited(stretch, 8.0, 1.0, 5.0)
+    np.testing.assert_allclose(matrix, np.where(strain < 0.0, 1.0 - 5.0 * strain, 1.0), rtol=1e-14)
+    np.testing.assert_allclose(collagen, np.where(strain > 0.0, np.exp(8.0 * strain), 1.0), rtol=1e-14)
+    np.testing.assert_allclose(recruited(stretch, 8.0, 0.4, 5.0), 0.6 * matrix + 0.4 * collagen, rtol=1e-14)
+
+
+def test_a_parabola_is_one_where_it_is_softest_and_rises_alike_on_both_sides() -> None:
+    beside = 0.97 + np.array([-0.1, 0.0, 0.1])
+    np.testing.assert_allclose(parabola(beside, 0.97, 50.0), [1.5, 1.0, 1.5], rtol=1e-13)
+
+
+def test_powers_are_of_stretch_and_of_its_inverse() -> None:
+    assert powers(np.array([1.0]), 9.0, 5.0, 0.7)[0] == pytest.approx(1.7)
+    np.testing.assert_allclose(powers(STRETCH, 9.0, 5.0, 0.0), STRETCH**9, rtol=1e-14)
+    # a wall of inverse powers takes compression for stretch
+    np.testing.assert_allclose(
+        powers(1.0 / STRETCH, 9.0, 5.0, 0.5), 0.5 * powers(STRETCH, 5.0, 9.0, 2.0), rtol=1e-13
+    )

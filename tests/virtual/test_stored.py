@@ -17,6 +17,7 @@ from swesbi.artefacts import Provenance
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.operator import passive_shape
+from swesbi.parameters import THETA_NAMES
 from swesbi.population.contexts import is_plausible
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings, in_bounds
@@ -45,6 +46,19 @@ LARGEST_FILE = 500_000
 def stored(letter: str) -> tuple[tuple[StoredHeart, ...], Provenance]:
     hearts, provenance = load_hearts(FOLDER / FILES[letter][0])
     return tuple(hearts), provenance
+
+
+def prior_of_theta() -> PriorSettings:
+    """Return the prior that the hearts of PhysioBlocks have theta of; its nuisances were others then."""
+    prior = stored("e")[1].settings["prior"]
+    return PriorSettings.from_plain({name: prior[name] for name in THETA_NAMES})
+
+
+def forward_model_of_land() -> ForwardModelSettings:
+    """Return the settings that the hearts of Land were made with; no length dependence was a word then."""
+    plain = stored("f")[1].settings["forward_model"]
+    assert plain["length_dependence"] == "none"
+    return ForwardModelSettings.from_plain({**plain, "length_dependence": 0.0})
 
 
 def people_of(letter: str) -> People:
@@ -101,9 +115,9 @@ def test_a_stored_heart_is_as_stiff_as_it_is_designed(letter: str) -> None:
 
 
 def test_hearts_of_physioblocks_have_theta_of_the_prior() -> None:
-    hearts, provenance = stored("e")
+    hearts, _ = stored("e")
     theta = np.stack([heart.theta for heart in hearts])
-    assert in_bounds(theta, PriorSettings.from_plain(provenance.settings["prior"])).all()
+    assert in_bounds(theta, prior_of_theta()).all()
     assert all(heart.other_heart().k_sr_per_s == heart.theta[K_SR] for heart in hearts)
     assert all(heart.beat.active_kpa.max() < heart.theta[0] for heart in hearts)
 
@@ -125,7 +139,7 @@ def assert_same_person(again: Context, there: Context) -> None:
 @pytest.mark.parametrize(("stream", "number"), [("exam", 0), ("development", 2)])
 def test_a_heart_of_land_comes_again_from_its_stream(stream: Stream, number: int) -> None:
     hearts, provenance = stored("f")
-    source = LandHearts(ForwardModelSettings.from_plain(provenance.settings["forward_model"]))
+    source = LandHearts(forward_model_of_land())
     again = draw_heart(source, stream, number, people_of("f"), provenance.seed)
     there = next(heart for heart in hearts if (heart.stream, heart.number) == (stream, number))
     assert_same_person(again.context, there.context)
@@ -162,7 +176,7 @@ def test_a_heart_of_physioblocks_comes_again_from_its_stream(tmp_path: Path) -> 
     there = next(heart for heart in hearts if heart.refused_failed and not heart.refused_stiff)
     failures = '{"error": "no convergence"}, ' * there.refused_failed
     with replaying(tmp_path, f"[{failures}{as_answer(there.beat)}]") as program:
-        source = PhysioBlocksHearts(PriorSettings.from_plain(provenance.settings["prior"]), program)
+        source = PhysioBlocksHearts(prior_of_theta(), program)
         again = draw_heart(source, there.stream, there.number, people_of("e"), provenance.seed)
     assert_same_person(again.context, there.context)
     assert again.theta == pytest.approx(there.theta, rel=1e-9)
@@ -183,7 +197,7 @@ def test_a_heart_of_the_reference_size_meets_the_reference_resistance(tmp_path: 
     reference = replace(stored("e")[0][0].context, hr_bpm=60.0, lvedv_ml=4.0 / 3.0 * np.pi * 3.4**3)
     smaller = replace(reference, hr_bpm=90.0, lvedv_ml=0.5 * reference.lvedv_ml)
     with replaying(tmp_path, "[]") as program:
-        source = PhysioBlocksHearts(PriorSettings.from_plain(stored("e")[1].settings["prior"]), program)
+        source = PhysioBlocksHearts(prior_of_theta(), program)
         own = [source.draw(context, np.random.default_rng(1)).own for context in (reference, smaller)]
     ratio = {name: own[1][name] / own[0][name] for name in own[0]}
     assert ratio.pop("distal_resistance_pa_s_m3") == pytest.approx(2.0 / 1.5)
@@ -241,7 +255,7 @@ def test_a_file_of_another_letter_is_refused() -> None:
 
 
 def test_the_stored_letters_are_among_all_generators() -> None:
-    people, prior = people_of("e"), PriorSettings.from_plain(stored("e")[1].settings["prior"])
+    people, prior = people_of("e"), prior_of_theta()
     generators = all_generators(people.population, prior, ACQUISITION, people.lvesv_fraction)
     assert {letter: generators[letter].title for letter in FILES} == {
         letter: title for letter, (_, title) in FILES.items()

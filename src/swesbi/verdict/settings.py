@@ -133,8 +133,8 @@ class SyntheticSettings(Settings):
     strip_fraction: float = Field(
         gt=0,
         lt=0.5,
-        description="Width of the strip at a bound, over the box's. Chosen: outer tenth of the box at "
-        "each bound.",
+        description="Width of the strip at a bound, over the box's. Of length dependence and passive ratio "
+        "both are of the logarithm. Chosen: outer tenth of the box at each bound.",
     )
 
 

@@ -111,9 +111,7 @@ def test_the_discrepancy_behind_recordings_has_the_highest_evidence() -> None:
     )
     made = settings().model_copy(update={"discrepancy": truth})
     source = model()
-    synthetic = own_recordings(
-        type(source)(source.recording, source.reference, made), 8, 8, "discrepancy test"
-    )
+    synthetic = own_recordings(replace(source, settings=made), 8, 8, "discrepancy test")
     scores = [
         score_subject(GeneratedSubject(recording, phi[:3]), settings(), grid, np.random.default_rng(index))
         for index, (recording, phi) in enumerate(zip(synthetic.recordings, synthetic.phi, strict=True))

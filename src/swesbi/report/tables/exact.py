@@ -159,7 +159,7 @@ def exact_table(exact: Exact, cohort_title: str) -> Table:
             rows.append(Row(cells, muted=not verdict.may_be_read, strained=verdict.status == STRAINED))
     note = (
         "The posterior of a contradicted subject says where the model's best answer lies and is not to "
-        "be read as that of the subject. Passive scale: a nuisance parameter, inferred with the others."
+        "be read as that of the subject. Passive stiffness: a nuisance parameter, inferred with the others."
     )
     return Table(f"Exact posteriors ({cohort_title}).", columns, tuple(rows), note)
 
