@@ -30,7 +30,8 @@ def settings_with(key: str, value: object) -> dict[str, Any]:
         (f"{OWN}.misspecification.rule.neighbours", 7),
         (f"{OWN}.exact.min_effective_draws", 333),
         (f"{OWN}.observation_model.discrepancy.speed_fraction", 0.001),
-        ("passive.exponent_b", 1.0),
+        (f"{OWN}.passive_stiffness_kpa.log_sd", 0.3),
+        ("priors.calibrated.nuisances.passive_ratio.log_sd", 0.3),
         ("recording.min_samples_per_phase", 1),
         ("forward_model.steps_per_beat", 600),
     ],
@@ -41,7 +42,12 @@ def test_what_the_page_uses_reaches_it(key: str, value: object) -> None:
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [(f"{OWN}.estimator.learning_rate", 0.0077), ("seed", 3), ("resources.device", "cpu")],
+    [
+        (f"{OWN}.estimator.learning_rate", 0.0077),
+        ("passive.exponent_b", 1.0),
+        ("seed", 3),
+        ("resources.device", "cpu"),
+    ],
 )
 def test_what_it_does_not_use_does_not(key: str, value: object) -> None:
     assert settings_with(key, value) == page_settings(STUDY, "calibrated")

@@ -44,10 +44,13 @@ def pair(speed_fraction: float, timing_cycle: float) -> DiscrepancySettings:
 
 
 def test_the_evidence_is_the_mean_likelihood_over_the_prior() -> None:
-    pairs = (pair(0.1, 0.0), pair(0.05, 0.02))
-    bank = fill_bank(model(), pairs, 1000, 10, 300, np.random.default_rng(1))
+    """Of a recording with the passive stiffness at the prior's centre, so that its draws reach it."""
+    pairs, made = (pair(0.1, 0.0), pair(0.05, 0.02)), model()
+    speeds = made.predict(np.array([[*PHI[:3], 4.0]])).speed_m_s[0]
+    usual = replace(made, recording=replace(made.recording, speed_m_s=speeds))
+    bank = fill_bank(usual, pairs, 1000, 10, 300, np.random.default_rng(1))
     scores = score_pairs(bank, PHI[:3])
-    prior = fill_bank(model(), pairs, 15_000, 1, 1, np.random.default_rng(2))
+    prior = fill_bank(usual, pairs, 15_000, 1, 1, np.random.default_rng(2))
     for index, score in enumerate(scores):
         log_likelihood = prior.log_likelihood[index]
         expected = logsumexp(log_likelihood) - np.log(len(log_likelihood))
