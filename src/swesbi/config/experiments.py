@@ -72,8 +72,9 @@ class SpeedExperimentSettings(Settings):
     passive_stiffness_kpa: ParameterPrior = Field(
         description="Prior of the passive stiffness a at the largest stretch of the beat, a nuisance "
         "parameter. Diastolic septa of healthy adults have 2.6, 4.7 and 6.1 kPa at 20 to 39, 40 to 59 and "
-        "60 to 79 years (Villemain et al., JACC Cardiovasc Imaging 2019;12:1135). Late-diastolic septal "
-        "speeds of 0.9 to 1.5 m/s (Song et al. 2016) are 2.4 to 6.8 kPa."
+        "60 to 79 years (Villemain et al., JACC Cardiovasc Imaging 2019;12:1135), if these are Young's "
+        "moduli. Late-diastolic septal speeds of 1.3 to 1.45 m/s in the long axis (Song et al. 2016) are "
+        "5.0 to 6.3 kPa."
     )
     summary: SummarySettings = Field(description="The summary S(.) of a curve.")
     observation_model: SpeedObservationSettings = Field(description="Noise on the measured speeds.")
