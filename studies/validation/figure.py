@@ -24,8 +24,8 @@ from swesbi.report.figures.style import (
 from swesbi.report.numbers import as_percent
 from swesbi.report.tables.validation_outcomes import NOT_TESTED, OF_EVERY_GENERATOR, QUANTITIES, REACHED
 
-WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
-COLUMNS: Final = 3
+WIDTH_IN: Final = 2.0 * TEXT_WIDTH_IN
+COLUMNS: Final = 5
 ROW_HEIGHT_IN: Final = 0.2
 FRAME_HEIGHT_IN: Final = 0.6
 OFFSET: Final = 0.16

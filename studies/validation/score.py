@@ -21,7 +21,7 @@ from swesbi.verdict.answers import REFUSED
 from swesbi.verdict.verdict import NOT_CONTRADICTED
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 
-UNITS: Final = "kPa, s-1, ms, kPa, s-1, ms, kPa, kPa, s-1"
+UNITS: Final = "kPa, s-1, ms, kPa, s-1, ms, kPa, kPa, kPa, s-1"
 ALONG: Final = "heart"
 
 

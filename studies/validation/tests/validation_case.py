@@ -14,7 +14,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 
 VALIDATION: Final = configured()
-UNIT: Final = dict(zip(QUANTITIES, (40.0, 30.0, 300.0, 45.0, 20.0, 100.0, 42.0, 60.0, 6.0), strict=True))
+UNIT: Final = dict(zip(QUANTITIES, (40.0, 30.0, 300.0, 45.0, 20.0, 100.0, 5.0, 42.0, 60.0, 6.0), strict=True))
 """About what the intervals of answers that are made up lie."""
 
 

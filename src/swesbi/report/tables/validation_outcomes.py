@@ -24,6 +24,7 @@ QUANTITIES: Final = (
     "peak_kpa",
     "decay_rate_per_s",
     "half_relaxation_ms",
+    "late_diastole_kpa",
     BONDS.name,
     "k0_kpa",
     "k_atp_per_s",
