@@ -53,7 +53,7 @@ HEARTS: Final = {"a": 20, "b": 20, "e": 10, "f": 10, "u": 20, "v": 20, "w": 20, 
 DRAWS: Final = 1000
 PASSES: Final = 0.05
 AT_BOUND: Final = 8.0
-"""Posterior over prior mass of a strip, above which a heart presses on a bound; of the model 1 in 8 at most."""
+"""Posterior over prior mass of a strip from which on a heart presses on a bound; of the model 1 in 8."""
 Law = Callable[[SpeedRecording], SpeedModel | FormerLaw]
 
 
