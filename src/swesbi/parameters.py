@@ -131,7 +131,7 @@ PHYSIOLOGY: Final = (
     ),
     Parameter(
         "length_dependence", "1", "share of the length dependence of bonds", r"$\gamma$", "<i>γ</i>", "gamma",
-        declared=(0.0, 1.0),
+        declared=(0.0, 1.5),  # a prior ends at 1; differences at its bound step beyond
     ),
 )  # fmt: skip
 """Nuisance parameters that the simulation of a heart takes."""

@@ -30,6 +30,7 @@ from swesbi.checks.identifiability.information import (
     prior_precision,
     prior_quantities,
     quantities,
+    simulate_stencil,
 )
 from swesbi.checks.identifiability.likelihood import (
     MomentFunction,
@@ -243,3 +244,12 @@ def test_expected_sd_of_a_normal_prior_and_of_its_information() -> None:
     nothing = expected_sd(prior, np.zeros((1, 4, 4)), np.eye(4)[None])
     np.testing.assert_allclose(nothing, [0.5, 0.6, 0.45, 0.4])
     assert interval_fold(np.array(0.1), 0.9) == pytest.approx(np.exp(2 * 1.6448536 * 0.1))
+
+
+def test_differences_at_a_bound_of_the_prior_can_be_simulated() -> None:
+    """A posterior may press on a bound; the step of the differences leads beyond it, and has to be simulated."""
+    settings = speed_case.settings("calibrated")
+    step = speed_case.shipped().speed_experiments["calibrated"].identifiability.difference_step
+    phi = np.array([[parameter.high for parameter in settings.prior.parameters]])
+    beats = simulate_stencil(speed_case.model(prior="calibrated"), phi, step).beats
+    assert len(beats.status) == 1 + 2 * phi.shape[1]
