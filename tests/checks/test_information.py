@@ -247,7 +247,7 @@ def test_expected_sd_of_a_normal_prior_and_of_its_information() -> None:
 
 
 def test_differences_at_a_bound_of_the_prior_can_be_simulated() -> None:
-    """A posterior may press on a bound; the step of the differences leads beyond it, and has to be simulated."""
+    """A posterior may press on a bound, and the step of the differences leads beyond it."""
     settings = speed_case.settings("calibrated")
     step = speed_case.shipped().speed_experiments["calibrated"].identifiability.difference_step
     phi = np.array([[parameter.high for parameter in settings.prior.parameters]])

@@ -55,7 +55,7 @@ def explanations() -> dict[str, str]:
     limits = {
         f"{line.parameter.name}_{limit}": f"{SAID[limit]} of {line.parameter.meaning} {line.parameter.text}"
         f"{'' if limit == 'median' else ', credible interval'}; {line.parameter.unit}; "
-        f"{IN_WORDS[line.trust]}, by {line.condition}"
+        f"{IN_WORDS[line.trust]}: {line.condition}"
         for line in ANSWER
         for limit in LIMITS
     }

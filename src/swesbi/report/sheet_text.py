@@ -76,7 +76,7 @@ def rows(sheet: Sheet) -> list[tuple[str, ...]]:
     more = () if sheet.more is None else tuple(sheet.more.width)
     return [
         (
-            f"{line.parameter.meaning} {line.parameter.tex} ({line.parameter.unit})",
+            f"{line.short} {line.parameter.tex} ({line.parameter.unit})",
             _figures(median[j]),
             f"{_figures(low[j])} to {_figures(high[j])}",
             _time_constant(line.parameter.unit, low[j], median[j], high[j]),
@@ -108,7 +108,7 @@ def conditions() -> list[str]:
     """Return how far the rows can be relied on and what each is conditional on, a paragraph a group."""
     return [
         f"{IN_WORDS[trust][0].upper()}{IN_WORDS[trust][1:]}: "
-        + "; ".join(f"{line.parameter.meaning}, by {line.condition}" for line in group)
+        + "; ".join(f"{line.short} ({line.condition})" for line in group)
         + "."
         for trust, group in groupby(ANSWER, lambda line: line.trust)
     ]

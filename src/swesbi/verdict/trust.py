@@ -34,20 +34,25 @@ class Told:
     trust: Trust
     condition: str
 
+    @property
+    def short(self) -> str:
+        """What the quantity is called where there is little room."""
+        return self.parameter.title or self.parameter.meaning
+
 
 _CONDITIONS: Final[Mapping[str, tuple[Trust, str]]] = {
-    "duration_ms": ("over structures", "the protocol: phases and quality control of the recording"),
+    "duration_ms": ("over structures", "the phases and the quality control of the recording"),
     "peak_kpa": (
         "over structures",
-        "the scale of the speeds, which enters twice: compare within one protocol",
+        "the scale of the speeds, which enters twice, so compare within one protocol",
     ),
-    "late_diastole_kpa": ("over structures", "the scale of the speeds, likewise"),
+    "late_diastole_kpa": ("over structures", "the scale of the speeds, as the peak"),
     "decay_rate_per_s": ("conditional", "a passive part and bonds that the model can be"),
-    "half_relaxation_ms": ("conditional", "likewise"),
+    "half_relaxation_ms": ("conditional", "what the decay rate is conditional on"),
     "k_sr_per_s": ("conditional", "bonds that relax at one rate, and a passive law within the prior"),
     "shown_kpa": ("conditional", "a passive law within the prior, and the scale of the speeds"),
     "passive_stiffness_kpa": ("conditional", "late diastole being passive, and the scale of the speeds"),
-    "k0_kpa": ("of this model", "its bonds: other equations call the same muscle by another number"),
+    "k0_kpa": ("of this model", "its bonds, since other equations call the same muscle by another number"),
     "k_atp_per_s": ("of this model", "its bonds and its activation"),
     "bonds_kpa": ("of this model", "bonds that show all their stiffness, with no spring in series"),
 }

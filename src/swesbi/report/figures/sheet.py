@@ -47,7 +47,7 @@ DRAWN: Final = ("duration_ms", "peak_kpa", "decay_rate_per_s", "k_sr_per_s", "sh
 """Quantities whose densities are drawn; the table has all."""
 LINE: Final = 140
 BULLET: Final = "–  "
-VERDICT_LINE: Final = 104
+VERDICT_LINE: Final = 96
 VERDICT_LINES: Final = 5
 POINTS: Final = 200
 SHOWN: Final = (0.5, 99.5)
@@ -92,7 +92,7 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
     broken = [textwrap.wrap(line, VERDICT_LINE) for line in said]
     fitting = int(np.sum(np.cumsum([len(lines) for lines in broken]) <= VERDICT_LINES))
     lines = [part for each in broken[:fitting] for part in each]
-    axes.text(0.19, 0.55, "\n".join(lines), fontsize=7.5, linespacing=1.3, **place)
+    axes.text(0.245, 0.55, "\n".join(lines), fontsize=7.5, linespacing=1.3, **place)
     return list(said[fitting:])
 
 
