@@ -98,9 +98,7 @@ def single(
 
 ABSTRACT: Final = "abstract"
 SONG: Final = "Song 2016, J Ultrasound Med"
-PAEDIATRIC: Final = (
-    "Paediatric abstract, Myocardial Stiffness Assessment in Pediatric Hypertrophic Cardiomyopathy"
-)
+CHILDREN: Final = "Villemain 2018, JACC Cardiovasc Imaging"
 VILLEMAIN: Final = "Villemain 2019, JACC Cardiovasc Imaging"
 MALIK: Final = "Malik 2023, J Am Soc Echocardiogr"
 CAENEN: Final = "Caenen 2023, Sci Rep"
@@ -129,7 +127,7 @@ PUBLISHED: Final = (
         "means of middle and basal septum", ANISOTROPY, ABSTRACT,
     ),
     Published(
-        LATE_SPEED, PAEDIATRIC, "children",
+        LATE_SPEED, CHILDREN, "children",
         "20 healthy children of 5 to 18 years, septum, long axis", 0.87, 1.14, 1.51,
         "least to largest", ANISOTROPY, "abstract, without authors, year and journal", (5.0, 18.0),
     ),
