@@ -25,10 +25,10 @@ from exact_case import (
 )
 from pydantic import ValidationError
 
-from swesbi.artefacts import Provenance, load, save, write_json
+from swesbi.artefacts import ArtefactError, Provenance, load, save, write_json
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.ranks import standardised
-from swesbi.parameters import PHI_NAMES
+from swesbi.parameters import PHI_NAMES, TOLD_NAMES
 from swesbi.posterior.adaptive import PriorProposal
 from swesbi.posterior.exact import ExactPosterior, exact_posterior, exact_to_groups, read_exact_posterior
 from swesbi.posterior.result import read_exact_result
@@ -37,6 +37,7 @@ from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import to_logit
 from swesbi.verdict.answers import read_answer
 from swesbi.verdict.verdict import Verdict
+from swesbi.verdict.with_null import answer_of
 
 Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")
 PROVENANCE = Provenance(POSTERIOR, "T", 1, {"a": 1}, "0" * 16)
@@ -216,15 +217,20 @@ def test_the_artefact_is_a_posterior_like_any_other(tmp_path: Path) -> None:
     assert opened.posterior["passive_stiffness_kpa"].attrs["units"] == "kPa"
 
 
-def test_medians_and_intervals_are_read_without_the_draws(tmp_path: Path) -> None:
-    exact = posterior()
-    path, judged = written(tmp_path / "posterior.h5", exact), tmp_path / "verdict.json"
-    verdict = Verdict(0.5, "peak", 9, 10, dict.fromkeys(PHI_NAMES[:3], 1.0), "strained", "why", ())
-    write_json(judged, verdict.to_json())
-    answer = read_answer(path, judged)
-    tails = 0.5 - 0.5 * SETTINGS.interval, 0.5 + 0.5 * SETTINGS.interval
-    np.testing.assert_allclose(answer.phi, np.quantile(exact.phi, [0.5, *tails], axis=0))
-    assert (answer.status, answer.sampler) == ("strained", exact.sampler)
+def test_an_answer_is_read_from_its_verdict_alone(tmp_path: Path) -> None:
+    draws = np.random.default_rng(1).lognormal(size=(len(TOLD_NAMES), 500))
+    told = answer_of(dict(zip(TOLD_NAMES, draws, strict=True)), 0.9)
+    judged = Verdict(
+        0.5, "peak", 9, 10, dict.fromkeys(PHI_NAMES[:3], 1.0), "strained", "why", (),
+        k_hat=None, efficiency=0.4, sampler="mcmc", answer=told,
+    )  # fmt: skip
+    write_json(tmp_path / "verdict.json", judged.to_json())
+    answer = read_answer(tmp_path / "verdict.json")
+    np.testing.assert_allclose(answer.limits, np.quantile(draws, [0.5, 0.05, 0.95], axis=1).T)
+    assert (answer.status, answer.sampler, answer.interval_mass) == ("strained", "mcmc", 0.9)
+    write_json(tmp_path / "other.json", Verdict(0.5, "peak", 9, 10, {}, "prior-supported", "", ()).to_json())
+    with pytest.raises(ArtefactError, match="is not the verdict of an experiment on speeds"):
+        read_answer(tmp_path / "other.json")
 
 
 @pytest.mark.parametrize("settings", [SETTINGS, NEVER])

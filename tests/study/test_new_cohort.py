@@ -21,11 +21,11 @@ from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.reader import read_samples
-from swesbi.report import answers_table as table_module
 from swesbi.report.answers_table import Asked, answers_table, explanations, read_answers, write_answers
 from swesbi.study import infer as command
 from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
 from swesbi.study.infer import check_table
+from swesbi.verdict import answers as answers_module
 from swesbi.verdict.answers import Answer
 
 ROOT = Path(__file__).parents[2]
@@ -75,7 +75,7 @@ def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     monkeypatch.setattr(command, "check_finished", lambda *_: None)
     monkeypatch.setattr(command, "answer_into", lambda *_: None)
     monkeypatch.setattr(command, "_text", lambda *_: "")
-    monkeypatch.setattr(table_module, "answered", lambda name, by, *_: Asked(name, by, answer, 0.9))
+    monkeypatch.setattr(answers_module, "read_answer", lambda *_: answer)
 
     def asked(*further: str) -> pd.DataFrame:
         out = tmp_path / "-".join(["out", *further])

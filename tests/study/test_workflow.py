@@ -211,7 +211,7 @@ def test_a_subject_that_an_experiment_does_not_have_is_refused_by_name(tmp_path:
 
 
 def test_another_list_of_an_experiment_reruns_what_is_made_of_it(editable: StudyCopy) -> None:
-    with edited(editable, "config/experiments.yaml", "subjects: all # also", "subjects: [A, F] # also"):
+    with edited(editable, "config/experiments.yaml", "    subjects: all\n", "    subjects: [A, F]\n"):
         rules = rules_of(editable.planned())
     assert {"speed_pool", "train_flow", "exact_posterior", "misspecification_table", "calibration"} <= rules
     assert {"identifiability", "exact_figures", "experiments_figure", "tables", "truth", "report"} <= rules

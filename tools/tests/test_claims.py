@@ -73,7 +73,7 @@ def test_every_number_of_the_readme_is_accounted_for_and_stored_tables_give_what
     assert "README.md" in manifest.complete
     found = findings_of(manifest, "none")
     assert [each for each in found if each.outcome == FAILS] == []
-    assert sum(each.outcome == HOLDS for each in found) > 100
+    assert sum(each.outcome == HOLDS for each in found) >= 50
 
 
 def test_the_readme_is_not_accounted_for_by_chance(monkeypatch: pytest.MonkeyPatch) -> None:
