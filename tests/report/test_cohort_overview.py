@@ -52,7 +52,7 @@ def test_the_table_reads_back_with_empty_answers(tmp_path: Path) -> None:
     table(4, 2).to_csv(path, index=False)
     assert read_cohort(path)["reason"].tolist() == ["", "χ²", REASON, REASON]
     path.write_text("subject,status\nA,not contradicted\n")
-    with pytest.raises(ArtefactError, match="lacks the columns reason, k0_kpa_median"):
+    with pytest.raises(ArtefactError, match="lacks the columns reason, duration_ms_median"):
         read_cohort(path)
 
 
