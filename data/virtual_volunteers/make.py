@@ -34,6 +34,7 @@ from data.makers.noise_levels import (
 )
 from data.makers.tables import haemodynamics, markdown, phase_medians, truth_table
 from swesbi.config.read import read_merged
+from swesbi.measurement.derived import LATE_DIASTOLE
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.parameters import THETA
 from swesbi.recording.acquisition_settings import ACQUISITION, ACQUISITION_SEED
@@ -43,7 +44,6 @@ from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual.volunteers import (
-    LATE_DIASTOLE,
     SHOWN,
     VOLUNTEERS,
     Truth,

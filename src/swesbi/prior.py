@@ -49,8 +49,9 @@ class NuisanceSettings(Settings):
 
     No recording of speeds tells them; they are drawn with every simulation. Centres are those of
     `forward_model`, or round values about them. Widths are what is known of healthy adults, or a
-    judgement that says so. Bounds lie at four standard deviations. Deleting a line fixes the parameter:
-    ratios, factors and scales at 1, others at `forward_model`.
+    judgement that says so. Bounds lie at three standard deviations for `length_dependence`,
+    `passive_ratio` and `passive_middle_factor`, and at four for the others. Deleting a line fixes the
+    parameter: ratios, factors and scales at 1, others at `forward_model`.
     """
 
     activation_onset_s: ParameterPrior | None = Field(

@@ -25,7 +25,7 @@ def pairs_table(results: Mapping[str, StructureResult], labels: Mapping[str, str
 
     ``below_best`` is the total log evidence of the structure's best pair less that of the row; ``best`` is 1
     there; ``covering`` is 1 where neither delta nor tau is less than as shipped, which is what intervals need
-    that hold the truth of generated hearts; ``best_covering`` marks the best of these.
+    that contain the truth of generated hearts; ``best_covering`` marks the best of these.
     """
     rows = (
         {"structure": name, "label": label} | row

@@ -263,7 +263,7 @@ def _ranges(names: Sequence[str], readings: Mapping[str, Reading]) -> Iterator[s
 
 
 def recovery_table(numbers: Mapping[str, pd.DataFrame], readings: Mapping[str, Reading]) -> pd.DataFrame:
-    """Return a row a reading and checkpoint: the share of intervals that hold the truth, in percent."""
+    """Return a row a reading and checkpoint: the share of intervals that contain the truth, in percent."""
     rows = []
     for name, frame in numbers.items():
         recovered = frame[frame["quantity"] == RECOVERY]

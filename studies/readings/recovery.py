@@ -87,7 +87,7 @@ def recovery_rows(
     chain: ChainSettings,
     seed: int,
 ) -> Iterator[Row]:
-    """Yield the share of credible intervals that hold the truth, by parameter and network."""
+    """Yield the share of credible intervals that contain the truth, by parameter and network."""
     settings = chain.recovery.model_copy(update={"nominal_levels": (chain.predictive.interval,)})
     z, drawn_by = pool.standardisation.apply(raw), integer_seed(seed, "recovery", "posterior")
     for net in nets:

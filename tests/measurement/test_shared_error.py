@@ -147,7 +147,7 @@ def _ignoring(recording: SpeedRecording) -> SpeedRecording:
 
 
 def _covered(known: SpeedRecording, count: int) -> tuple[float, float]:
-    """Return how often the 90 % intervals of k_0 and of the isometric stiffness hold the truth.
+    """Return how often the 90 % intervals of k_0 and of the isometric stiffness contain the truth.
 
     Hearts are linear in log phi about ``PHI``, phi is from the normal prior, and recordings are of sweeps.
     The posterior by the errors that are ``known`` is normal, with precision Lambda + A' C^-1 A.

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from other_hearts_case import CONFIG, CONTEXT, LVESV_FRACTION, SEED, STREAM, generators, recorded
 
+from swesbi.measurement.derived import LATE_DIASTOLE
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
 from swesbi.population.contexts import is_plausible
 from swesbi.recording.acquisition import TruthCurve
@@ -21,7 +22,7 @@ from swesbi.virtual.hearts.heart import OtherHeart
 from swesbi.virtual.hearts.names import DEVELOPMENT, VALIDATION_STREAM
 from swesbi.virtual.hearts.noise import noisier
 from swesbi.virtual.hearts.recorded import subject_name
-from swesbi.virtual.volunteers import LATE_DIASTOLE, Volunteer, simulate_truth, true_curve
+from swesbi.virtual.volunteers import Volunteer, simulate_truth, true_curve
 
 SIMULATED = ("a", "b", "c", "d", "g", "h", *DEVELOPMENT)
 

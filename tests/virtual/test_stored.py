@@ -16,6 +16,7 @@ from data.other_hearts.physioblocks import PhysioBlocksHearts, Program, paramete
 from swesbi.artefacts import Provenance
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.derived import LATE_DIASTOLE
 from swesbi.measurement.operator import passive_shape
 from swesbi.parameters import THETA_NAMES
 from swesbi.population.contexts import is_plausible
@@ -35,7 +36,6 @@ from swesbi.virtual.hearts.stored import (
     save_hearts,
     stored_generators,
 )
-from swesbi.virtual.volunteers import LATE_DIASTOLE
 
 FOLDER = Path(__file__).parents[2] / "data" / "other_hearts"
 STREAMS: tuple[tuple[Stream, int], ...] = (("exam", 60), ("development", 10))

@@ -220,7 +220,7 @@ rule strata_figure:
 
 
 rule population_agreement:
-    """Draws of each subject told from the exact ones of the experiment that shares its model, by a classifier."""
+    """Draws of each subject compared with the exact ones of the experiment that shares its model, by a classifier."""
     input:
         posteriors=of_answered("posterior.h5"),
         base_posteriors=of_answered("posterior.h5", base=True),

@@ -117,8 +117,8 @@ class FreshCalibrationSettings(Settings):
     strata: StrataSettings = Field(description="Cuts between strata.")
     two_sample_draws: int = Field(
         ge=50,
-        description="Draws by which a subject's posterior is told from that of the base experiment. "
-        "Chosen: accuracies to 1.1 points (one standard error).",
+        description="Draws by which a classifier compares a subject's posterior with that of the base "
+        "experiment. Chosen: accuracies to 1.1 points (one standard error).",
     )
 
 

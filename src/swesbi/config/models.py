@@ -266,7 +266,7 @@ class Config(Settings):
         "trained. config/overlays/full.yaml names one."
     )
     recording: RecordingSettings = Field(description="Which samples and recordings are used.")
-    noise: NoiseSettings = Field(description="How the noise of the speeds is told.")
+    noise: NoiseSettings = Field(description="How the noise of the speeds is estimated.")
     clinical: ClinicalSettings = Field(
         description="Errors of cuff pressures and ejection time, optional columns of subjects.csv."
     )

@@ -1,6 +1,6 @@
-"""What is told of a heart besides its parameters: quantities of the stiffness curve, in other labs' words.
+"""Quantities of the stiffness curve that an answer gives besides the parameters.
 
-Duration, peak and decay describe the curve that elastography shows, whatever made it. Levels are shares of
+Other laboratories measure the same duration, peak and decay without any model. Levels are shares of
 the way from the late-diastolic mean to the peak.
 """
 
@@ -17,7 +17,10 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.parameters import BONDS, CURVE, DERIVED_NAMES, PHI_NAMES, SHOWN, TOLD_NAMES
 
 LATE_DIASTOLE: Final = (0.80, 0.97)
-"""Fractions of the cycle whose mean stiffness is the base of the curve: after filling, before activation."""
+"""Fractions of the cycle whose mean stiffness is the base of the curve: after filling, before activation.
+
+Part of what the quantities mean, so no setting.
+"""
 
 
 def curve_quantities(

@@ -209,7 +209,7 @@ def profile_estimate(profile: Callable[[float], float], at: float, drop: float) 
     low = brentq(above, SMALLEST_SD, at) if at > SMALLEST_SD and above(SMALLEST_SD) < 0 else 0.0
     least = max(at, SMALLEST_SD)
     if above(least) <= 0:
-        high = least  # less than can be told from nothing
+        high = least  # less than can be distinguished from nothing
     else:
         high = brentq(above, least, LARGEST_SD) if above(LARGEST_SD) < 0 else LARGEST_SD
     return ComponentEstimate(at, _standard_error(profile, at, top), float(low), float(high))

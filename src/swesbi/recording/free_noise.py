@@ -38,7 +38,7 @@ class FreeNoise:
     Attributes:
         relative_se: Standard error of each speed as a fraction of it; where it is declared, its prior median.
         log_sd: Standard deviation of the logarithm of what all of them are multiplied by; 0 where known.
-        source: What they are told from.
+        source: What they are computed from.
     """
 
     relative_se: FloatArray

@@ -128,7 +128,7 @@ class ContextRow(Settings):
 
 
 class NoiseSettings(Settings):
-    """How the uncertainty of the variance components is told.
+    """How the uncertainty of the variance components is estimated.
 
     The noise of the measured speeds is estimated from the repeats of the whole cohort. Experiments of
     kind `speeds` use it.

@@ -260,8 +260,8 @@ def fit_sweeps(
 def is_crossed(levels: SweepLevels) -> bool:
     """Tell whether any sweep has samples at two phases that were measured twice.
 
-    Otherwise what sweeps differ by cannot be told from what repeats differ by: the mean of a phase that was
-    measured once takes both.
+    Otherwise what sweeps differ by cannot be separated from what repeats differ by: the mean of a phase
+    that was measured once takes both.
     """
     twice = np.bincount(levels.cell)[levels.cell] > 1
     sweeps = np.stack([levels.recording, levels.sweep])[:, twice]

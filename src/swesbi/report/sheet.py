@@ -150,7 +150,7 @@ def recorded_gated(observed: Observation) -> Recorded:
 
 
 def recorded_free(observed: FreeObservation) -> Recorded:
-    """Return the quality of a free-running recording, and what its errors are told from."""
+    """Return the quality of a free-running recording, and what its errors are computed from."""
     median = as_percent(round(float(np.median(observed.relative_se)), 3))
     beats = f" in {observed.beats} beats" if observed.beats > 1 else ""
     errors = f"{SOURCES[observed.noise_source]}, {median} in the median"

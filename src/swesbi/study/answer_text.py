@@ -70,7 +70,7 @@ def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Seque
 
 
 def free_text(observed: FreeObservation) -> str:
-    """Say what a free-running recording consists of, and what its errors are told from."""
+    """Say what a free-running recording consists of, and what its errors are computed from."""
     median = 100.0 * float(np.median(observed.relative_se))
     errors = f"errors: {SOURCES[observed.noise_source]}, {median:.1f} % in the median"
     return f"{len(observed.phase)} pushes at instants of their own; {errors}"

@@ -39,7 +39,7 @@ class VolumeSettings(Settings):
         gt=0,
         le=0.2,
         description="Standard deviation of the thickness that stands for the whole wall, over the "
-        "septum's. Thickness is told to 9 %, 95 % limits (Am Heart J 1988;115:425-431).",
+        "septum's. Thickness is measured to 9 %, 95 % limits (Am Heart J 1988;115:425-431).",
     )
     strained_level: Level = Field(
         description="False-alarm rate of both volumes together. Chosen: 2.8 standard deviations each."

@@ -17,13 +17,13 @@ from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
+from swesbi.measurement.derived import LATE_DIASTOLE
 from swesbi.measurement.operator import passive_shape
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings, EctopicBeat
 from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
 
-LATE_DIASTOLE: Final = (0.80, 0.97)
 PASSIVE_C0_PA: Final = 444.0  # C_0 and C_2 of the PhysioBlocks 2.0.1 human heart, of which a volunteer
 PASSIVE_C2_PA: Final = 69.0  # has a multiple
 COMMON: Final[Mapping[str, str | bool | float]] = {

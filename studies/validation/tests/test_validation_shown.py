@@ -19,7 +19,7 @@ TITLES: Final = {"a": "own", "c": "length", "d": "spring", "e": "blocks", "f": "
 
 
 def hearts(inside: int, outside: int, contradicted: int = 0) -> list[HeartAnswer]:
-    """So many hearts whose intervals hold the truth or do not, and contradicted ones that do."""
+    """So many hearts whose intervals contain the truth or do not, and contradicted ones that do."""
     return [
         *(answer(number) for number in range(inside)),
         *(answer(number, truth=truth(shown_kpa=80.0)) for number in range(outside)),

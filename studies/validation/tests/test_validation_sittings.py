@@ -28,7 +28,7 @@ def stored(tmp_path: Path) -> Path:
 
 
 def sit(folder: Path, stored: Path, number: int) -> None:
-    """Add a sitting in which every interval holds the truth."""
+    """Add a sitting in which every interval contains the truth."""
     made = {letter: [answer(number) for number in range(40)] for letter in LETTERS}
     write_csv(folder / "validation.csv", validation_table(made, TITLES, VALIDATION.score))
     write_csv(folder / "validation_samplers.csv", samplers_table(made, TITLES))

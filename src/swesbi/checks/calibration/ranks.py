@@ -59,7 +59,7 @@ def level_of_truth(truth: FloatArray, draws: FloatArray, weight: FloatArray) -> 
 
 
 def central_level(level: FloatArray) -> FloatArray:
-    """Return |2 u - 1| for levels u: the mass of the smallest central interval that holds the truth.
+    """Return |2 u - 1| for levels u: the mass of the smallest central interval that contains the truth.
 
     Its distribution function at a nominal level is the coverage of the equal-tailed interval of that mass.
     """

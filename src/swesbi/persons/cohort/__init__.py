@@ -1,1 +1,1 @@
-"""The cohort as a posterior: what a population is like, told from the posteriors of its subjects."""
+"""The cohort as a posterior: what a population is like, estimated from the posteriors of its subjects."""

@@ -22,7 +22,7 @@ def draw_free_check(
         subject: Name.
         check: The check.
         verdict: What is said of the subject.
-        errors: What the standard errors are told from.
+        errors: What the standard errors are computed from.
         cohort_title: What the subject is one of ("virtual volunteers").
     """
     mass = as_percent(check.interval)

@@ -25,14 +25,14 @@ from swesbi.report.numbers import as_percent
 from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, AlarmRow
 from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES
-from swesbi.verdict.verdict import CONTRADICTED, Verdict, VerdictTest
+from swesbi.verdict.verdict import CONTRADICTED, NOT_CONTRADICTED, STRAINED, Verdict, VerdictTest
 
 ROW_IN: Final = 0.26
 RATES_IN: Final = 2.1
 MARGINS_IN: Final = 1.75
 SMALLEST_SHOWN: Final = 1e-4
 WELL_SPECIFIED: Final = 2  # bars of well-specified recordings
-STATUS_COLORS: Final = {"not contradicted": TRUTH, "strained": "#E69F00", "contradicted": CMAES}
+STATUS_COLORS: Final = {NOT_CONTRADICTED: TRUTH, STRAINED: "#E69F00", CONTRADICTED: CMAES}
 GROUP_COLORS: Final = dict(zip(GROUPS, ("#56B4E9", "#CC79A7", POSTERIOR), strict=True))
 GROUP_LABELS: Final = dict(
     zip(GROUPS, ("not what the prior predicts", "not what the fit predicts", "at a bound"), strict=True)

@@ -41,8 +41,9 @@ BOLD: Final = (
     f"({percent(BY_CHANCE, 0)} %, or {percent(MOST_MISSED, 0)} % of several generators together)."
 )
 NOTE: Final = (
-    "Generators together come first, then worst first. Verdicts: of all hearts, those refused making up the "
-    f"rest. Intervals: {percent(CONFIDENCE, 0)} % Clopper-Pearson. Bias (mean of log median / truth) and "
+    "Pooled generators come first, then those that miss what is asked. Verdicts: of all hearts, those "
+    f"refused making up the rest. Intervals: {percent(CONFIDENCE, 0)} % Clopper-Pearson. "
+    "Bias (mean of log median / truth) and "
     "width (median of log high / low): of the answered. Missed: shown stiffness or k_SR outside its "
     f"interval; two independent calibrated intervals miss {percent(BY_CHANCE, 0)} % by chance. {BOLD}"
 )

@@ -1,7 +1,7 @@
 """What came out of the validation: a generator's rows, which comes first, and what is reached, in sentences.
 
-Pooled rows stand first, then generators, worst first: those that miss what is asked, those that are not
-tested, the others. matplotlib is not imported.
+Pooled rows stand first. Generators that miss what is asked follow, then those that are not tested, then the
+others. matplotlib is not imported.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ def missed_too_often(generator: str, row: Mapping[Any, Any]) -> bool:
 
 
 def outcomes(table: pd.DataFrame) -> tuple[Outcome, ...]:
-    """Return what came out for each generator of ``validation.csv``: those pooled, then worst first.
+    """Return what came out for each generator of ``validation.csv``, in the order above.
 
     Args:
         table: Its rows.

@@ -104,7 +104,7 @@ def noise(
     Raises:
         ArtefactError: An observed curve was not made of its recording under these settings.
         RecordingError: A recording, or what is said of the repeats, cannot be read.
-        ValueError: A component cannot be told from the recordings.
+        ValueError: A component cannot be estimated from the recordings.
     """
     observed = [read_observation(path) for path in observations]
     repeats = read_repeats(protocol)
