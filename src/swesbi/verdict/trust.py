@@ -1,7 +1,7 @@
 """How far each line of an answer can be relied on, and what it is conditional on.
 
-The order is by measured coverage over hearts of other generators (studies/validation): first what holds
-whatever the structure of the heart, then what holds under conditions, then parameters of this model.
+What holds whatever the structure of the heart comes first, then what holds under conditions, then parameters
+of this model. Coverage over hearts of other equations is in ``studies/validation/tables``.
 """
 
 from __future__ import annotations
