@@ -11,9 +11,9 @@ behind it is tested: recycled draws, outliers, truncation, weights, draws anew. 
 `config.yaml`.
 
 calibration: simulation-based calibration (Talts et al. 2018, arXiv:1804.06788). A row a hyperparameter: how
-many of the credible intervals hold the truth, with the p-value of the ranks' uniformity; below, the squared
-error of log theta by medians alone and within the population. One cohort takes seconds; `--first` goes
-on with a file that was begun.
+many of the credible intervals contain the true value, with the p-value of the ranks' uniformity; below, the
+squared error of log theta by medians alone and within the population. One cohort takes seconds; `--first`
+goes on with a file that was begun.
 joint: hyperparameters and parameters of six persons by recycling, and by MCMC over all of them together; a
 classifier tells the two apart (0.5: it cannot).
 scaling: seconds and memory by number of persons, a process each.

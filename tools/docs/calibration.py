@@ -121,7 +121,7 @@ def answer_part(results: CalibrationResults) -> str:
 
 
 def truth_part(results: CalibrationResults) -> str:
-    """Show which intervals hold the truth of the generated recordings."""
+    """Show which intervals contain the true values of the generated recordings."""
     if not len(results.shown.truth):
         return "The cohort has no known true parameters."
     return f"Inside: {_inside(results.shown)}.\n\n{_with_title(truth_table)(results)}"

@@ -15,7 +15,7 @@ from tools.claims.prose import quotations, rounding, unaccounted, value_of
 from tools.claims.sources import Sources
 
 MANIFEST = ROOT / "docs" / "claims.yaml"
-README = "Intervals hold the truth in 3 of four hearts, by `2` methods.\n"
+README = "Intervals contain the true value in 3 of four hearts, by `2` methods.\n"
 SMALL = """
 complete: [README.md]
 sources:
@@ -23,7 +23,7 @@ sources:
   study: { kind: table, path: results/hearts.csv, made_by: make study, holds: any }
 claims:
   - file: README.md
-    text: hold the truth in {} of {} hearts
+    text: contain the true value in {} of {} hearts
     found:
       - { of: hearts, value: covered, by: sum }
       - { of: hearts, value: covered, by: count }

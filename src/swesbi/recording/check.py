@@ -54,7 +54,7 @@ HEADER: Final = (
 FREE_HEADER: Final = ("subject", "pushes", "rejected", "beats", "SE of c_s", "E (kPa)", "errors")
 FREE_LEGEND: Final = (
     "Free-running: pushes: accepted, each at an instant of its own. beats: that they lie in.\n"
-    "SE of c_s: relative standard error of a speed, median; errors: what it is told from."
+    "SE of c_s: relative standard error of a speed, median; errors: what it is estimated from."
 )
 LEGEND: Final = (
     "phases: measured of gated. SE of c_s: standard error of a phase's mean shear-wave speed, median and\n"

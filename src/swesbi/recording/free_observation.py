@@ -51,7 +51,7 @@ class FreeObservation:
     ]
     stiffness_kpa: Annotated[FloatArray, Variable("push", "kPa", "apparent Young's modulus 3 rho c_s^2")]
     noise_source: Annotated[
-        NoiseSource, Variable("", "1", "what the errors are told from: se_m_s, fit_r2 or declared")
+        NoiseSource, Variable("", "1", "what the errors are estimated from: se_m_s, fit_r2 or declared")
     ]
     noise_log_sd: Annotated[
         float, Variable("", "1", "prior sd of the log of a factor of all errors, 0 where they are known")

@@ -118,8 +118,8 @@ def _columns(path: Path, layout: TableLayout) -> list[Problem]:
         if column == STANDARD_ERROR:
             reason = f"under the key `{key}`: means with standard errors are not taken"
             remedy = (
-                "errors are told from repeats: give the samples themselves, a row or a column each; of a "
-                f"free-running recording, with {TIME}, the column is {FREE_STANDARD_ERROR}"
+                "errors are estimated from repeats: give the samples themselves, a row or a column each; of "
+                f"a free-running recording, with {TIME}, the column is {FREE_STANDARD_ERROR}"
             )
             problems.append(Problem(str(path), reason, remedy, value=value))
         elif column not in known:

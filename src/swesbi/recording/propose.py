@@ -76,7 +76,7 @@ NO_DEVIATIONS: Final = (
     f"{STANDARD_ERROR}."
 )
 NO_MEANS: Final = (
-    "Means with standard errors are not taken: errors are told from repeats, so give the samples."
+    "Means with standard errors are not taken: errors are estimated from repeats, so give the samples."
 )
 
 

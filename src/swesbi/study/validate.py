@@ -56,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
         description="Check a cohort before anything runs on it. Either every problem is listed, with file, "
         "row, column, value and remedy, and the exit code is 2; or a table says for each subject how many "
         "phases were measured, how many samples were rejected and why, and how large standard errors are; of "
-        "a free-running recording, how many pushes there are, and what their errors are told from. "
+        "a free-running recording, how many pushes there are, and what their errors are estimated from. "
         "Number of phases, density and limits of quality control are those of `recording` in config.yaml.",
     )
     parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")

@@ -131,7 +131,7 @@ class Check:
 
     Attributes:
         test: "sbc" (ranks uniform), "coverage" (of central intervals, all nominal levels), "tarp" (joint
-            coverage, all levels), "contraction", or "c2st" (two samples told apart).
+            coverage, all levels), "contraction", or "c2st" (a classifier between two samples).
         quantity: What was ranked; "joint" for all parameters together.
         n: Recordings, or draws of each sample for "c2st".
         statistic: Largest distance of the distribution function from the uniform one; the contraction;
@@ -241,7 +241,7 @@ def calibration_table(
     ``limit`` is shared (Bonferroni) by the quantities of one set of bands, and in rows of single subjects by
     the subjects too. At the subjects' own data ("local") contraction is against the posterior given the
     first recording, and must only be above zero: how much more a second one tells is the subject's matter.
-    In rows of "c2st", ``sampler`` is the pair that is told apart.
+    In rows of "c2st", ``sampler`` is the pair that is compared.
 
     Args:
         ranked: Recordings by how they were made: "own", "acquired" or "local".

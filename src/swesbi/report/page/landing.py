@@ -262,7 +262,7 @@ def paper_in_a_line(main: Experiment) -> str:
     return (
         f"The experiment {main.name} repeats the published method: its prior supports {inside} of "
         f"{len(main.verdicts)} subjects, and with the noise of an acquisition its "
-        f"{share(nominal, 0)} intervals hold the truth in {span} %."
+        f"{share(nominal, 0)} intervals contain the true value in {span} %."
     )
 
 

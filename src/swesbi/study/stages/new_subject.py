@@ -231,8 +231,9 @@ def noise_test_of(
 
 def _noise_in_words(own: NoiseComponents, pooled: NoiseComponents) -> str:
     words = (
-        f"{own.repeat_fraction:.1%} between repeats and {own.sample_fraction:.1%} between samples; standard "
-        f"errors are told from the cohort's {pooled.repeat_fraction:.1%} and {pooled.sample_fraction:.1%}"
+        f"{own.repeat_fraction:.1%} between repeats and {own.sample_fraction:.1%} between samples; "
+        "standard errors are estimated from the cohort's "
+        f"{pooled.repeat_fraction:.1%} and {pooled.sample_fraction:.1%}"
     )
     if own.sweep_fraction or pooled.sweep_fraction:
         words += f"; {own.sweep_fraction:.1%} between sweeps, {pooled.sweep_fraction:.1%} in the cohort"
