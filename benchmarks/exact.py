@@ -21,6 +21,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from swesbi.answers.settings import ExactPosteriorSettings
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
@@ -32,7 +33,6 @@ from swesbi.posterior.exact import weight_failures
 from swesbi.posterior.importance import k_hat_limit
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.settings import ExactSettings, asking
-from swesbi.study.stages.exact import ExactPosteriorStageSettings
 
 SEED = 1
 Result = TypeVar("Result")
@@ -136,7 +136,7 @@ def main() -> None:
     arguments = parser.parse_args()
     study = load_study(read_merged(arguments.config), str(arguments.config))
     plain = stage_settings(study, "exact_posterior", experiment=arguments.experiment)
-    settings = ExactPosteriorStageSettings.from_plain(plain)
+    settings = ExactPosteriorSettings.from_plain(plain)
     flow, _ = load_flow(arguments.results / arguments.experiment / "flow.h5")
     noise = arguments.results / "cohort" / "noise.h5"
     rows = []

@@ -42,8 +42,8 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.adaptive import adapted
-from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.study.finished import finished_study
 from swesbi.study.stages.calibration import CalibrationLocalStageSettings

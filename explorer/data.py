@@ -14,7 +14,7 @@ from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.parameters import NUISANCES, PHI, PHI_NAMES
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
@@ -33,7 +33,7 @@ class ExploredSubject:
     """One subject of the study: its recording, its exact posterior, and the verdict on it."""
 
     observation: Observation
-    posterior: ExactResult
+    posterior: ExactPosterior
     verdict: Verdict
 
 

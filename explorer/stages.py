@@ -9,15 +9,15 @@ from explorer.data import ExploredSubject, page_data
 from explorer.page import render_page
 from explorer.physics import physics
 from swesbi import __version__
-from swesbi.artefacts import atomic_path
+from swesbi.artefacts import Origin, atomic_path
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
-from swesbi.study.stages.origin import Origin, by_key, pick
+from swesbi.study.stages.origin import by_key, pick
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.verdict import read_verdict
 
@@ -61,7 +61,7 @@ def explorer(
     subjects = [
         ExploredSubject(
             read_observation(observation),
-            read_exact_result(posterior),
+            read_exact_posterior(posterior),
             read_verdict(pick(verdict_of, key, "verdict")),
         )
         for observation, (key, posterior) in zip(observations, by_key(posteriors).items(), strict=True)

@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 import speed_case
+from posterior_case import exact_of
 from study_copy import ROOT
 
 from explorer.data import ExploredSubject, page_data
 from explorer.page import render_page
 from explorer.physics import physics
-from swesbi.posterior.result import ExactResult
 from swesbi.prior import sample
 from swesbi.recording.cohort import find_recording, read_subject_table
 from swesbi.recording.ingest import ingest
@@ -44,7 +44,7 @@ def explored(subject: str) -> ExploredSubject:
     """Return a subject whose posterior is its prior, narrowed to the middle half."""
     prior = speed_case.settings("calibrated").prior
     phi = sample(300, prior, np.random.default_rng(7))
-    result = ExactResult(phi, phi, "importance", 0.3, 0.7, 0.2, float("nan"), True, "", 0.9)
+    result = exact_of(phi)
     sentence = f"{subject} is not contradicted: no test speaks against it."
     verdict = Verdict(0.0, "", 1, 1, {}, "not contradicted", sentence, ())
     return ExploredSubject(observation(subject), result, verdict)

@@ -13,13 +13,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from swesbi.artefacts import Origin
 from swesbi.artefacts.atomic import write_fault
 from swesbi.config.parts import NUMBERED, option_of
 from swesbi.config.read import ConfigError, add_options, in_words, merged_files, parsed, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.study.registry import STAGES, file_arguments, file_types, stage_code, stage_function
-from swesbi.study.stages.origin import Origin
 
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130  # as shells have it of SIGINT

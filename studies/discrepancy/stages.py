@@ -10,6 +10,7 @@ import pandas as pd
 from studies.discrepancy.evidence import discrepancy_table, score_subject
 from studies.discrepancy.figure import draw_discrepancy
 from studies.discrepancy.settings import DiscrepancyStudySettings
+from swesbi.artefacts import Origin
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement import likelihood
@@ -19,7 +20,6 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator
-from swesbi.study.stages.origin import Origin
 from swesbi.virtual.generated import generate_cohort
 
 LOGGER = logging.getLogger("swesbi")

@@ -25,7 +25,8 @@ from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
 from swesbi.posterior.student import fitted_proposal

@@ -16,7 +16,7 @@ from studies.ladder.proposal import first_proposal
 from studies.ladder.settings import LadderEffort
 from studies.ladder.summary import moves_table, pairs_table
 from studies.ladder.table import ABOUT_PEOPLE, ladder_table
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.speeds import SpeedRecording
@@ -26,7 +26,6 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -26,7 +26,7 @@ from studies.readings.recovery import recovery_rows, synthetic_recordings
 from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatment, WeightsSettings
 from studies.readings.treatment import Features
 from studies.readings.weights import fits_by_weights
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import CmaesSettings
 from swesbi.heart.prior_simulations import group_by_subject, read_simulations
@@ -38,7 +38,6 @@ from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.report.paper.values import read_paper
 from swesbi.study.stages.inference import check_components
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -16,7 +16,7 @@ from studies.sensitivity.variants import (
     sensitivity_table,
     to_dataset,
 )
-from swesbi.artefacts import load, save
+from swesbi.artefacts import Origin, load, save
 from swesbi.base.settings import Settings
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement import likelihood
@@ -33,7 +33,6 @@ from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.stages.flow_training import TrainFlowStageSettings
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 FIXED_LOG_SD: Final = 1e-3  # a passive scale taken for granted: a prior of no width to speak of

@@ -57,15 +57,15 @@ from studies.validation.pair_rates import costs, flags, one_row_a_pair, rates
 from studies.validation.pairs import VARIANTS, Spreads
 from studies.validation.settings import configured as configured_validation
 from swesbi.artefacts import write_json
+from swesbi.base.processes import one_thread
 from swesbi.base.progress import Progress
 from swesbi.config.read import add_options, in_words, parsed, read_merged, snakemake_options
 from swesbi.config.study import Study, load_study
 from swesbi.persons.change.settings import DISCREPANCY, ChangeSettings
 from swesbi.report.csv import write_csv
 from swesbi.study.finished import check_finished, finished_population
+from swesbi.study.other_network import check_network
 from swesbi.study.registry import stage_code
-from swesbi.study.stages.new_subject import one_thread
-from swesbi.study.stages.other_network import check_network
 from swesbi.virtual.trial.settings import TRIAL
 
 LETTER: Final = "b"
@@ -108,7 +108,7 @@ def answerer(study: Study, options: argparse.Namespace) -> Answerer:
     needed = finished if options.verdicts else replace(finished, null=finished.noise)
     check_finished(needed, snakemake_options(options.config, options.overlay))
     settings = asked_of(study, LETTER, 1, STREAMS[options.stream])
-    check_network(finished.estimator, settings.train_population)
+    check_network(finished.estimator, settings.train_population.to_plain())
     configured = study.config.changes
     changes = {name: with_shares(configured, name) for name in options.shares} or {CONFIGURED: configured}
     return Answerer(settings, SPREADS, study.config.seed, changes, finished, options.verdicts)

@@ -51,7 +51,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
 from swesbi.study.finished import finished_population
-from swesbi.study.stages.other_network import check_network
+from swesbi.study.other_network import check_network
 from swesbi.virtual.hearts.recorded import RecordedHeart
 
 STREAM: Final = "gated as pushes"
@@ -174,7 +174,7 @@ def both_doors(study: Study, options: argparse.Namespace) -> BothDoors:
     experiment = configured().experiment
     finished = finished_population(options.results, experiment)
     settings = asked_of(study, options.generator, options.subjects, STREAM)
-    check_network(finished.estimator, settings.train_population)
+    check_network(finished.estimator, settings.train_population.to_plain())
     base = study.config.base_of(experiment)
     draws = study.config.speed_experiments[base].calibration.local.two_sample_draws
     noise = read_noise(finished.noise).components.of_separate_repeats

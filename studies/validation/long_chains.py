@@ -31,6 +31,7 @@ import pandas as pd
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
+from swesbi.answers.gated import GatedRecording
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.config.read import read_merged
@@ -40,16 +41,16 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.settings import in_declared_range
-from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
-from swesbi.study.stages.new_subject import STREAM as ANSWER_STREAM
-from swesbi.study.stages.other_network import check_network
+from swesbi.study.other_network import check_network
 from swesbi.virtual.hearts.names import VALIDATION_STREAM
 
 STREAM: Final = "long chains"
@@ -135,7 +136,9 @@ class Answerer:
 
     def _answered(self, model: SpeedModel) -> tuple[ExactPosterior, tuple[float, ...]]:
         network, exact = flow_proposal(self.flow, model.recording), self.settings.exact_posterior.exact
-        return exact_posterior(model, network, exact, self.seed, ANSWER_STREAM, model.recording.subject)
+        return exact_posterior(
+            model, network, exact, self.seed, GatedRecording.stream, model.recording.subject
+        )
 
     def _long_chains(self, model: SpeedModel, exact: ExactPosterior) -> McmcDraws:
         mcmc, subject = self.local.mcmc, model.recording.subject
@@ -163,7 +166,7 @@ def answerer(study: Study, finished: FinishedPopulation, options: argparse.Names
         ArtefactError: A file is no such artefact.
     """
     settings = asked_of(study, options.generator, options.subjects, options.stream)
-    check_network(finished.estimator, settings.train_population)
+    check_network(finished.estimator, settings.train_population.to_plain())
     base = study.config.base_of(configured().experiment)
     local = study.config.speed_experiments[base].calibration.local
     flow, noise = load_flow(finished.estimator)[0], read_noise(finished.noise).components

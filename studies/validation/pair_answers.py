@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
-from pathlib import Path
+from functools import lru_cache
 
 import numpy as np
 import pandas as pd
 
-from studies.validation.answers import HeartAnswersSettings
+from studies.validation.answers import HeartAnswersSettings, recorded_as_answered
 from studies.validation.pairs import (
     VARIANTS,
     PairSource,
@@ -22,31 +20,23 @@ from studies.validation.pairs import (
     second_visit,
     shared_truth,
 )
+from swesbi.answers.answer import inferred
+from swesbi.answers.knowledge import Knowledge
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import flow_proposal
 from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
 from swesbi.persons.change.one_person import OnePerson, judge_one_person, shared_distance
 from swesbi.persons.change.proposal import NormalVisit, normal_visit
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.visits import normal_scores
-from swesbi.posterior.exact import read_exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.prior import SomeParameters, bounds
 from swesbi.recording.noise import read_noise
-from swesbi.recording.protocol import Repeats
-from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.study.finished import FinishedPopulation
-from swesbi.study.stages.answers import Answer, Knowledge
 from swesbi.study.stages.change import both_visits, own_posterior
-from swesbi.study.stages.new_subject import STREAM, network_proposal, noise_test_of
-from swesbi.study.stages.origin import Origin
-from swesbi.verdict.pooled import read_null
-from swesbi.verdict.verdict import NOT_CONTRADICTED, VerdictTest
+from swesbi.verdict.verdict import NOT_CONTRADICTED
 from swesbi.virtual.hearts.hearts import SimulatedHearts
 
 Key = tuple[str, str, int]
@@ -116,32 +106,19 @@ class Answerer:
 
     def _answered(self, make: Callable[[], RecordedVisit]) -> Answered:
         """Record a heart, and infer it as a subject outside the study."""
-        clock = Clock()
+        clock, settings = Clock(), self.settings
         made = make()
         clock.stop("cost_record_s")
-        components = read_noise(self.finished.noise).components
-        model = SpeedModel(measured_speeds(made.observation, components), self.model)
-        origin = Origin(self.seed, model.recording.subject)
-        answer = Answer(model, knowledge_of(self.finished), self.settings, origin, STREAM)
-        with tempfile.TemporaryDirectory(prefix="swesbi-pairs-") as folder:
-            posterior = Path(folder) / "posterior.h5"
-            efficiency = answer.infer(posterior)
-            network = network_proposal(self.finished.estimator, (), model.recording)
-            own = own_posterior(read_exact_posterior(posterior), network)
-            clock.stop("cost_own_s")
-            verdict = ""
-            if self.verdicts:
-                reference = answer.reference(self.settings.reference_recordings)
-                tests = [self._noise_test(made, components)]
-                file = Path(folder) / "verdict.json"
-                verdict = answer.judge(posterior, file, reference, efficiency, tests).status
-            clock.stop("cost_verdict_s")
-        return Answered(made, model, own, verdict, clock.seconds)
-
-    def _noise_test(self, made: RecordedVisit, components: NoiseComponents) -> VerdictTest:
-        settings = self.settings
-        repeats: Repeats = "sweeps" if settings.acquisition.sweep_fraction > 0.0 else "separate"
-        return noise_test_of(made.samples, repeats, components, settings.recording, settings.noise_level)
+        components, knowledge = read_noise(self.finished.noise).components, knowledge_of(self.finished)
+        recording = recorded_as_answered(made.observation, made.samples, components, settings)
+        answered, efficiency = inferred(recording, knowledge, settings, self.seed)
+        own = own_posterior(answered, knowledge.space(recording.model))
+        clock.stop("cost_own_s")
+        verdict = ""
+        if self.verdicts:
+            verdict = recording.judged(answered, efficiency, knowledge, settings, self.seed).status
+        clock.stop("cost_verdict_s")
+        return Answered(made, recording.model, own, verdict, clock.seconds)
 
     def _pair(self, key: Key, visits: tuple[Answered, Answered]) -> pd.DataFrame:
         """Return the rows of a pair: one of each quantity, or of the test alone where they are strangers."""
@@ -301,9 +278,5 @@ class Clock:
 
 @lru_cache(maxsize=1)
 def knowledge_of(finished: FinishedPopulation) -> Knowledge:
-    """Read what answers all hearts, once a process; null recordings where a verdict is asked for."""
-    proposal = partial(flow_proposal, load_flow(finished.estimator)[0])
-    if not finished.null.is_file():  # nothing is judged then
-        return Knowledge(proposal, (), lambda: read_null(finished.null).pooled)
-    population = read_null(finished.null)
-    return Knowledge(proposal, population.contexts, lambda: population.pooled)
+    """Read what answers all hearts, once a process."""
+    return finished.knowledge()

@@ -51,7 +51,7 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import of_group
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import sample
 from swesbi.recording.speed import squared_speed_m2_s2
 from swesbi.report.csv import write_csv
@@ -165,7 +165,7 @@ def posterior_hearts(study: Study, settings: SpeedModelSettings, results: Path) 
     frames, parameters = [], len(settings.prior.names)
     for volunteer in VOLUNTEERS:
         subject = volunteer.context.subject
-        phi = read_exact_result(results / EXPERIMENT / "subjects" / subject / "posterior.h5").phi
+        phi = read_exact_posterior(results / EXPERIMENT / "subjects" / subject / "posterior.h5").phi
         if phi.shape[1] != parameters:
             raise ValueError(f"{subject}: {phi.shape[1]} parameters, but the model has {parameters}; rerun")
         rng = generator(study.config.seed, STREAM, "posterior", subject)

@@ -45,7 +45,7 @@ from swesbi.report.csv import write_csv
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
 from swesbi.study.finished import finished_population
-from swesbi.study.stages.other_network import check_network
+from swesbi.study.other_network import check_network
 from swesbi.virtual.hearts.recorded import RecordedHeart
 from swesbi.virtual.push_trains import ERROR, ERROR_LOG_SD, record_train
 
@@ -146,7 +146,7 @@ def main() -> None:
     flow, tables = load_flow(finished.estimator)[0], []
     for letter in options.generators:
         settings = asked_of(study, letter, options.number, STREAM)
-        check_network(finished.estimator, settings.train_population)
+        check_network(finished.estimator, settings.train_population.to_plain())
         answered = list(answers(flow, settings, study.config.seed))
         tables.append(scores(letter, answered, options.number - len(answered)))
     table = pd.concat(tables)

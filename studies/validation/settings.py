@@ -105,7 +105,8 @@ def answers_settings(
         study,
         {"experiment": experiment},
         "prior stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "new_subjects.noise_level experiment.misspecification.synthetic.reference_recordings "
+        "new_subjects.noise_level new_subjects.uninformative "
+        "experiment.misspecification.synthetic.reference_recordings "
         "stage.train_population population.population acquisition recording measurement.grid_points",
     )
 

@@ -12,13 +12,14 @@ from studies.validation.figure import draw_validation
 from studies.validation.score import KIND, HeartAnswer, read_answers, to_dataset
 from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
-from swesbi.artefacts import load, save
+from swesbi.answers.knowledge import knowledge_of_population
+from swesbi.artefacts import Origin, load, save
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
+from swesbi.recording.noise import read_noise
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin
-from swesbi.study.stages.other_network import check_network
+from swesbi.study.other_network import check_network
 
 
 def validation_answers(
@@ -44,8 +45,9 @@ def validation_answers(
         ArtefactError: An input is no such artefact.
         ValueError: No generator has this letter.
     """
-    check_network(estimator, settings.train_population)
-    questioner = Questioner(estimator, noise, null, settings, origin)
+    check_network(estimator, settings.train_population.to_plain())
+    components = read_noise(noise).components
+    questioner = Questioner(knowledge_of_population(estimator, null), components, settings, origin.seed)
     label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
     progress = Progress(label, settings.hearts, unit="heart")
     answered = []

@@ -12,7 +12,7 @@ import xarray as xr
 from calibration_case import PRIOR, Sampler, prior_variances, simulate
 from study_copy import ROOT
 
-from swesbi.artefacts import ArtefactError, Provenance, load, save
+from swesbi.artefacts import ArtefactError, Origin, Provenance, load, save
 from swesbi.checks.calibration.dataset import (
     KIND,
     LOCAL_KIND,
@@ -30,7 +30,6 @@ from swesbi.config.read import ConfigError, parse_config, read_merged
 from swesbi.study.stages import calibration, check_figures
 from swesbi.study.stages.calibration import CalibrationStageSettings
 from swesbi.study.stages.check_figures import CalibrationFigureSettings
-from swesbi.study.stages.origin import Origin
 
 SUBJECTS = ("A", "B")
 RECORDINGS = 120

@@ -24,13 +24,13 @@ from evaluation_study import (
     write_study,
 )
 
+from swesbi.artefacts import Origin
 from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.draws import simulated_curves
 from swesbi.checks.predictive import read_predictive
 from swesbi.heart.model import activation_duration_s
 from swesbi.report.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
 from swesbi.study.stages import subject_figures, tables
-from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
 from swesbi.study.stages.tables import TablesSettings
 

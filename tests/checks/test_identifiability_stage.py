@@ -12,7 +12,7 @@ import speed_case
 import xarray as xr
 from identifiability_case import tiny
 
-from swesbi.artefacts import load, save
+from swesbi.artefacts import Origin, load, save
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
 from swesbi.checks.identifiability.noise import MeanNoise
 from swesbi.checks.identifiability.subject import (
@@ -29,7 +29,6 @@ from swesbi.checks.identifiability.tables import (
     summary_table,
     to_groups,
 )
-from swesbi.study.stages.origin import Origin
 
 MISSING = 7
 

@@ -12,7 +12,7 @@ import speed_case
 from evaluation_study import make_model
 from exact_shown import write_posterior, write_verdict
 
-from swesbi.artefacts import save, to_groups
+from swesbi.artefacts import Origin, save, to_groups
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.predictive_speeds import (
@@ -33,7 +33,6 @@ from swesbi.recording.noise import CohortNoise, NoiseEstimate
 from swesbi.recording.noise import to_dataset as noise_dataset
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.study.stages import predictive
-from swesbi.study.stages.origin import Origin
 
 DRAWS = 4000
 MISSING = 12
@@ -165,7 +164,7 @@ def test_the_stage_scores_who_is_not_contradicted(tmp_path: Path, subject: str, 
         noise=paths["noise"],
         shards=[paths["shard"]],
         predictive=tmp_path / "predictive.h5",
-        settings=predictive.PredictiveSpeedsStageSettings(
+        settings=predictive.PredictiveSpeedsSettings(
             model=speed_case.settings(),
             summary=experiment.summary,
             predictive=experiment.predictive.model_copy(update={"draws": 200}),

@@ -9,19 +9,19 @@ import pandas as pd
 import pytest
 import speed_case
 from numpy.typing import NDArray
+from posterior_case import exact_of
 from recordings import RECORDING, make_samples
 
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.checks.pressures import ATTAINED, COLUMNS, Compared, pressures_table_of, quantities
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import log_centre
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
-from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.pressures_shown import (
     PressuresFigureSettings,
     PressuresTableSettings,
@@ -44,8 +44,8 @@ def draws(model: SpeedModelSettings, widths: dict[str, float], shift: float = 0.
     return np.asarray(centre * np.exp(moved + levels[:, None] * half))
 
 
-def result(phi: NDArray[np.float64]) -> ExactResult:
-    return ExactResult(phi, phi, "importance", 0.3, 0.7, 0.2, float("nan"), True, "", 0.9)
+def result(phi: NDArray[np.float64]) -> ExactPosterior:
+    return exact_of(phi)
 
 
 def observation() -> Observation:

@@ -12,7 +12,7 @@ from population_case import CONFIG, EXPERIMENT, FRESH, trained
 from scipy.stats import kstest
 from speed_case import shipped
 
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.checks.calibration.pushes import (
     KIND,
     InferredPushes,
@@ -22,7 +22,6 @@ from swesbi.checks.calibration.pushes import (
     read_pushes,
 )
 from swesbi.posterior.settings import asking
-from swesbi.study.stages.origin import Origin
 
 BASE = shipped().speed_experiments["calibrated"]
 SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "effective_draws": 40})

@@ -32,7 +32,6 @@ from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.noise import relative_se
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.visits import Visit
-from swesbi.study.answering import pressures_of
 from swesbi.study.registry import STAGES
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
@@ -53,8 +52,6 @@ HEAVY = {
 }
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper"}
 OF_OTHERS = (
-    "new_subject",
-    "free_subject",
     "person_change",
     "change_groups",
     "plan_bank",
@@ -434,7 +431,7 @@ AFFECTED = {
     },
     "experiments__calibrated__identifiability__shown_draws": {"identifiability"},
     "new_subjects__margin_fraction": set(),
-    "new_subjects__uninformative__shift": set(),
+    "new_subjects__uninformative__shift": {"population_answers"},
     "noise__interval": {"noise"},
     "cmaes__search__generations": {"cmaes"},
     "forward_model__steps_per_beat": OF_A_RECORDING
@@ -475,20 +472,15 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
     assert AFFECTED[key] or not differing
 
 
-def test_a_new_subject_has_the_settings_that_the_stages_have_for_one_of_the_cohort() -> None:
+def test_an_answer_has_the_settings_that_the_stages_have_for_a_subject_of_the_cohort() -> None:
     study = load_study(SHIPPED, new_cohort=Path(SHIPPED["cohort"]))
-    parts = settings_of(study, "new_subject")
-    same = ["ingest", "passive", "cmaes", "train_flow", "exact_posterior", "verdict", "predictive_speeds"]
-    for stage in same:
+    parts = settings_of(study, "one_answer")
+    for stage in ("ingest", "exact_posterior", "verdict", "predictive_speeds"):
         assert parts[stage] == settings_of(study, stage)
+    shown = settings_of(study, "exact_subject_figures")
     title = {"cohort_title": SHIPPED["new_subjects"]["cohort_title"]}
-    assert parts["exact_subject_figures"] == settings_of(study, "exact_subject_figures") | title
-    assert parts["simulate"]["context"] == parts["ingest"]["context"]
-    assert parts["margin_fraction"] == SHIPPED["new_subjects"]["margin_fraction"]
-    free = settings_of(study, "free_subject")
-    for stage in ("ingest", "exact_posterior", "verdict"):
-        assert free[stage] == settings_of(study, stage)
-    assert free["uninformative"] == SHIPPED["new_subjects"]["uninformative"]
+    assert parts["shown"] == parts["shown"] | shown | title
+    assert parts["uninformative"] == SHIPPED["new_subjects"]["uninformative"]
 
 
 def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share() -> None:
@@ -510,7 +502,7 @@ def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share
 
 @pytest.mark.parametrize(
     ("stage", "command"),
-    [("new_subject", "infer"), ("free_subject", "infer"), ("change_groups", "compare")],
+    [("one_answer", "infer"), ("change_groups", "compare")],
 )
 def test_stages_of_others_are_run_by_commands_that_name_their_folder(stage: str, command: str) -> None:
     with pytest.raises(ConfigError, match=f"{stage}: no folder .* `swesbi {command} --cohort FOLDER` runs"):
@@ -600,7 +592,8 @@ def test_who_has_pressures_is_answered_with_them(tmp_path: Path) -> None:
     table.to_csv(cohort / "subjects.csv")
     fewer = load_study(changed(cohort=str(cohort)), new_cohort=cohort)
     assert fewer.with_pressures("amortised") == tuple("ACDEFGH")
-    assert [name for name in fewer.new_rows if pressures_of(fewer, name)] == list("ACDEFGH")
+    measured = {name: fewer.outside.clinical_of(name).to_measures() for name in fewer.new_rows}
+    assert [name for name, clinical in measured.items() if clinical.has_pressures] == list("ACDEFGH")
 
 
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:
@@ -610,7 +603,7 @@ def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: 
 
 def test_every_stage_has_settings_and_the_table_no_other() -> None:
     named = {*slices.SOURCES, *slices.COMPOSED}
-    assert named <= set(STAGES)
+    assert named - {slices.ONE_ANSWER} <= set(STAGES)
     assert all(stage.endswith(slices.FIGURE) for stage in set(STAGES) - named)
     assert not slices.SOURCES.keys() & slices.COMPOSED.keys()
 

@@ -13,7 +13,7 @@ import numpy as np
 from forward_model_cases import COHORT, CONFIG
 from numpy.typing import NDArray
 
-from swesbi.artefacts import save, to_dataset, to_groups, write_json
+from swesbi.artefacts import Origin, save, to_dataset, to_groups, write_json
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings
 from swesbi.config.read import read_merged
 from swesbi.heart import prior_simulations as simulations_dataset
@@ -33,7 +33,6 @@ from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.stages import cmaes, predictive
 from swesbi.study.stages.cmaes import CmaesStageSettings
-from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.predictive import PredictiveStageSettings
 from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings

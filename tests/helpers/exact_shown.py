@@ -8,17 +8,15 @@ from pathlib import Path
 import evaluation_cases
 import numpy as np
 from numpy.typing import NDArray
+from posterior_case import exact_of
 
-from swesbi.artefacts import save, write_json
+from swesbi.artefacts import Origin, save, write_json
 from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.predictive_speeds import withheld
-from swesbi.posterior.exact import ExactPosterior, exact_to_groups
-from swesbi.posterior.importance import WeightedDraws
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior, exact_to_groups
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.predictive import ExactPanel, PredictivePanel
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
 FloatArray = NDArray[np.float64]
@@ -35,7 +33,6 @@ FLAGGED = {
     "F": ("chi2", "mahalanobis", "boundary_mass", "mmd", "peak"),
 }
 TESTS = ("mahalanobis", "nearest_neighbours", "mmd", "chi2", "peak", "time_to_peak", "decay", "boundary_mass")
-NAMES = ("maximum_kpa", "hr_bpm")
 SETTINGS = ExactSettings.from_plain(
     {
         "first_draws": 100,
@@ -90,20 +87,12 @@ def verdict(subject: str) -> Verdict:
     )
 
 
-def result(subject: str, n: int = 800) -> ExactResult:
-    by_mcmc = subject == "F"
-    return ExactResult(
-        phi=phi(subject, n),
-        npe_phi=phi(subject, n, width=1.4, seed=12),
-        sampler="mcmc" if by_mcmc else "importance",
-        k_hat=np.inf if by_mcmc else 0.31,
-        k_hat_limit=0.7,
-        efficiency=0.02 if by_mcmc else 0.82,
-        r_hat=1.004 if by_mcmc else np.nan,
-        converged=True,
-        reasons="k-hat" if by_mcmc else "",
-        interval_mass=0.9,
-    )
+def result(subject: str, n: int = 800) -> ExactPosterior:
+    draws, npe = phi(subject, n), phi(subject, n, width=1.4, seed=12)
+    if subject == "F":
+        certificate = {"k_hat": np.inf, "efficiency": 0.02, "r_hat": 1.004}
+        return exact_of(draws, npe, sampler="mcmc", reasons=("k-hat",), **certificate)
+    return exact_of(draws, npe, k_hat=0.31, efficiency=0.82)
 
 
 def panel(subject: str, truth: bool = True) -> ExactPanel:
@@ -126,30 +115,7 @@ def predictive_panel(subject: str) -> PredictivePanel:
 
 def write_posterior(path: Path, draws: FloatArray, subject: str) -> None:
     """Write ``posterior.h5`` of an experiment on speeds."""
-    n = len(draws)
-    weighted = WeightedDraws(
-        phi=draws,
-        from_prior=np.arange(n) >= 0.9 * n,
-        log_likelihood=np.zeros(n),
-        log_weight=np.full(n, -np.log(n)),
-        k_hat=0.2,
-        efficiency=0.8,
-        log_evidence=1.0,
-        log_evidence_se=0.1,
-    )
-    exact = ExactPosterior(
-        phi=draws,
-        sampler="importance",
-        reasons=(),
-        k_hat_limit=0.7,
-        npe_phi=draws,
-        weighted=weighted,
-        r_hat=np.full(4, np.nan),
-        effective_draws=np.full(4, 0.8 * n),
-        mcmc_steps=0,
-        converged=True,
-    )
-    groups = exact_to_groups(exact, np.array([0.4, -1.9]), NAMES, PRIOR, SETTINGS)
+    groups = exact_to_groups(exact_of(draws, k_hat=0.2, efficiency=0.8), PRIOR)
     save(path, groups, Origin(7, subject).provenance("posterior", SETTINGS))
 
 

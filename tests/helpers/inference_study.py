@@ -9,7 +9,7 @@ from forward_model_cases import SETTINGS as FORWARD_MODEL
 from inference_case import CONTEXTS, PAPER_PRIOR, estimator_settings
 from recordings import PHASES, RECORDING, make_samples, nominal_phase
 
-from swesbi.artefacts import save, to_groups
+from swesbi.artefacts import Origin, save, to_groups
 from swesbi.artefacts import to_dataset as passive_to_dataset
 from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
@@ -25,7 +25,6 @@ from swesbi.prior import log_centre
 from swesbi.recording.ingest import ingest
 from swesbi.recording.phases import sample_cycle
 from swesbi.study.stages import inference, simulation, training
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import SupportSettings
 
 DRAWS = 60

@@ -28,7 +28,7 @@ import xarray as xr
 from scipy.stats import norm
 
 from swesbi.parameters import PHI_NAMES, REPORTED
-from swesbi.posterior.exact import read_exact_posterior
+from swesbi.posterior.result import read_exact_posterior
 
 SMALL_STUDY: Final = Path(__file__).parents[1] / "reference" / "small_study"
 COHORT: Final = "cohort"

@@ -14,13 +14,12 @@ import ratio_case
 from speed_case import shipped
 from test_compare_command import stored
 
-from swesbi.artefacts import Provenance, save, to_groups
+from swesbi.artefacts import Origin, Provenance, save, to_groups
 from swesbi.persons.change.groups import verdict_of_pair
 from swesbi.persons.change.one_person import OnePerson
 from swesbi.persons.change.stored import KIND, StoredChange
 from swesbi.persons.change.stored_groups import read_change_groups
 from swesbi.study.stages import change_groups as stage
-from swesbi.study.stages.origin import Origin
 
 TWO_PERSONS = OnePerson(-3.0, -2.0, 0.01, 0.05, 4.0)
 

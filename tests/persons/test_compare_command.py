@@ -15,7 +15,7 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.artefacts import Provenance, save, to_groups
+from swesbi.artefacts import Origin, Provenance, save, to_groups
 from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
@@ -25,11 +25,11 @@ from swesbi.persons.change.stored import KIND, StoredChange, change_table, read_
 from swesbi.persons.change.words import change_lines
 from swesbi.report.csv import write_csv
 from swesbi.study import compare as command
+from swesbi.study.answering import Answerer
 from swesbi.study.finished import finished_population
+from swesbi.study.other_network import OtherNetworkError
 from swesbi.study.stages.change import ChangeFiles, PersonChangeStageSettings, check_protocols
 from swesbi.study.stages.change_groups import ChangeGroupsStageSettings
-from swesbi.study.stages.origin import Origin
-from swesbi.study.stages.other_network import OtherNetworkError
 
 if TYPE_CHECKING:
     from swesbi.recording.observation import Observation
@@ -125,17 +125,18 @@ def test_a_refused_visit_is_named_and_nothing_is_written(
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
 
-    def answer(folder: Path, _: Study, subject: str, *rest: object) -> None:
-        if subject == "P01-after":
-            raise ValueError("hr_bpm = 250 lies outside 40 to 130")
-        folder.mkdir(parents=True)
-        (folder / "posterior.h5").touch()
-
-    monkeypatch.setattr(command, "answer_into", answer)
+    instead = Instead()
+    instead.raised = {"P01-after": ValueError("hr_bpm = 250 lies outside 40 to 130")}
+    monkeypatch.setattr(Answerer, "asked", lambda _, subject: instead.asked(subject))
     made = sorted(tmp_path.rglob("*"))
     said = typed("--person", "P01", "--out", str(tmp_path / "out"))
     assert "visit 'after' of 'P01' (recording P01-after): hr_bpm = 250 lies outside 40 to 130" in said
     assert set(tmp_path.rglob("*")) == {*made, tmp_path / "overlay.yaml"}
+
+
+def _touched(folder: Path) -> None:
+    folder.mkdir(parents=True)
+    (folder / "observation.h5").touch()
 
 
 class Instead:
@@ -147,11 +148,10 @@ class Instead:
         self.observations: list[Path] = []
         self.left_out: list[str] = []
 
-    def answer(self, folder: Path, _: Study, subject: str, *rest: object) -> None:
+    def asked(self, subject: str) -> SimpleNamespace:
         if subject in self.raised:
             raise self.raised[subject]
-        folder.mkdir(parents=True)
-        (folder / "observation.h5").touch()
+        return SimpleNamespace(answer_into=_touched)
 
     def stage(self, name: str) -> Callable[..., None]:
         return {"person_change": self.person_change, "change_groups": self.change_groups}[name]
@@ -184,7 +184,7 @@ def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
     made = Instead()
-    monkeypatch.setattr(command, "answer_into", made.answer)
+    monkeypatch.setattr(Answerer, "asked", lambda _, subject: made.asked(subject))
     monkeypatch.setattr(command, "stage_function", made.stage)
     return made
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -30,8 +30,8 @@ from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.ranks import standardised
 from swesbi.parameters import PHI_NAMES, TOLD_NAMES
 from swesbi.posterior.adaptive import PriorProposal
-from swesbi.posterior.exact import ExactPosterior, exact_posterior, exact_to_groups, read_exact_posterior
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.result import ExactPosterior, exact_to_groups, read_exact_posterior
 from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import to_logit
@@ -49,7 +49,8 @@ def posterior(width: float = 1.0, shift: float = 0.0, settings: ExactSettings = 
 
 
 def written(path: Path, exact: ExactPosterior) -> Path:
-    save(path, exact_to_groups(exact, Z, COMPONENTS, PRIOR, SETTINGS), PROVENANCE)
+    by_network = replace(exact, condition=Z, components=COMPONENTS)
+    save(path, exact_to_groups(by_network, PRIOR), PROVENANCE)
     return path
 
 
@@ -126,6 +127,7 @@ def test_a_sampler_that_does_not_converge_is_recorded(tmp_path: Path) -> None:
 def test_the_artefact_reads_back(tmp_path: Path, settings: ExactSettings) -> None:
     exact = posterior(0.2, 2.0, settings)
     read = read_exact_posterior(written(tmp_path / "posterior.h5", exact))
+    assert (read.components, read.interval_mass) == (COMPONENTS, SETTINGS.interval)
     for name in ("phi", "npe_phi", "r_hat", "effective_draws"):
         np.testing.assert_array_equal(getattr(read, name), getattr(exact, name))
     for name in ("sampler", "reasons", "k_hat", "k_hat_limit", "efficiency", "mcmc_steps", "log_evidence"):
@@ -159,11 +161,10 @@ def test_draws_of_the_prior_have_a_name_of_their_own(tmp_path: Path) -> None:
     """A posterior without a network holds no group that says it had one."""
     exact = exact_posterior(ToyModel(), None, SETTINGS, 1)[0]
     path = tmp_path / "posterior.h5"
-    save(path, exact_to_groups(exact, np.empty(0), (), PRIOR, SETTINGS), PROVENANCE)
+    save(path, exact_to_groups(exact, PRIOR), PROVENANCE)
     with h5py.File(path) as file:
         assert "prior_draws" in file and "npe" not in file
-    for read in (read_exact_posterior(path), read_exact_result(path)):
-        np.testing.assert_array_equal(read.npe_phi, exact.npe_phi)
+    np.testing.assert_array_equal(read_exact_posterior(path).npe_phi, exact.npe_phi)
 
 
 @pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])
@@ -174,12 +175,12 @@ def test_nuisances_are_kept_beside_what_is_reported(
     prior = speed_case.settings(name).prior
     exact = exact_posterior(WideModel(ToySettings(prior)), PriorProposal(prior), settings, 1)[0]
     path = tmp_path / "posterior.h5"
-    save(path, exact_to_groups(exact, Z, COMPONENTS, prior, settings), PROVENANCE)
-    read, shown = read_exact_posterior(path), read_exact_result(path)
+    by_network = replace(exact, condition=Z, components=COMPONENTS)
+    save(path, exact_to_groups(by_network, prior), PROVENANCE)
+    read = read_exact_posterior(path)
     assert (read.sampler, read.phi.shape) == (sampler, (500, 4 + nuisances))
     for found, expected in (
         (read.phi, exact.phi),
-        (shown.phi, exact.phi),
         (read.npe_phi, exact.npe_phi),
         (read.weighted.phi, exact.weighted.phi),
         (read.r_hat, exact.r_hat),

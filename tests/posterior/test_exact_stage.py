@@ -11,15 +11,14 @@ import speed_case
 from exact_case import fitted, weigh
 from exact_study import EXACT, write_inputs
 
-from swesbi.artefacts import load
+from swesbi.artefacts import Origin, load
 from swesbi.measurement.likelihood import read_speed_model
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import FlowProposal, flow_proposal
-from swesbi.posterior.exact import read_exact_posterior
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
 from swesbi.prior import in_bounds
 from swesbi.study.stages import exact as stage
-from swesbi.study.stages.origin import Origin
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +27,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def posterior(inputs: dict[str, Path], path: Path, seed: int = 1) -> Path:
-    settings = stage.ExactPosteriorStageSettings(model=speed_case.settings(), exact=EXACT)
+    settings = stage.ExactPosteriorSettings(model=speed_case.settings(), exact=EXACT)
     stage.exact_posterior(**inputs, posterior=path, settings=settings, origin=Origin(seed, "T", "c"))
     return path
 

@@ -160,5 +160,5 @@ def test_settings_of_a_subject_hold_what_was_measured_of_it_and_of_nobody_else(t
 def test_a_subject_outside_the_study_has_its_own(tmp_path: Path) -> None:
     folder = write_cohort(tmp_path / "cohort")
     written(folder, ALL, "118,74,", ",,295")
-    parts = stage_settings(cohort_of(folder, {}), "new_subject", experiment="calibrated", subject="S-1")
+    parts = stage_settings(cohort_of(folder, {}), "one_answer", experiment="calibrated", subject="S-1")
     assert parts["ingest"]["clinical"] == {"dbp_mmhg": 74.0, "lvet_ms": None, "sbp_mmhg": 118.0}

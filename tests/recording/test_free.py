@@ -13,7 +13,7 @@ import speed_case
 from free_case import DECLARED, HEART, QUALITY, observed
 from scipy.io import savemat
 
-from swesbi.artefacts import save, to_groups
+from swesbi.artefacts import Origin, save, to_groups
 from swesbi.recording.check import examine_cohort
 from swesbi.recording.free_observation import (
     KIND,
@@ -28,7 +28,6 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_layout, read_noise_declaration, read_repeats
 from swesbi.recording.reader import read_samples
 from swesbi.recording.settings import NoiseDeclaration
-from swesbi.study.stages.origin import Origin
 
 POINTS = speed_case.shipped().measurement.grid_points
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, nominal_phase
 
 from data.makers.files import samples_table
-from swesbi.artefacts import load
+from swesbi.artefacts import Origin, load
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import ACQUISITION
@@ -23,7 +23,6 @@ from swesbi.recording.settings import ContextRow
 from swesbi.recording.speed import estimate_noise, repeat_means
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
-from swesbi.study.stages.origin import Origin
 
 
 def without_phases(samples: Samples, *indices: int) -> Samples:
@@ -237,7 +236,7 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     row = ContextRow(
         subject="T", sex="F", age_years=25, bsa_m2=1.7, hr_bpm=60, lvedv_ml=90, lvesv_ml=34, ivsd_cm=0.8
     )
-    settings = stage.IngestStageSettings(
+    settings = stage.IngestSettings(
         context=row,
         clinical=ClinicalRow(sbp_mmhg=121.0, dbp_mmhg=78.0),
         recording=RECORDING,

@@ -10,7 +10,7 @@ from recordings import CONTEXT, RECORDING, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
 
 from data.makers.files import samples_table
-from swesbi.artefacts import ArtefactError, save, to_groups
+from swesbi.artefacts import ArtefactError, Origin, save, to_groups
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.acquisition import acquire
 from swesbi.recording.components import (
@@ -29,7 +29,6 @@ from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
-from swesbi.study.stages.origin import Origin
 from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08)

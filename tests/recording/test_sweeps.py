@@ -16,7 +16,7 @@ from statsmodels.regression.mixed_linear_model import MixedLM
 
 from data.makers.files import samples_table
 from swesbi.__main__ import main
-from swesbi.artefacts import load, save, to_groups
+from swesbi.artefacts import Origin, load, save, to_groups
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.components import (
     LARGEST_SD,
@@ -49,7 +49,6 @@ from swesbi.recording.sweeps import (
 )
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
-from swesbi.study.stages.origin import Origin
 from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
 
 TRUE = NoiseComponents(0.04, 0.08, 0.05)

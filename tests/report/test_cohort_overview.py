@@ -17,7 +17,7 @@ from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
 from swesbi.report.figures.population import draw_strata, read_strata
@@ -100,7 +100,7 @@ def test_the_table_of_a_study_has_the_medians_and_limits_of_its_draws(finished: 
     shown = read_cohort(folder / "cohort.csv").set_index("subject")
     assert list(shown.index) == ["A", "F", "G"]
     for subject in shown.index:
-        phi = read_exact_result(folder / "subjects" / subject / "posterior.h5").phi
+        phi = read_exact_posterior(folder / "subjects" / subject / "posterior.h5").phi
         for j, name in enumerate(PHI_NAMES):
             limits = shown.loc[subject, [f"{name}_{end}" for end in ("low", "median", "high")]]
             np.testing.assert_allclose(

@@ -16,10 +16,10 @@ import yaml
 from study_copy import ROOT, StudyCopy, copy_study
 
 from swesbi.__main__ import main
+from swesbi.answers.written import OUTPUTS
 from swesbi.recording.layout import layout_of
 from swesbi.recording.reader import read_samples
 from swesbi.report.answers_table import read_answers
-from swesbi.study.answering import FREE_OUTPUTS, OUTPUTS
 
 PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -70,7 +70,7 @@ def test_a_trained_network_answers_as_the_page_says(own_study: StudyCopy) -> Non
     assert sorted(path.name for path in answers.iterdir()) == ["S-101", "S-102"]
     for subject in ("S-101", "S-102"):
         assert xr.load_dataset(answers / subject / "observation.h5", engine="h5netcdf").sizes["phase"] == 12
-        assert {path.name for path in (answers / subject).iterdir()} == set(OUTPUTS.values())
+        assert {path.name for path in (answers / subject).iterdir()} == set(OUTPUTS)
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_push_trains_are_answered_without_a_study(walked: tuple[StudyCopy, dict[
     )
     assert "declared coefficient of variation, integrated out" in said
     answer = walked[0].folder / "results" / "calibrated" / "new" / "virtual_push_trains" / "A"
-    assert {path.name for path in answer.iterdir()} == set(FREE_OUTPUTS.values())
+    assert {path.name for path in answer.iterdir()} == set(OUTPUTS)
 
 
 @pytest.mark.slow

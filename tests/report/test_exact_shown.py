@@ -13,16 +13,15 @@ from exact_shown import PRIOR, panel, phi, predictive_panel, result, verdict, wr
 from figure_text import assert_text_apart, text_boxes
 from matplotlib.figure import Figure
 
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.checks.recovery import read_truth
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.report.figures.posterior import draw_exact_posteriors
 from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
 from swesbi.report.study_tables import TRUTH_COLUMNS, JudgedPosterior, truth_table
 from swesbi.study.stages import tables as truth_stage
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.answers import is_exact, verdict_numbers
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
@@ -70,11 +69,11 @@ def test_verdicts_of_both_kinds_are_read_alike() -> None:
 def test_what_is_shown_is_what_was_written(tmp_path: Path) -> None:
     path, draws = tmp_path / "posterior.h5", phi("A", 300)
     write_posterior(path, draws, "A")
-    found = read_exact_result(path)
+    found = read_exact_posterior(path)
     np.testing.assert_array_equal(found.phi, draws)
     np.testing.assert_array_equal(read_posterior(path).theta, draws[:, :3])
     assert (found.sampler, found.k_hat, found.efficiency, found.by_mcmc) == ("importance", 0.2, 0.8, False)
-    assert np.isnan(found.r_hat)
+    assert np.isnan(found.largest_r_hat)
     assert result("F").by_mcmc
 
 

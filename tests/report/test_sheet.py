@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from posterior_case import exact_of
 
 from swesbi.checks.identifiability.more_repeats import MoreRepeats
 from swesbi.checks.scores import Band
 from swesbi.context import Context
 from swesbi.parameters import PHI_NAMES, TOLD_NAMES
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
@@ -36,10 +37,10 @@ def _spread(log_sd: float, seed: int) -> np.ndarray:
     return np.asarray(MEDIANS * np.exp(log_sd * np.random.default_rng(seed).standard_normal((4000, Q))))
 
 
-def _result(converged: bool = True) -> ExactResult:
+def _result(converged: bool = True) -> ExactPosterior:
     draws = _spread(0.1, 1)[:, [TOLD_NAMES.index(name) for name in PHI_NAMES]]
-    reasons = "" if converged else "R-hat 1.30"
-    return ExactResult(draws, draws, "importance", 0.3, 0.7, 0.4, float("nan"), converged, reasons, 0.9)
+    reasons = () if converged else ("R-hat 1.30",)
+    return exact_of(draws, efficiency=0.4, converged=converged, reasons=reasons)
 
 
 def _curve() -> ShownCurve:

@@ -34,6 +34,7 @@ LAYERS = (
     "checks",
     "config",
     "report",
+    "answers",
     "study",
     "__main__",
 )

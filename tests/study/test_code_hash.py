@@ -20,11 +20,11 @@ from study_copy import ROOT
 from traced import SOURCE, Trace
 
 from swesbi.__main__ import main
+from swesbi.artefacts import Origin
 from swesbi.recording.settings import ContextRow
 from swesbi.study.code.hash import Packages, Place, stage_hash
 from swesbi.study.registry import STAGES, stage_place
 from swesbi.study.stages import cmaes, cohort, inference, predictive, simulation, training
-from swesbi.study.stages.origin import Origin
 
 LAW = "from toy.part import law\ndef run(): return law(1)\n"
 
@@ -349,8 +349,6 @@ def test_stages_reach_their_science_and_no_other() -> None:
     reaching = {
         Place("swesbi.checks.cmaes", "search"): {
             "cmaes",
-            "new_subject",
-            "new_subject_of_population",
         },
         Place("swesbi.recording.noise", "fit_noise"): {"noise"},
     }

@@ -9,7 +9,7 @@ import torch
 from matplotlib.figure import Figure
 from study_copy import StudyCopy
 
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
@@ -31,7 +31,6 @@ from swesbi.report.training_tables import (
     VALIDATION_LOSS,
 )
 from swesbi.study.stages import epochs
-from swesbi.study.stages.origin import Origin
 
 CHECKPOINTS = {1, 3, 6}
 SUBJECTS = ("A", "F")

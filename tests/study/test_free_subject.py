@@ -12,11 +12,12 @@ import pytest
 import speed_case
 from study_copy import ROOT
 
-from swesbi.artefacts import save, to_groups
+from swesbi.answers.free import FreeRecording
+from swesbi.artefacts import Origin, save, to_groups
 from swesbi.checks.free_predictive import draw_pushes
 from swesbi.config.new_recordings import is_free_running, noise_declared
 from swesbi.config.read import ConfigError, overlay, read_merged
-from swesbi.config.refusals import network_of_pushes, recording_refusal
+from swesbi.config.refusals import network_of_pushes
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
@@ -26,10 +27,11 @@ from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
-from swesbi.recording.free_observation import KIND, ingest_free
+from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.problems import RecordingError
 from swesbi.study.answering import OtherAnswerError, check_untouched
-from swesbi.study.stages.origin import Origin
+from swesbi.study.observing import observe
 from swesbi.verdict.without_null import residual_test
 
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
@@ -111,13 +113,13 @@ def read_again(asked: Study) -> Study:
 
 def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: Study) -> None:
     phases = {
-        name: stage_settings(asked, "new_subject", experiment="calibrated", subject=name)["ingest"]
+        name: stage_settings(asked, "one_answer", experiment="calibrated", subject=name)["ingest"]
         for name in ("S-1", "s_2x")
     }
     assert [one["recording"]["phases"] for one in phases.values()] == [20, 24]
-    assert [recording_refusal(asked, name) for name in ("S-1", "s_2x", "S-3")] == ["", "", ""]
-    free = stage_settings(asked, "free_subject", experiment="amortised", subject="S-3")
-    assert free["noise"] == {"fit_points": None, "cv_fraction": 0.1, "cv_log_sd": 0.3}
+    observed = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
+    assert [isinstance(one, FreeObservation) for one in observed] == [False, False, True]
+    assert (observed[2].noise_source, observed[2].noise_log_sd) == ("declared", 0.3)
 
 
 def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(asked: Study) -> None:
@@ -137,14 +139,17 @@ def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(as
 def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
     path = asked.new_cohort / "swe" / "S-3.csv"
     path.write_text(free_case.MITRAL_WAVES)
-    assert "natural waves are not interpreted" in recording_refusal(asked, "S-3")
+    with pytest.raises(RecordingError, match="natural waves are not interpreted"):
+        observe(asked, "S-3")
     free_case.train(2).assign(event="AVC").to_csv(path, index=False)
-    assert "column 'event': says what set off each wave" in recording_refusal(asked, "S-3")
+    with pytest.raises(RecordingError, match="column 'event': says what set off each wave"):
+        observe(asked, "S-3")
 
 
 def test_pushes_that_cannot_be_used_are_refused(asked: Study) -> None:
     free_case.train(2, lost=1.0).to_csv(asked.new_cohort / "swe" / "S-3.csv", index=False)
-    assert "0 pushes are acceptable" in recording_refusal(asked, "S-3")
+    with pytest.raises(RecordingError, match="0 pushes are acceptable"):
+        observe(asked, "S-3")
 
 
 def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:
@@ -160,6 +165,12 @@ def test_a_study_on_a_cohort_with_a_protocol_of_one_recording_is_refused(asked: 
         load_study(plain)
 
 
+def recording_of(asked: Study, subject: str) -> FreeRecording:
+    observed = observe(asked, subject)
+    assert isinstance(observed, FreeObservation)
+    return FreeRecording(observed, FreeModel(speed_case.model(), observed.cell, 0.0))
+
+
 def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: Path) -> None:
     folder = tmp_path / "answer"
     folder.mkdir()
@@ -169,10 +180,10 @@ def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: P
     seen = ingest_free(read_free_samples(path, 1000.0), context, asked.config.recording, declared)
     made = Origin(1, "S-3", "0" * 64).provenance(KIND, declared)
     save(folder / "observation.h5", to_groups(seen), made)
-    check_untouched(folder, asked, "S-3")
+    check_untouched(folder, recording_of(asked, "S-3"))
     free_case.train(9).to_csv(path, index=False)
     with pytest.raises(OtherAnswerError, match="holds the answer to another recording"):
-        check_untouched(folder, asked, "S-3")
+        check_untouched(folder, recording_of(asked, "S-3"))
 
 
 def test_residuals_that_no_heart_makes_are_held_against_the_model() -> None:

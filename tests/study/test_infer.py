@@ -20,21 +20,20 @@ from recordings import RECORDING, make_samples
 from study_copy import StudyCopy
 
 from swesbi.__main__ import main
+from swesbi.answers.written import OUTPUTS, WITH_PRESSURES
 from swesbi.artefacts import Provenance
-from swesbi.base.settings import Settings
 from swesbi.checks.free_predictive import read_free_predictive
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import TOLD_NAMES
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.free_observation import read_free_observation
 from swesbi.recording.noise import compare_noise, mean_errors
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.answers_table import read_answers
-from swesbi.study.answering import FREE_OUTPUTS, OUTPUTS, WITH_PRESSURES
-from swesbi.study.stages import other_network
-from swesbi.study.stages.new_subject import known_noise
+from swesbi.study import other_network
+from swesbi.study.observing import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.verdict.recordings import NULL, OWN, SubjectChecks
@@ -92,7 +91,7 @@ def test_other_limits_of_quality_control_are_refused(tmp_path: Path, monkeypatch
     monkeypatch.setattr(stage, "load", lambda *_: (None, provenance))
     stage.check_quality(tmp_path, RECORDING)
     looser = RECORDING.model_copy(update={"min_fit_r2": 0.1})
-    with pytest.raises(stage.OtherNetworkError, match="was told under recording.min_fit_r2 = .* has 0.1"):
+    with pytest.raises(stage.OtherNetworkError, match="estimated under recording.min_fit_r2 = .* has 0.1"):
         stage.check_quality(tmp_path, looser)
 
 
@@ -247,16 +246,9 @@ def test_a_setting_that_is_null_is_one_that_is_not_there(
     stage = other_network
     known = {"theta": {"low": 1.0}, "scale": 2.0}
     monkeypatch.setattr(stage, "load_flow_provenance", lambda _: Provenance("flow", settings=known))
-    stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": None}, scale=2.0))
+    stage.check_network(tmp_path, {"theta": {"low": 1.0, "factor": None}, "scale": 2.0})
     with pytest.raises(stage.OtherNetworkError, match="trained with theta.factor = None, the configuration"):
-        stage.check_network(tmp_path, Plain(theta={"low": 1.0, "factor": 0.5}, scale=2.0))
-
-
-class Plain(Settings):
-    """Settings of a network."""
-
-    theta: dict[str, float | None]
-    scale: float
+        stage.check_network(tmp_path, {"theta": {"low": 1.0, "factor": 0.5}, "scale": 2.0})
 
 
 def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyCopy, tmp_path: Path) -> None:
@@ -350,7 +342,7 @@ def check_table(answers: pd.DataFrame) -> None:
 
 def check_gated(out: Path, said: str) -> None:
     """A gated subject has all files, a verdict by all tests, and a certificate."""
-    assert {path.name for path in out.iterdir()} == {*OUTPUTS.values(), WITH_PRESSURES}
+    assert {path.name for path in out.iterdir()} == {*OUTPUTS, WITH_PRESSURES}
     verdict = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
     assert {"noise", "chi2", "context_ranges", "context_leave_one_out"} <= {
         test["name"] for test in verdict["tests"]
@@ -365,14 +357,14 @@ def check_gated(out: Path, said: str) -> None:
 
 def check_free(out: Path) -> None:
     """A free-running subject has all files, and is told that there is no verdict."""
-    assert {path.name for path in out.iterdir()} == set(FREE_OUTPUTS.values())
+    assert {path.name for path in out.iterdir()} == set(OUTPUTS)
     verdict = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
     assert verdict["sentence"].startswith("no verdict: a free-running recording has no null distributions")
     names = [test["name"] for test in verdict["tests"]]
     assert names[:3] == ["residuals", "end_diastolic_volume", "end_systolic_volume"]
     assert all(name.startswith("contraction_") for name in names[3:])
     assert names[3:] == [f"contraction_{name}" for name in TOLD_NAMES]
-    posterior = read_exact_result(out / "posterior.h5")
+    posterior = read_exact_posterior(out / "posterior.h5")
     assert posterior.converged
     assert verdict["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
     assert read_free_observation(out / "observation.h5").noise_source == "declared"

@@ -25,7 +25,7 @@ from inference_study import (
     write_inputs,
 )
 
-from swesbi.artefacts import ArtefactError, read_provenance
+from swesbi.artefacts import ArtefactError, Origin, read_provenance
 from swesbi.checks.recovery import fresh_simulations
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import read_measured_subjects
@@ -37,7 +37,6 @@ from swesbi.networks.paper.pool import read_pool
 from swesbi.posterior.truncated import read_posterior
 from swesbi.seeds import integer_seed
 from swesbi.study.stages import inference
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.verdict import read_verdict
 
 

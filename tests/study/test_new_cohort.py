@@ -6,25 +6,33 @@ import argparse
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+import speed_case
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
+from swesbi.answers.gated import GatedRecording
+from swesbi.answers.knowledge import Knowledge
 from swesbi.config.read import ConfigError, add_options, parsed, read_merged
-from swesbi.config.refusals import context_refusal, recording_refusal
+from swesbi.config.refusals import context_refusal
 from swesbi.config.study import Study, load_study
 from swesbi.parameters import TOLD_NAMES
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
+from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
+from swesbi.recording.speed import NoiseComponents
 from swesbi.report.answers_table import Asked, answers_table, explanations, read_answers, write_answers
+from swesbi.study import answering
 from swesbi.study import infer as command
 from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
 from swesbi.study.infer import check_table
+from swesbi.study.observing import GatedObservation, observe
 from swesbi.verdict import answers as answers_module
 from swesbi.verdict.answers import Answer
 
@@ -62,20 +70,30 @@ def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) 
     assert tuple(study.new_rows) == (THICK, GOOD, SHORT)
     assert "column 'ivsd_cm': '9.5'" in study.new_refused[WRONG]
     assert "there is no file GONE.csv" in study.new_refused[ABSENT]
-    assert recording_refusal(study, GOOD) == ""
-    assert "swe/P03-before.csv" in recording_refusal(study, SHORT)
+    observe(study, GOOD)
+    with pytest.raises(RecordingError, match="swe/P03-before.csv"):
+        observe(study, SHORT)
+
+
+def answered_into(_: answering.Asked, folder: Path, *, force: bool) -> SimpleNamespace:
+    """Answer nothing, in a folder."""
+    assert not force
+    folder.mkdir(parents=True)
+    return SimpleNamespace(verdict=None)
 
 
 def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All of the folder, by any network that runs and by one; nothing is inferred here."""
-    answer = rows()[0].answer
+    answer, cohort_noise = rows()[0].answer, SimpleNamespace(components=NoiseComponents(0.03, 0.06))
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(command, "check_finished", lambda *_: None)
-    monkeypatch.setattr(command, "answer_into", lambda *_: None)
-    monkeypatch.setattr(command, "_text", lambda *_: "")
-    monkeypatch.setattr(answers_module, "read_answer", lambda *_: answer)
+    monkeypatch.setattr(answering.Answerer, "_knowledge", lambda *_: Knowledge())
+    monkeypatch.setattr(answering, "check_quality", lambda *_: None)
+    monkeypatch.setattr(answering, "read_noise", lambda _: cohort_noise)
+    monkeypatch.setattr(answering.Asked, "answer_into", answered_into)
+    monkeypatch.setattr(command, "answer_text", lambda *_: "")
+    monkeypatch.setattr(answers_module, "told_of", lambda *_: answer)
 
     def asked(*further: str) -> pd.DataFrame:
         out = tmp_path / "-".join(["out", *further])
@@ -115,12 +133,15 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s(
 
 
 def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Path) -> None:
-    check_untouched(tmp_path / "nowhere", study, GOOD)
+    observed = observe(study, GOOD)
+    assert isinstance(observed, GatedObservation)
+    good = GatedRecording(observed.observation, speed_case.model())
+    check_untouched(tmp_path / "nowhere", good)
     (tmp_path / "mine").mkdir()
-    check_untouched(tmp_path / "mine", study, GOOD)
+    check_untouched(tmp_path / "mine", good)
     (tmp_path / "mine" / "notes.txt").write_text("mine")
     with pytest.raises(OtherAnswerError, match="holds no answer; name another folder by --out, or .*--force"):
-        check_untouched(tmp_path / "mine", study, GOOD)
+        check_untouched(tmp_path / "mine", good)
     quality = study.config.recording
     samples = read_samples(study.new_recording(GOOD), quality.phases, quality.density_kg_m3)
     context = study.new_rows[GOOD].to_context()

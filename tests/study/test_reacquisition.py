@@ -21,6 +21,7 @@ from inference_study import (
 )
 from recordings import RECORDING
 
+from swesbi.artefacts import Origin
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import late_diastolic
 from swesbi.measurement.settings import summary_names
@@ -29,7 +30,6 @@ from swesbi.prior import log_centre
 from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings
 from swesbi.recording.phases import sample_cycle
 from swesbi.study.stages import inference, simulation, training
-from swesbi.study.stages.origin import Origin
 
 SILENT = ACQUISITION.model_copy(
     update={

@@ -13,11 +13,11 @@ from typing import get_type_hints
 import pytest
 from study_copy import ROOT, StudyCopy
 
+from swesbi.artefacts import Origin
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.study.registry import stage_function
-from swesbi.study.stages.origin import Origin
 
 ROW = re.compile(r"^\| .* \| `(?P<file>[a-z_/]+)\.py` \| `(?P<function>[a-z_]+)` \|$", re.MULTILINE)
 PAGE = ROOT / "src" / "swesbi" / "README.md"

@@ -11,7 +11,7 @@ import pytest
 from exact_case import SETTINGS
 from observed_cohort import write_observed_cohort
 
-from swesbi.artefacts import ArtefactError, Provenance, load, save
+from swesbi.artefacts import ArtefactError, Origin, Provenance, load, save
 from swesbi.checks.calibration.dataset import FRESH as CALIBRATION
 from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
 from swesbi.checks.calibration.dataset import join_fresh as join
@@ -21,9 +21,8 @@ from swesbi.context import Context
 from swesbi.networks.flow.cells import CellConditioner
 from swesbi.networks.flow.files import KIND, load_flow, save_flow
 from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.study.stages import answers as stage
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.context import ContextRefusedError, check_declared
 from swesbi.verdict.pooled import KIND as NULL
 from swesbi.verdict.pooled import draw_null, read_null, to_dataset
@@ -154,11 +153,11 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     }
 
 
-def settings() -> stage.PopulationAnswersStageSettings:
+def settings() -> stage.AnswerSettings:
     rule = BASE.misspecification
     model = case.MODEL.to_plain()
     summary = BASE.summary.to_plain()
-    return stage.PopulationAnswersStageSettings.from_plain(
+    return stage.AnswerSettings.from_plain(
         {
             "exact_posterior": {"model": model, "exact": EXACT.to_plain()},
             "predictive_speeds": {
@@ -174,7 +173,8 @@ def settings() -> stage.PopulationAnswersStageSettings:
                 "ejection_time": rule.ejection_time.to_plain(),
                 "lvet_sd_ms": 10.0,
             },
-            "predictive_recordings": 100,
+            "reference_recordings": 100,
+            "uninformative": {"sd_ratio": 0.9, "shift": 0.25},
         }
     )
 
@@ -202,7 +202,7 @@ def test_each_subject_is_answered_whoever_was_answered_before(study: dict[str, P
     verdict = read_verdict(tmp_path / "T-verdict.json")
     assert verdict.status in {"not contradicted", "strained", "contradicted"}
     assert [test.name for test in verdict.tests][-1] == "network"
-    assert read_exact_result(tmp_path / "T-posterior.h5").phi.shape == (EXACT.draws, 4)
+    assert read_exact_posterior(tmp_path / "T-posterior.h5").phi.shape == (EXACT.draws, 4)
     assert load(tmp_path / "T-posterior.h5", "posterior")[1].subject == "T"
     assert both["S"] != both["T"]
 

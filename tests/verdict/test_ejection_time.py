@@ -22,12 +22,11 @@ from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.cohort import read_subject_table
-from swesbi.study.stages.verdict import VerdictStageSettings
 from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import EjectionTimeSettings
 from swesbi.verdict.verdict import VerdictTest
-from swesbi.verdict.with_null import grade
+from swesbi.verdict.with_null import VerdictSettings, grade
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, forward_model_of
 
 CONFIG: Final = speed_case.shipped()
@@ -129,7 +128,7 @@ def test_the_stage_knows_how_well_it_is_measured() -> None:
     raw = read_merged(speed_case.ROOT / "config.yaml")
     raw["cohort"] = str(speed_case.ROOT / "data" / "virtual_volunteers")
     plain = stage_settings(load_study(raw), "verdict", experiment="calibrated", subject="A")
-    settings = VerdictStageSettings.from_plain(plain)
+    settings = VerdictSettings.from_plain(plain)
     assert settings.lvet_sd_ms == LVET_SD_MS
     assert settings.ejection_time == SETTINGS
 

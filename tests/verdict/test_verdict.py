@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import speed_case
 from misspecification_case import Bank, conditioning, settings, subject_checks
+from posterior_case import exact_of
 from scipy.stats import kstest
 
 from swesbi.artefacts import ArtefactError, Provenance, save, write_json
@@ -154,21 +155,18 @@ def test_volumes_and_context_strain_and_only_extreme_volumes_do_more(
     assert grade(overall, [volume(z)], [ranges(outside)], 6.0) == expected
 
 
-class Made:
-    npe_phi = np.tile([60.0, 6.0, 29.0, 2.2], (50, 1))
-    phi = np.tile([61.0, 6.1, 29.1, 2.1], (50, 1))
-    interval_mass = 0.9
-    sampler = "mcmc"
-    converged = False
-    reasons = "MCMC has not converged"
-    k_hat = float("inf")
-    efficiency = 0.03
+MADE = exact_of(
+    np.tile([61.0, 6.1, 29.1, 2.1], (50, 1)),
+    np.tile([60.0, 6.0, 29.0, 2.2], (50, 1)),
+    sampler="mcmc", k_hat=np.inf, efficiency=0.03, converged=False,
+    reasons=("MCMC has not converged",),
+    components=("maximum_kpa", "ivsd_cm"), condition=np.array([0.1, -3.4]),
+)  # fmt: skip
 
 
 def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
-    z, names = np.array([0.1, -3.4]), ("maximum_kpa", "ivsd_cm")
     test = VerdictTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
-    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), z, names, Made(), TOLD)
+    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), MADE, TOLD)
     path = tmp_path / "verdict.json"
     write_json(path, verdict.to_json())
     assert read_verdict(path) == verdict
@@ -181,7 +179,7 @@ def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     assert verdict.acceptance == 1.0
     assert verdict.reasons[-1] == "MCMC has not converged"
     assert verdict.sentence.startswith("strained: chi2: posterior predictive p-value")
-    assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), z, names, Made(), TOLD).may_be_read
+    assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), MADE, TOLD).may_be_read
 
 
 def test_the_file_of_an_experiment_on_features_has_no_grading(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from swesbi.config.study import Study
 from swesbi.parameters import THETA_NAMES
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.report.numbers import MISSING, share
@@ -70,7 +70,7 @@ def read_calibration_results(folder: Path, study: Study, name: str, docs: Path) 
         shown = Exact(
             experiment=read_experiment(folder, study, name, docs),
             results={
-                s: read_exact_result(inferred / "subjects" / s / "posterior.h5")
+                s: read_exact_posterior(inferred / "subjects" / s / "posterior.h5")
                 for s in study.subjects_of(name)
             },
             calibration=read_table(at_length(folder, docs, name, "calibration")),

@@ -28,7 +28,7 @@ claims:
       - { of: hearts, value: covered, by: sum }
       - { of: hearts, value: covered, by: count }
   - file: README.md
-    text: the truth in {} of
+    text: the true value in {} of
     found:
       - { of: study, value: covered, where: heart != 'x', by: sum }
 no_claims: []
@@ -149,7 +149,7 @@ def test_results_are_asked_of_a_study_in_which_the_claim_holds(project: Path) ->
     ("old", "new", "said"),
     [
         ("{ of: study, value", "{ of: stuby, value", "no source is called 'stuby'"),
-        ("the truth in {} of\n", "the truth in 3 of\n", "has 0 holes and 1 values"),
+        ("the true value in {} of\n", "the true value in 3 of\n", "has 0 holes and 1 values"),
         ("by: sum }\n      - { of: hearts, value: covered, by: count }", "by: most }", "by"),
         ("no_claims: []", "no_claims: []\nmore: 1", "more"),
     ],

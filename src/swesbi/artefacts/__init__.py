@@ -2,7 +2,7 @@
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, folder_made_whole
 from swesbi.artefacts.files import load, save, write_json
-from swesbi.artefacts.provenance import Provenance, read_provenance
+from swesbi.artefacts.provenance import Origin, Provenance, read_provenance
 from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_dataset, register
 from swesbi.artefacts.stored import (
     from_dataset,
@@ -20,6 +20,7 @@ __all__ = [
     "ArtefactError",
     "DamagedArtefactError",
     "Labels",
+    "Origin",
     "Part",
     "Provenance",
     "Variable",

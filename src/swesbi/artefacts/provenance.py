@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from swesbi import __version__
+from swesbi.base.settings import Settings
 
 SCHEMA_VERSION = 2
 """Raised whenever what a file holds changes: 2 since artefacts end with a checksum."""
@@ -42,6 +43,19 @@ class Provenance:
             "package_version": self.package_version,
             "code_hash": self.code_hash,
         }
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The study's seed, the subject (empty for the whole cohort) and the hash of the code that runs."""
+
+    seed: int
+    subject: str = ""
+    code_hash: str = ""
+
+    def provenance(self, kind: str, settings: Settings) -> Provenance:
+        """Return the provenance of an artefact of this ``kind`` made under these ``settings``."""
+        return Provenance(kind, self.subject, self.seed, settings.to_plain(), self.code_hash)
 
 
 def read_provenance(attributes: Mapping[str, Any]) -> Provenance:

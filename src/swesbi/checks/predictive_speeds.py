@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from swesbi.checks.coverages import NO_COVERAGES, cover
 from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
-from swesbi.checks.predictive import Draws, Prediction, Target
+from swesbi.checks.predictive import Draws, Prediction, PredictiveCheck, Target
 from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, score
+from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
@@ -21,6 +22,7 @@ from swesbi.prior import sample
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
+from swesbi.seeds import generator
 
 FloatArray = NDArray[np.float64]
 NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
@@ -95,6 +97,48 @@ def prior_recordings(
     predicted = model.predict_at(phi, wall)
     volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
     return _record(phi, predicted, volumes, 0, recorder, rng)
+
+
+def predictive_check(
+    recorder: Recorder,
+    phi: FloatArray,
+    simulations: PriorSimulations,
+    settings: PredictiveSettings,
+    seed: int,
+    *,
+    may_be_read: bool,
+) -> PredictiveCheck:
+    """Compare a recording with what prior and posterior predict of new ones.
+
+    New recordings are drawn under the whole observation model: measurement noise and discrepancy. A
+    contradicted subject keeps its predictive curves, which show what the model cannot do, but has no scores.
+
+    Args:
+        recorder: The recording and its model.
+        phi: Draws of the exact posterior; shape (n, d).
+        simulations: Of the prior, in the subject's context.
+        settings: Gives how many draws are taken, and the interval.
+        seed: The study's seed.
+        may_be_read: Whether the verdict lets the posterior be read.
+
+    Raises:
+        ValueError: Every posterior draw failed in the simulator.
+    """
+    number, subject = settings.draws, recorder.observation.subject
+    streams = (generator(seed, "predictive speeds", subject, name) for name in ("prior", "posterior"))
+    prior = prior_recordings(simulations, number, recorder, next(streams))
+    after = posterior_recordings(phi[:number], recorder, next(streams))
+    if not len(after.draws.theta):
+        raise ValueError(f"subject {subject}: none of {len(phi[:number])} posterior draws can be simulated")
+    target = recorder.target(feature_noise_sd(after))
+    shown = predict_recordings(after, target, settings.interval)
+    return PredictiveCheck(
+        target=target,
+        interval=settings.interval,
+        may_be_read=may_be_read,
+        prior=predict_recordings(prior, target, settings.interval),
+        posterior=shown if may_be_read else withheld(shown),
+    )
 
 
 def feature_noise_sd(made: Replicates) -> FloatArray:

@@ -15,7 +15,7 @@ from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT
 from swesbi.heart.simulate import simulate_active
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import OF_THETA
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import Observation
 
 ATTAINED: Final = "attained_stiffness_kpa"
@@ -47,8 +47,8 @@ class Compared:
     observation: Observation
     model: SpeedModelSettings
     model_with: SpeedModelSettings
-    without: ExactResult
-    with_them: ExactResult
+    without: ExactPosterior
+    with_them: ExactPosterior
 
 
 def pressures_table_of(compared: Iterable[Compared]) -> pd.DataFrame:

@@ -36,10 +36,6 @@ class NewSubjectsSettings(Settings):
         ge=8, le=60, description="Gated phases of their recordings; null: as many as recording.phases."
     )
     cohort_title: str = Field(min_length=1, description="What their figures call them.")
-    reference_fit: bool = Field(
-        description="Whether an answer waits for a CMA-ES fit, drawn beside it. Chosen: the fit keeps an "
-        "answer waiting for some eight seconds."
-    )
     margin_fraction: float = Field(
         ge=0.0,
         lt=1.0,

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
 from swesbi.config.study import Study
-from swesbi.recording.problems import RecordingError
 
 
 def context_refusal(study: Study, experiment: str, subject: str) -> str:
@@ -66,31 +64,3 @@ def trained_on(study: Study, experiment: str, subject: str) -> str:
         f"subject = {subject!r}: is in the cohort that the network was trained on; its answer is in "
         f"{study.config.results}/<experiment>/subjects/{subject}/"
     )
-
-
-def recording_refusal(study: Study, subject: str) -> str:
-    """Return why a subject's recording, gated or free-running, cannot be used; empty where it can."""
-    try:
-        (_read_pushes if is_free_running(study, subject) else _read_phases)(study, subject)
-    except RecordingError as error:
-        return str(error)
-    return ""
-
-
-def _read_phases(study: Study, subject: str) -> None:
-    from swesbi.recording.ingest import ingest
-    from swesbi.recording.reader import read_samples
-
-    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
-    path = study.new_recording(subject)
-    samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, subject)
-    ingest(samples, study.new_rows[subject].to_context(), settings, study.config.measurement.grid_points)
-
-
-def _read_pushes(study: Study, subject: str) -> None:
-    from swesbi.recording.free_observation import ingest_free
-    from swesbi.recording.free_samples import read_free_samples
-
-    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
-    samples = read_free_samples(study.new_recording(subject), settings.density_kg_m3, layout, subject)
-    ingest_free(samples, study.new_rows[subject].to_context(), settings, noise_declared(study, subject))

@@ -57,7 +57,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "sizes=population.nulls",
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
-    "population.nulls.predictive_recordings",
+    "reference_recordings=population.nulls.predictive_recordings new_subjects.uninformative",
     "cohort_posterior": "model experiment.exact cohort_posterior visits=visits_of_experiment",
     "cohort_posterior_figure": "cohort_title=title_of_experiment",
     "pressures": "stage.exact_posterior clinical",
@@ -87,13 +87,8 @@ SOURCES: Final[Mapping[str, str]] = {
 
 `value_of` says what a source is; ``stage.`` before a name stands for the settings of that stage.
 """
-OF_NEW_SUBJECTS: Final = (
-    "new_subject",
-    "new_subject_of_population",
-    "free_subject",
-    "free_subject_of_population",
-)
-"""Stages whose subject is outside the study."""
+ONE_ANSWER: Final = "one_answer"
+"""What the answer to a recording outside the study depends on; no stage of the study."""
 OF_PERSONS: Final = ("person_change", "change_groups")
 """Stages of persons outside the study."""
 FIGURE: Final = "_figure"
@@ -109,7 +104,7 @@ def stage_settings(study: Study, stage: str, **wildcards: str) -> dict[str, Any]
             of the experiment's.
         KeyError: There is no such stage.
     """
-    if {"subject", "experiment"} <= wildcards.keys() and stage not in OF_NEW_SUBJECTS:
+    if {"subject", "experiment"} <= wildcards.keys() and stage != ONE_ANSWER:
         study.check_subject(named(study, wildcards, "experiment"), named(study, wildcards, "subject"))
     return dict(sorted(_slice(study, wildcards, stage).items()))
 
@@ -171,7 +166,7 @@ def _report(study: Study, wildcards: Wildcards) -> dict[str, Any]:
 
 
 def _outside(name: str, study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    if name in (*OF_NEW_SUBJECTS, *OF_PERSONS) and not (study.new_rows or study.new_refused):
+    if name in (ONE_ANSWER, *OF_PERSONS) and not (study.new_rows or study.new_refused):
         command = "compare" if name in OF_PERSONS else "infer"
         raise ConfigError(
             f"{name}: no folder of recordings outside the study is named; `swesbi {command} --cohort FOLDER` "

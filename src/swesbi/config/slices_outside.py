@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.new_recordings import noise_declared, quality_of
+from swesbi.config.new_recordings import quality_of
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
@@ -15,68 +15,21 @@ Fields = Callable[[Study, Wildcards, str], dict[str, Any]]
 """Returns the values of the sources that a text names, and of other stages (``stage.NAME``)."""
 
 
-def _new_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the answer for a subject outside the pool depends on."""
-    return _answer(study, wildcards, fields) | fields(
-        study, wildcards, "stage.train_flow new_subjects.margin_fraction"
-    )
-
-
-def _new_subject_of_population(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the answer of a population's network for a subject outside the study depends on."""
-    own = fields(study, wildcards, "stage.train_population population.population")
-    return _answer(study, wildcards, fields) | own
-
-
-def _answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the chain of stages for a subject outside the study depends on, a part a stage."""
+def _one_answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
+    """Return what the answer to a recording outside the study depends on, a part a step."""
+    subject, title = wildcard(wildcards, "subject"), study.config.new_subjects.cohort_title
     parts = fields(
         study.outside,
         wildcards,
-        "stage.ingest stage.passive stage.cmaes stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "stage.exact_subject_figures clinical new_subjects.noise_level "
+        "stage.ingest stage.exact_posterior stage.verdict stage.predictive_speeds clinical "
+        "new_subjects.noise_level new_subjects.uninformative "
         "experiment.misspecification.synthetic.reference_recordings",
     )
-    simulated = "context prior forward_model draws=experiment.predictive.draws"
-    parts["simulate"] = fields(study.outside, wildcards, simulated)
-    parts["simulate"]["draws"] = [0, parts["simulate"]["draws"]]
-    _as_outside(parts, study, wildcard(wildcards, "subject"))
-    return parts | _sheet(study, wildcards, fields)
-
-
-def _as_outside(parts: dict[str, Any], study: Study, subject: str) -> None:
-    """Put what a recording outside the study says of itself, and is called, in place of the cohort's."""
     parts["ingest"]["recording"] = quality_of(study, subject).to_plain()
     parts["ingest"]["layout"] = study.new_layout_of(subject).to_plain()
-    parts["exact_subject_figures"]["cohort_title"] = study.config.new_subjects.cohort_title
-
-
-def _sheet(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the page of a subject outside the study depends on beside the answer."""
-    by = "experiment.identifiability.difference_step draws=experiment.identifiability.design.draws"
-    title = {"cohort_title": study.config.new_subjects.cohort_title}
-    return {"sheet": title | fields(study, wildcards, by)}
-
-
-def _free_subject(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the answer to a free-running recording depends on, without a network."""
-    stages = "stage.ingest stage.exact_posterior stage.verdict stage.exact_subject_figures"
-    parts = fields(study.outside, wildcards, stages)
-    subject = wildcard(wildcards, "subject")
-    _as_outside(parts, study, subject)
-    checked = (
-        "predictive_draws=experiment.predictive.draws predictive_interval=experiment.predictive.interval "
-        "new_subjects.uninformative"
-    )
-    noise = {"noise": noise_declared(study, subject).to_plain()}
-    sheet = _sheet(study, wildcards, fields)
-    return parts | noise | sheet | fields(study.outside, wildcards, checked)
-
-
-def _free_subject_of_population(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
-    """Return what the answer of a population's network to a free-running recording depends on."""
-    own = fields(study, wildcards, "stage.train_population population.population")
-    return _free_subject(study, wildcards, fields) | own
+    shown = "prior=joint_prior experiment.identifiability.difference_step"
+    by = f"{shown} draws=experiment.identifiability.design.draws"
+    return parts | {"shown": {"cohort_title": title} | fields(study, wildcards, by)}
 
 
 def _person_change(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str, Any]:
@@ -140,9 +93,6 @@ OUTSIDE: Final[Mapping[str, Callable[[Study, Wildcards, Fields], dict[str, Any]]
     "person_change": _person_change,
     "change_groups": _change_groups,
     "plan_bank": _plan_bank,
-    "free_subject": _free_subject,
-    "free_subject_of_population": _free_subject_of_population,
-    "new_subject": _new_subject,
-    "new_subject_of_population": _new_subject_of_population,
+    "one_answer": _one_answer,
 }
 """Stages that are no part of the study, and of more than values of the configuration side by side."""

@@ -1,86 +1,23 @@
-"""The exact posterior: importance weights, and MCMC where they are not reliable.
-
-The file is a posterior like any other, for :func:`swesbi.posterior.truncated.read_posterior` and whatever
-reads it, with the passive stiffness, the weights and how the draws were obtained beside it.
-"""
+"""The exact posterior: importance weights, and MCMC where they are not reliable."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Annotated, Final, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
-from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
 from swesbi.draws import equal_weights
-from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED
-from swesbi.posterior import truncated
 from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, k_hat_limit, resample
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
-from swesbi.posterior.result import NPE, NUISANCE_PARAMETERS, PRIOR_DRAWS, group_of_first, phi_of
-from swesbi.posterior.settings import ExactSettings, McmcSettings, PosteriorSettings, asking
+from swesbi.posterior.result import ExactPosterior
+from swesbi.posterior.settings import ExactSettings, McmcSettings, asking
 from swesbi.posterior.space import PlacedProposal
-from swesbi.prior import JointPriorSettings
 from swesbi.seeds import generator, integer_seed
 
-FloatArray = NDArray[np.float64]
-Sampler = Literal["importance", "mcmc"]
-SCALE_NAME: Final = PHI_NAMES[-1:]
-NUISANCE: Final = "nuisance"
-SEPARATOR: Final = "; "
-
-
-@dataclass(frozen=True)
-class ExactPosterior:
-    """Equally weighted draws of the exact posterior of one recording, and how they were obtained.
-
-    Attributes:
-        phi: Draws; shape (n, d).
-        reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
-        npe_phi: Draws of the proposal as they came, of the prior where there is no network; shape (m, d).
-        weighted: All draws of the proposal with their weights.
-        effective_draws: By parameter; shape (d,).
-        converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
-    """
-
-    phi: FloatArray
-    sampler: Annotated[Sampler, Variable("", "1", "what gave the draws: importance or mcmc")]
-    reasons: tuple[str, ...]
-    k_hat_limit: Annotated[
-        float, Variable("", "1", "largest Pareto shape of reliable weights", after="k_hat")
-    ]
-    npe_phi: FloatArray
-    weighted: Annotated[WeightedDraws, Part()]
-    r_hat: Annotated[
-        FloatArray, Variable("joint_parameter", "1", "rank-normalised split R-hat; NaN without MCMC")
-    ]
-    effective_draws: Annotated[
-        FloatArray, Variable("joint_parameter", "1", "effective number behind the draws")
-    ]
-    mcmc_steps: Annotated[int, Variable("", "1", "steps of each walker, warm-up included; 0 without MCMC")]
-    converged: Annotated[
-        bool, Variable("", "1", "1 where weights or sampler are reliable, else 0", after="sampler")
-    ]
-
-    @property
-    def k_hat(self) -> float:
-        """Pareto shape of the weights."""
-        return self.weighted.k_hat
-
-    @property
-    def efficiency(self) -> float:
-        """Effective share of the weighted draws."""
-        return self.weighted.efficiency
-
-    @property
-    def log_evidence(self) -> float:
-        """Logarithm of the evidence by the weights; as reliable as they are."""
-        return self.weighted.log_evidence
+if TYPE_CHECKING:
+    from swesbi.networks.flow.flow import FlowProposal
 
 
 def exact_posterior(
@@ -118,6 +55,11 @@ def exact_posterior(
     return replace(exact, npe_phi=first.draw(settings.draws, seeds[2])), efficiency
 
 
+def conditioned(exact: ExactPosterior, network: FlowProposal) -> ExactPosterior:
+    """Return a posterior with what the network that it began with was conditioned on."""
+    return replace(exact, condition=network.condition, components=network.flow.components)
+
+
 def certified(
     model: LikelihoodModel, weighted: WeightedDraws, settings: ExactSettings, seed: int
 ) -> ExactPosterior:
@@ -143,6 +85,8 @@ def certified(
         effective_draws=np.full(weighted.phi.shape[1], weighted.efficiency * len(weighted.phi)),
         mcmc_steps=0,
         converged=True,
+        interval_mass=settings.interval,
+        condition=np.empty(0),
     )
 
 
@@ -222,6 +166,8 @@ def _by_mcmc(
         effective_draws=sampled.effective_draws,
         mcmc_steps=sampled.steps,
         converged=sampled.converged,
+        interval_mass=settings.interval,
+        condition=np.empty(0),
     )
 
 
@@ -234,107 +180,3 @@ def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]
         f"{settings.max_r_hat:g} is needed) with {sampled.effective_draws.min():.0f} effective draws "
         f"({settings.min_effective_draws} are needed)",
     )
-
-
-def _nuisances(along: str) -> dict[str, Variable]:
-    """Return the dataset of nuisance parameters, of which an experiment has as many as its prior frees."""
-    meaning = "nuisance parameters, integrated out of the rest"
-    return {NUISANCE_PARAMETERS: Variable(f"{along} {NUISANCE}", NUISANCE_COLUMNS, meaning)}
-
-
-OWN: Final = schema_of(ExactPosterior)
-SCHEMA: Final = {
-    "/": arranged(
-        OWN["/"]
-        | {
-            "reasons": Variable(
-                "", "1", "why the weights were not used, what the sampler missed; or empty", after="converged"
-            ),
-        }
-    ),
-    "posterior": truncated.columns_along("chain draw", SCALE_NAME) | _nuisances("chain draw"),
-    NPE: truncated.columns_along("draw", PHI_NAMES, ", of the network") | _nuisances("draw"),
-    PRIOR_DRAWS: truncated.columns_along("draw", PHI_NAMES, ", of the prior") | _nuisances("draw"),
-    "weighted": truncated.columns_along("draw", PHI_NAMES) | _nuisances("draw") | OWN["weighted"],
-}
-"""What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior.
-
-Of the network's draws and the prior's it has one: those with which the inference began.
-"""
-
-
-def exact_to_groups(
-    exact: ExactPosterior,
-    z_obs: FloatArray,
-    component_names: tuple[str, ...],
-    prior: JointPriorSettings,
-    settings: ExactSettings,
-) -> dict[str, xr.Dataset]:
-    """Return the groups of ``posterior.h5``.
-
-    Args:
-        exact: The posterior of one recording.
-        z_obs: Conditioning vector of the network, shape (C,); empty where there was none.
-        component_names: Names of its components.
-        prior: The joint prior.
-        settings: Gives the interval's mass.
-    """
-    groups = truncated.posterior_to_groups(_summary(exact, z_obs, component_names, prior, settings))
-    groups["/"] = xr.merge([groups["/"], _root(exact, prior)], combine_attrs="no_conflicts")
-    labels = {NUISANCE: list(prior.nuisance_names)}
-    beside = _columns(exact.phi[None], SCALE_NAME)
-    added = build_dataset(SCHEMA["posterior"], beside, labels)
-    groups["posterior"] = groups["posterior"].assign(added.variables)
-    first = group_of_first(len(z_obs))
-    groups[first] = build_dataset(SCHEMA[first], _columns(exact.npe_phi, PHI_NAMES), labels)
-    weighted = _columns(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
-    groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted, labels)
-    return groups
-
-
-def _columns(phi: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
-    """Return columns of phi (..., d): the last of those reported by name, and the nuisance parameters."""
-    reported = phi[..., REPORTED][..., -len(names) :]
-    return truncated.columns_of(reported, names) | {NUISANCE_PARAMETERS: phi[..., REPORTED.stop :]}
-
-
-def read_exact_posterior(path: Path) -> ExactPosterior:
-    """Read what ``posterior.h5`` of an experiment on speeds holds beside the posterior of theta.
-
-    Raises:
-        ArtefactError: The file is not a posterior.
-        KeyError: It is the posterior of an experiment without an exact likelihood.
-    """
-    root, _ = load(path, truncated.POSTERIOR)
-    first = group_of_first(root.sizes["component"])
-    groups = {group: load(path, truncated.POSTERIOR, group)[0] for group in ("posterior", first, "weighted")}
-    groups["/"] = root
-    reasons = str(root["reasons"].item())
-    given = {
-        "phi": phi_of(groups["posterior"].isel(chain=0)),
-        "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
-        "npe_phi": phi_of(groups[first]),
-        "weighted.phi": phi_of(groups["weighted"]),
-    }
-    return from_groups(ExactPosterior, groups, given)
-
-
-def _summary(
-    exact: ExactPosterior,
-    z_obs: FloatArray,
-    component_names: tuple[str, ...],
-    prior: JointPriorSettings,
-    settings: ExactSettings,
-) -> truncated.Posterior:
-    """Return the posterior of theta; its candidates are the network's draws, none of which can leak."""
-    kept = PosteriorSettings(
-        draws=settings.draws, unfiltered_draws=settings.draws, interval=settings.interval
-    )
-    summary = truncated.summarise_posterior(exact.phi[:, OF_THETA], z_obs, component_names, prior.theta, kept)
-    npe = exact.npe_phi[:, OF_THETA]
-    return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
-
-
-def _root(exact: ExactPosterior, prior: JointPriorSettings) -> xr.Dataset:
-    values = values_of(exact)["/"] | {"reasons": SEPARATOR.join(exact.reasons)}
-    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(prior.names)})

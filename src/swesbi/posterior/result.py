@@ -1,23 +1,30 @@
-"""What is shown of an exact posterior: its draws, the network's, and how reliable they are.
+"""The exact posterior of one recording, with its certificate, and its file ``posterior.h5``.
 
-Read from ``posterior.h5`` without the libraries that made it.
+The file is a posterior like any other, for :func:`swesbi.posterior.truncated.read_posterior` and whatever
+reads it. Beside it stand the passive stiffness, the weights and how the draws were obtained. It is read
+without the libraries that made it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final, Literal
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from swesbi.artefacts import load
-from swesbi.parameters import PHI_NAMES
+from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
+from swesbi.base.arrays import FloatArray
+from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED
+from swesbi.posterior import truncated
+from swesbi.posterior.importance import WeightedDraws
+from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import POSTERIOR
+from swesbi.prior import JointPriorSettings
 
-FloatArray = NDArray[np.float64]
+Sampler = Literal["importance", "mcmc"]
 MCMC: Final = "mcmc"
 NUISANCE_PARAMETERS: Final = "nuisance_parameters"
 """The dataset of the nuisance parameters in each group of draws."""
@@ -25,63 +32,144 @@ NPE: Final = "npe"
 """The group of the network's own draws."""
 PRIOR_DRAWS: Final = "prior_draws"
 """The group of the prior's draws, in place of the network's where there was none."""
+SCALE_NAME: Final = PHI_NAMES[-1:]
+NUISANCE: Final = "nuisance"
+SEPARATOR: Final = "; "
 
 
 @dataclass(frozen=True)
-class ExactResult:
-    """The exact posterior of one recording.
+class ExactPosterior:
+    """Equally weighted draws of the exact posterior of one recording, and how they were obtained.
 
     Attributes:
-        phi: Equally weighted draws; shape (n, d).
-        npe_phi: Draws of the network as they came, or of the prior where there was none; shape (m, d).
-        sampler: What gave ``phi``: importance or mcmc.
-        k_hat: Pareto shape of the importance weights.
-        k_hat_limit: Largest shape of reliable weights.
-        efficiency: Effective share of the weighted draws.
-        r_hat: Largest split R-hat of the sampler over the parameters; NaN without one.
-        converged: Weights, or the sampler, are reliable.
-        reasons: Why the weights were not used, and what the sampler missed, in sentences; or empty.
+        phi: Draws; shape (n, d).
+        reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
+        npe_phi: Draws of the proposal as they came, of the prior where there is no network; shape (m, d).
+        weighted: All draws of the proposal with their weights.
+        effective_draws: By parameter; shape (d,).
+        converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
         interval_mass: Mass of the credible intervals.
+        condition: Conditioning vector of the network, shape (C,); empty where there was none.
+        components: Names of its components.
     """
 
     phi: FloatArray
+    sampler: Annotated[Sampler, Variable("", "1", "what gave the draws: importance or mcmc")]
+    reasons: tuple[str, ...]
+    k_hat_limit: Annotated[
+        float, Variable("", "1", "largest Pareto shape of reliable weights", after="k_hat")
+    ]
     npe_phi: FloatArray
-    sampler: str
-    k_hat: float
-    k_hat_limit: float
-    efficiency: float
-    r_hat: float
-    converged: bool
-    reasons: str
+    weighted: Annotated[WeightedDraws, Part()]
+    r_hat: Annotated[
+        FloatArray, Variable("joint_parameter", "1", "rank-normalised split R-hat; NaN without MCMC")
+    ]
+    effective_draws: Annotated[
+        FloatArray, Variable("joint_parameter", "1", "effective number behind the draws")
+    ]
+    mcmc_steps: Annotated[int, Variable("", "1", "steps of each walker, warm-up included; 0 without MCMC")]
+    converged: Annotated[
+        bool, Variable("", "1", "1 where weights or sampler are reliable, else 0", after="sampler")
+    ]
     interval_mass: float
+    condition: FloatArray
+    components: tuple[str, ...] = ()
+
+    @property
+    def k_hat(self) -> float:
+        """Pareto shape of the weights."""
+        return self.weighted.k_hat
+
+    @property
+    def efficiency(self) -> float:
+        """Effective share of the weighted draws."""
+        return self.weighted.efficiency
+
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of the evidence by the weights; as reliable as they are."""
+        return self.weighted.log_evidence
 
     @property
     def by_mcmc(self) -> bool:
         """Whether the sampler, and not the weights, gave the draws."""
         return self.sampler == MCMC
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What the draws missed, in sentences; none where they converged."""
+        return () if self.converged else self.reasons
 
-def read_exact_result(path: Path) -> ExactResult:
-    """Read what figures, tables and predictive checks take from ``posterior.h5`` of an experiment on speeds.
+    @property
+    def largest_r_hat(self) -> float:
+        """Largest split R-hat of the sampler over the parameters; NaN without one."""
+        return float(self.r_hat.max())
+
+
+def _nuisances(along: str) -> dict[str, Variable]:
+    """Return the dataset of nuisance parameters, of which an experiment has as many as its prior frees."""
+    meaning = "nuisance parameters, integrated out of the rest"
+    return {NUISANCE_PARAMETERS: Variable(f"{along} {NUISANCE}", NUISANCE_COLUMNS, meaning)}
+
+
+OWN: Final = schema_of(ExactPosterior)
+SCHEMA: Final = {
+    "/": arranged(
+        OWN["/"]
+        | {
+            "reasons": Variable(
+                "", "1", "why the weights were not used, what the sampler missed; or empty", after="converged"
+            ),
+        }
+    ),
+    "posterior": truncated.columns_along("chain draw", SCALE_NAME) | _nuisances("chain draw"),
+    NPE: truncated.columns_along("draw", PHI_NAMES, ", of the network") | _nuisances("draw"),
+    PRIOR_DRAWS: truncated.columns_along("draw", PHI_NAMES, ", of the prior") | _nuisances("draw"),
+    "weighted": truncated.columns_along("draw", PHI_NAMES) | _nuisances("draw") | OWN["weighted"],
+}
+"""What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior.
+
+Of the network's draws and the prior's it has one: those with which the inference began.
+"""
+
+
+def exact_to_groups(exact: ExactPosterior, prior: JointPriorSettings) -> dict[str, xr.Dataset]:
+    """Return the groups of ``posterior.h5``; ``prior`` names the parameters."""
+    groups = truncated.posterior_to_groups(_summary(exact, prior))
+    groups["/"] = xr.merge([groups["/"], _root(exact, prior)], combine_attrs="no_conflicts")
+    labels = {NUISANCE: list(prior.nuisance_names)}
+    beside = _columns(exact.phi[None], SCALE_NAME)
+    added = build_dataset(SCHEMA["posterior"], beside, labels)
+    groups["posterior"] = groups["posterior"].assign(added.variables)
+    first = group_of_first(len(exact.components))
+    groups[first] = build_dataset(SCHEMA[first], _columns(exact.npe_phi, PHI_NAMES), labels)
+    weighted = _columns(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
+    groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted, labels)
+    return groups
+
+
+def read_exact_posterior(path: Path) -> ExactPosterior:
+    """Read ``posterior.h5`` of an experiment on speeds.
 
     Raises:
         ArtefactError: The file is not a posterior.
-        KeyError: It is the posterior of an experiment on features.
+        KeyError: It is the posterior of an experiment without an exact likelihood.
     """
-    root, draws = (load(path, POSTERIOR, group)[0] for group in ("/", "posterior"))
-    first, _ = load(path, POSTERIOR, group_of_first(root.sizes["component"]))
-    return ExactResult(
-        phi=phi_of(draws.isel(chain=0)),
-        npe_phi=phi_of(first),
-        sampler=str(root["sampler"].item()),
-        k_hat=float(root["k_hat"]),
-        k_hat_limit=float(root["k_hat_limit"]),
-        efficiency=float(root["efficiency"]),
-        r_hat=float(root["r_hat"].max()),
-        converged=bool(root["converged"]),
-        reasons=str(root["reasons"].item()),
-        interval_mass=float(root["interval_mass"]),
-    )
+    root, _ = load(path, POSTERIOR)
+    first = group_of_first(root.sizes["component"])
+    groups = {group: load(path, POSTERIOR, group)[0] for group in ("posterior", first, "weighted")}
+    groups["/"] = root
+    reasons = str(root["reasons"].item())
+    given = {
+        "phi": phi_of(groups["posterior"].isel(chain=0)),
+        "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
+        "npe_phi": phi_of(groups[first]),
+        "weighted.phi": phi_of(groups["weighted"]),
+        "interval_mass": float(root["interval_mass"]),
+        "condition": root["z_obs"].to_numpy(),
+        "components": tuple(root["component"].to_numpy().tolist()),
+    }
+    return from_groups(ExactPosterior, groups, given)
 
 
 def group_of_first(components: int) -> str:
@@ -97,3 +185,25 @@ def phi_of(group: xr.Dataset) -> FloatArray:
     """Return the draws of a group: what is reported by name, nuisance parameters behind it; shape (n, d)."""
     reported = np.stack([group[name].to_numpy() for name in PHI_NAMES], axis=-1)
     return np.hstack([reported, group[NUISANCE_PARAMETERS].to_numpy()])
+
+
+def _columns(phi: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
+    """Return columns of phi (..., d): the last of those reported by name, and the nuisance parameters."""
+    reported = phi[..., REPORTED][..., -len(names) :]
+    return truncated.columns_of(reported, names) | {NUISANCE_PARAMETERS: phi[..., REPORTED.stop :]}
+
+
+def _summary(exact: ExactPosterior, prior: JointPriorSettings) -> truncated.Posterior:
+    """Return the posterior of theta; its candidates are the network's draws, none of which can leak."""
+    count = len(exact.phi)
+    kept = PosteriorSettings(draws=count, unfiltered_draws=count, interval=exact.interval_mass)
+    summary = truncated.summarise_posterior(
+        exact.phi[:, OF_THETA], exact.condition, exact.components, prior.theta, kept
+    )
+    npe = exact.npe_phi[:, OF_THETA]
+    return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
+
+
+def _root(exact: ExactPosterior, prior: JointPriorSettings) -> xr.Dataset:
+    values = values_of(exact)["/"] | {"reasons": SEPARATOR.join(exact.reasons)}
+    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(prior.names)})

@@ -14,7 +14,7 @@ from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.scores import Band, coverage
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
@@ -80,7 +80,7 @@ class Informed:
     """The posterior with the pressures of a cuff, and these."""
 
     clinical: ClinicalMeasures
-    result: ExactResult
+    result: ExactPosterior
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class Sheet:
 
     context: Context
     verdict: Verdict
-    result: ExactResult
+    result: ExactPosterior
     values: FloatArray
     recorded: Recorded
     curve: ShownCurve

@@ -12,6 +12,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.context import CONTEXT, Context
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI
+from swesbi.posterior.result import SEPARATOR
 from swesbi.report.numbers import REJECTIONS, as_percent
 from swesbi.report.sheet import Informed, Recorded, Sheet, ShownCurve
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
@@ -139,7 +140,7 @@ def _caution(sheet: Sheet) -> list[str]:
             "for whoever looks for the reason; they are no measurement of this heart."
         )
     if not sheet.result.converged:
-        said.append(f"NOT CONVERGED, do not use: {sheet.result.reasons}")
+        said.append(f"NOT CONVERGED, do not use: {SEPARATOR.join(sheet.result.reasons)}")
     return said
 
 

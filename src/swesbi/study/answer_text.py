@@ -8,32 +8,27 @@ from typing import Final
 
 import numpy as np
 
+from swesbi.answers.answer import Answer
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import ParameterPrior
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
 from swesbi.verdict.trust import ANSWER, IN_WORDS
-from swesbi.verdict.verdict import Verdict
 
 WIDTH: Final = 24
 
 
-def answer_text(subject: str, result: ExactResult, verdict: Verdict, prior: Sequence[ParameterPrior]) -> str:
-    """Return verdict, intervals and certificate in lines, what can best be relied on first.
-
-    Args:
-        subject: Name.
-        result: The exact posterior.
-        verdict: The verdict, with what the posterior says of each quantity.
-        prior: Prior of each parameter of phi, whose bounds are printed beside the intervals.
-    """
-    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
-    mass = f"{100.0 * result.interval_mass:.0f} % interval"
-    bounds = dict(zip(PHI_NAMES, prior, strict=False))
+def answer_text(answer: Answer) -> str:
+    """Return verdict, intervals and certificate in lines, what can best be relied on first."""
+    observed, exact, verdict = answer.recording.observation, answer.posterior, answer.verdict
+    prior = answer.recording.model.settings.prior
+    doubt = "" if exact.converged else "; NOT CONVERGED, do not use"
+    mass = f"{100.0 * exact.interval_mass:.0f} % interval"
+    bounds = dict(zip(PHI_NAMES, prior.parameters, strict=False))
     lines = [f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds"]
     for trust, group in groupby(ANSWER, lambda line: line.trust):
         lines.append(f"{IN_WORDS[trust]}:")
@@ -41,19 +36,25 @@ def answer_text(subject: str, result: ExactResult, verdict: Verdict, prior: Sequ
             name = line.parameter.name
             said, own = verdict.answer[name], bounds.get(name)
             lines.append(_line(name, float(said["median"]), float(said["low"]), float(said["high"]), own))
+    if answer.with_pressures is not None:
+        lines.append(_pressures_text(observed.clinical, answer.with_pressures, prior.parameters))
+    if isinstance(observed, FreeObservation):
+        lines.append(_free_text(observed))
     return "\n".join(
         [
-            f"{subject}: {verdict.sentence}",
+            f"{observed.subject}: {verdict.sentence}",
             *(f"  {reason}" for reason in verdict.reasons),
             *lines,
             f"certificate: draws by {sampler_in_words(verdict)}; weights: {weights_in_words(verdict)} "
-            f"(k-hat at most {result.k_hat_limit:.2f}){doubt}",
+            f"(k-hat at most {exact.k_hat_limit:.2f}){doubt}",
         ]
     )
 
 
-def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Sequence[ParameterPrior]) -> str:
-    """Return the answer with pressures in lines; arguments as of :func:`answer_text`."""
+def _pressures_text(
+    clinical: ClinicalMeasures, result: ExactPosterior, prior: Sequence[ParameterPrior]
+) -> str:
+    """Return the answer with pressures in lines, beside the bounds of the prior."""
     doubt = "" if result.converged else "; NOT CONVERGED, do not use"
     ends = median_and_interval(result.phi, result.interval_mass)
     by = "MCMC" if result.by_mcmc else f"importance weights, efficiency {100.0 * result.efficiency:.0f} %"
@@ -69,7 +70,7 @@ def pressures_text(clinical: ClinicalMeasures, result: ExactResult, prior: Seque
     )
 
 
-def free_text(observed: FreeObservation) -> str:
+def _free_text(observed: FreeObservation) -> str:
     """Say what a free-running recording consists of, and what its errors are computed from."""
     median = 100.0 * float(np.median(observed.relative_se))
     errors = f"errors: {SOURCES[observed.noise_source]}, {median:.1f} % in the median"

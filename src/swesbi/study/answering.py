@@ -1,44 +1,43 @@
-"""Answering one subject outside the study: by which experiment, into which folder, what stays untouched."""
+"""Answering subjects outside the study: by which experiment, into which folder, what stays untouched."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, get_type_hints
+from typing import Final
 
-from swesbi.artefacts import ArtefactError, folder_made_whole
-from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
+from swesbi.answers.answer import Answer, Recording, answered
+from swesbi.answers.free import FreeRecording
+from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.settings import OneAnswerSettings
+from swesbi.answers.written import OBSERVATION, save_answer
+from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
 from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, add_options, in_words, merged_files, overlay, read_merged
 from swesbi.config.refusals import context_refusal, network_of_pushes, trained_on, why_in_short
-from swesbi.config.slices import stage_settings
+from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.recording.clinical import ClinicalMeasures
-from swesbi.study.finished import FinishedPopulation, FinishedStudy, answering_stage, finished_population
-from swesbi.study.registry import file_arguments, stage_code, stage_function
-from swesbi.study.stages.origin import Origin
+from swesbi.measurement.instants import free_model
+from swesbi.recording.free_observation import FreeObservation
+from swesbi.recording.noise import read_noise
+from swesbi.study.finished import check_finished, finished_experiment, finished_population
+from swesbi.study.observing import observe
+from swesbi.study.other_network import OtherNetworkError, check_network, check_quality
+from swesbi.study.registry import stage_code
 
-OUTPUTS: Final = {
-    "observation": "observation.h5",
-    "shard": "simulations.h5",
-    "posterior": "posterior.h5",
-    "verdict": "verdict.json",
-    "predictive": "predictive.h5",
-    "ppc_png": "ppc.png",
-    "posterior_png": "posterior.png",
-    "sheet": "sheet.pdf",
-}
-FREE_OUTPUTS: Final = {name: file for name, file in OUTPUTS.items() if name != "shard"}
-"""Of a free-running recording."""
-REFERENCE: Final = {"passive_baseline": "passive.h5", "reference_fit": "cmaes.h5"}
-"""Further outputs, where the reference fit is asked for."""
-FREE_STAGES: Final = {True: "free_subject_of_population", False: "free_subject"}
-"""Of a free-running recording: with the network of a population, and without."""
 EXIT_REFUSED: Final = 2
 """Of a command that goes on where a subject, or a person, of a folder is refused."""
-WITH_PRESSURES: Final = "with_pressures.h5"
-"""A further output, of a subject of whom the pressures of a cuff were taken."""
+CODE: Final = "swesbi.answers.answer:answered"
+"""What makes an answer: the code whose hash its artefacts keep."""
+FROM_PRIOR: Final = (
+    "{subject} is free-running and {why}: answered from the prior of {experiment} by adaptive importance "
+    "sampling"
+)
+BY_NETWORK: Final = (
+    "{subject} is free-running: the network of {experiment}, which takes any set of pushes, answers"
+)
 
 
 class OtherAnswerError(ValueError):
@@ -61,20 +60,14 @@ def add_answering(parser: argparse.ArgumentParser, folder: str) -> None:
     add_options(parser)
 
 
-def study_with(options: argparse.Namespace, **new_subjects: object) -> Study:
+def study_with(options: argparse.Namespace) -> Study:
     """Return the study with the cohort of the command's options as that of its new subjects.
-
-    Args:
-        options: Of the command.
-        new_subjects: What else the options say of ``new_subjects``.
 
     Raises:
         ConfigError: The configuration, or the cohort, cannot be used.
     """
     raw = read_merged(options.config, options.overlay)
-    chosen = dict(new_subjects)
-    if options.phases is not None:
-        chosen["phases"] = options.phases
+    chosen = {} if options.phases is None else {"phases": options.phases}
     merged = overlay(raw, {"new_subjects": chosen})
     files = merged_files(options.config, options.overlay)
     return load_study(merged, in_words(options.config, options.overlay), options.cohort, files)
@@ -108,8 +101,6 @@ def _names(study: Study) -> Sequence[str]:
 
 def is_everyones(error: Exception) -> bool:
     """Tell whether an error is of the study, its network or the disk, and so of every subject of a folder."""
-    from swesbi.study.stages.other_network import OtherNetworkError
-
     return isinstance(error, ArtefactError | OSError | OtherNetworkError)
 
 
@@ -160,99 +151,23 @@ def folder_of(study: Study, experiment: str, subject: str) -> Path:
     return Path(study.config.results) / experiment / "new" / study.new_cohort_name / subject
 
 
-def check_untouched(folder: Path, study: Study, subject: str) -> None:
+def check_untouched(folder: Path, recording: Recording) -> None:
     """Refuse to write over what is no answer, or the answer to another recording or heart.
 
     Raises:
         OtherAnswerError: Says what is there.
-        RecordingError: The subject's own recording cannot be used.
         ArtefactError: What is there is damaged.
     """
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
         return
-    kept = folder / OUTPUTS["observation"]
+    kept = folder / OBSERVATION
     remedy = "name another folder by --out, or write over it by --force"
     if not kept.is_file():
         raise OtherAnswerError(f"{folder}: is there already and holds no answer; {remedy}")
-    same = _is_of_pushes if is_free_running(study, subject) else _is_of_samples
-    if not same(kept, study, subject):
+    if not recording.is_kept_in(kept):
         raise OtherAnswerError(
-            f"{folder}: holds the answer to another recording of {subject!r}, or its row of subjects.csv has "
-            f"changed since; {remedy}"
-        )
-
-
-def _is_of_samples(kept: Path, study: Study, subject: str) -> bool:
-    """Tell whether an observed curve is that of a subject's gated recording as it is now."""
-    from swesbi.artefacts.files import hdf5_provenance
-    from swesbi.recording.ingest import ingest
-    from swesbi.recording.observation import KIND, read_observation, same_recording
-    from swesbi.recording.reader import read_samples
-
-    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
-    path, points = study.new_recording(subject), study.config.measurement.grid_points
-    samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, subject)
-    context, clinical = study.new_rows[subject].to_context(), study.outside.clinical_of(subject).to_measures()
-    now = ingest(samples, context, settings, points, clinical)
-    return hdf5_provenance(kept).kind == KIND and same_recording(read_observation(kept), now)
-
-
-def _is_of_pushes(kept: Path, study: Study, subject: str) -> bool:
-    """Tell whether what is kept are the pushes of a subject's free-running recording as it is now."""
-    from swesbi.artefacts.files import hdf5_provenance
-    from swesbi.recording.free_observation import (
-        KIND,
-        ingest_free,
-        read_free_observation,
-        same_free_recording,
-    )
-    from swesbi.recording.free_samples import read_free_samples
-
-    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
-    samples = read_free_samples(study.new_recording(subject), settings.density_kg_m3, layout, subject)
-    context, clinical = study.new_rows[subject].to_context(), study.outside.clinical_of(subject).to_measures()
-    now = ingest_free(samples, context, settings, noise_declared(study, subject), clinical)
-    return hdf5_provenance(kept).kind == KIND and same_free_recording(read_free_observation(kept), now)
-
-
-def answer_into(
-    folder: Path,
-    study: Study,
-    subject: str,
-    experiment: str,
-    plain: Mapping[str, Any],
-    finished: FinishedStudy | FinishedPopulation,
-) -> None:
-    """Answer a subject outside the pool, and put what is made into ``folder``, all of it or nothing.
-
-    Args:
-        folder: Output.
-        study: The study.
-        subject: Who is answered.
-        experiment: By which experiment.
-        plain: Settings of its stage.
-        finished: What the experiment has left for it.
-
-    Raises:
-        ValueError: The recording cannot be used, or the network cannot answer for its context.
-        ArtefactError: The folder cannot be written.
-    """
-    stage = answering_stage(study, experiment)
-    # torch and matplotlib take seconds to import; what is refused above should not wait for them
-    run = stage_function(stage)
-    settings = get_type_hints(run)["settings"].from_plain(plain)
-    # a refused subject leaves no folder behind
-    with folder_made_whole(folder) as made:
-        outputs = {name: made / file for name, file in OUTPUTS.items()}
-        asked = REFERENCE if study.config.new_subjects.reference_fit else {}
-        reference = {name: [made / asked[name]] if name in asked else [] for name in REFERENCE}
-        further = [made / WITH_PRESSURES for _ in pressures_of(study, subject)]
-        recorded = {"recording": study.new_recording(subject), "protocol": study.new_protocol}
-        files = recorded | vars(finished) | outputs | reference | {"with_pressures": further}
-        run(
-            **file_arguments(run, files),
-            settings=settings,
-            origin=Origin(study.config.seed, subject, stage_code(stage)),
+            f"{folder}: holds the answer to another recording of {recording.observation.subject!r}, or its "
+            f"row of subjects.csv has changed since; {remedy}"
         )
 
 
@@ -266,36 +181,118 @@ def trained_for_pushes(study: Study, subject: str, experiments: Sequence[str]) -
     return network_of_pushes(study, subject, experiments, untrained)
 
 
-def answer_free_into(folder: Path, study: Study, subject: str, experiment: str, *, by_network: bool) -> None:
-    """Answer a free-running recording, and put what is made into ``folder``, all of it or nothing.
+@dataclass(frozen=True)
+class Asked:
+    """A recording that is asked about, with all that answers it.
 
-    Args:
-        folder: Output.
-        study: The study.
-        subject: Who is answered.
-        experiment: Whose prior holds.
-        by_network: Whether its network answers; else the prior is where the inference begins.
-
-    Raises:
-        ValueError: The recording cannot be used, or the network was trained under other settings.
-        ArtefactError: The folder cannot be written.
+    Attributes:
+        recording: The recording, under the model.
+        knowledge: What answers it.
+        settings: What the answer depends on.
+        origin: Seed, subject and code.
+        experiment: By which experiment.
+        note: What to say of that choice; empty where it is the usual one.
     """
-    stage = FREE_STAGES[by_network]
-    plain = stage_settings(study, stage, experiment=experiment, subject=subject)
-    run = stage_function(stage)
-    settings = get_type_hints(run)["settings"].from_plain(plain)
-    network = finished_population(Path(study.config.results), experiment).estimator
-    with folder_made_whole(folder) as made:
-        outputs = {name: made / file for name, file in FREE_OUTPUTS.items()}
-        files = {"recording": study.new_recording(subject), "estimator": network} | outputs
-        run(
-            **file_arguments(run, files),
-            settings=settings,
-            origin=Origin(study.config.seed, subject, stage_code(stage)),
-        )
+
+    recording: Recording
+    knowledge: Knowledge
+    settings: OneAnswerSettings
+    origin: Origin
+    experiment: str
+    note: str = ""
+
+    def answer_into(self, folder: Path, *, force: bool = False) -> Answer:
+        """Answer the recording, and put all files into ``folder``, or none.
+
+        Raises:
+            OtherAnswerError: The folder holds something else, and ``force`` is not given.
+            ValueError: The recording cannot be answered.
+            ArtefactError: The folder cannot be written.
+        """
+        if not force:
+            check_untouched(folder, self.recording)
+        settings = self.settings
+        answer = answered(self.recording, self.knowledge, settings, self.origin.seed, settings.clinical)
+        with folder_made_whole(folder) as made:
+            save_answer(answer, self.knowledge, settings, self.origin, made)
+        return answer
 
 
-def pressures_of(study: Study, subject: str) -> tuple[ClinicalMeasures, ...]:
-    """Return the measures of a new subject, if the pressures of a cuff are among them."""
-    clinical = study.outside.clinical_of(subject).to_measures()
-    return (clinical,) if clinical.has_pressures else ()
+@dataclass(frozen=True)
+class Answerer:
+    """Answers recordings outside the study; what the study leaves for them is read once.
+
+    Attributes:
+        study: With the recordings as its new cohort.
+        experiments: Those that may answer, the first first.
+        options: What Snakemake is given for the same configuration.
+    """
+
+    study: Study
+    experiments: tuple[str, ...]
+    options: str
+    _known: dict[str, Knowledge] = field(default_factory=dict)
+
+    def asked(self, subject: str) -> Asked:
+        """Read one recording, and choose what answers it.
+
+        Raises:
+            ConfigError: The cohort does not have the subject, or a network was trained on it.
+            RecordingError: The recording cannot be used.
+            ValueError: No network can answer for its heart.
+            FileNotFoundError: The study has not been run.
+        """
+        study = self.study
+        for experiment in self.experiments:
+            check_new_subject(study, experiment, subject)
+        # what is wrong with the file comes before what is missing of a study
+        observed = observe(study, subject)
+        if isinstance(observed, FreeObservation):
+            return self._of_pushes(observed)
+        experiment, note = choose_experiment(study, subject, self.experiments)
+        settings = self._settings(experiment, subject)
+        knowledge, noise = self._knowledge(experiment, settings), finished_experiment(study, experiment).noise
+        check_quality(noise, settings.ingest.recording)
+        recording = observed.under(settings, read_noise(noise).components)
+        return self._asked(recording, knowledge, settings, experiment, note)
+
+    def _of_pushes(self, observed: FreeObservation) -> Asked:
+        """Choose the first network that takes a free-running recording, or else the prior."""
+        subject = observed.subject
+        network, why = trained_for_pushes(self.study, subject, self.experiments)
+        experiment = network or self.experiments[0]
+        settings = self._settings(experiment, subject)
+        knowledge = self._knowledge(network, settings) if network else Knowledge()
+        note = (BY_NETWORK if network else FROM_PRIOR).format(subject=subject, experiment=experiment, why=why)
+        recording = FreeRecording(observed, free_model(observed, settings.exact_posterior.model))
+        return self._asked(recording, knowledge, settings, experiment, note)
+
+    def _asked(
+        self,
+        recording: Recording,
+        knowledge: Knowledge,
+        settings: OneAnswerSettings,
+        experiment: str,
+        note: str,
+    ) -> Asked:
+        origin = Origin(self.study.config.seed, recording.observation.subject, stage_code(CODE))
+        return Asked(recording, knowledge, settings, origin, experiment, note)
+
+    def _settings(self, experiment: str, subject: str) -> OneAnswerSettings:
+        plain = stage_settings(self.study, ONE_ANSWER, experiment=experiment, subject=subject)
+        return OneAnswerSettings.from_plain(plain)
+
+    def _knowledge(self, experiment: str, settings: OneAnswerSettings) -> Knowledge:
+        """Return what an experiment knows, trained under the settings that it has now.
+
+        Raises:
+            FileNotFoundError: It has not been run.
+            OtherNetworkError: It was trained under other settings.
+        """
+        if experiment not in self._known:
+            finished = finished_experiment(self.study, experiment)
+            check_finished(finished, self.options)
+            trained = stage_settings(self.study, finished.trained_by, experiment=experiment)
+            check_network(finished.estimator, trained)
+            self._known[experiment] = finished.knowledge(settings.verdict.rule)
+        return self._known[experiment]

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, get_type_hints
 
-from swesbi.artefacts import folder_made_whole
+from swesbi.answers.written import OBSERVATION, POSTERIOR_FILE, VERDICT
+from swesbi.artefacts import Origin, folder_made_whole
 from swesbi.config.pairs import VisitPair, answered_pairs, pairs_of, refused_visits, visit_pair
 from swesbi.config.read import ConfigError, parsed, snakemake_options
 from swesbi.config.slices import stage_settings
@@ -17,23 +18,15 @@ from swesbi.config.study import Study
 from swesbi.recording.visits import Visit
 from swesbi.study.answering import (
     EXIT_REFUSED,
-    OUTPUTS,
+    Answerer,
     add_answering,
-    answer_into,
     check_new_subject,
     experiments_to_ask,
     is_everyones,
     study_with,
 )
-from swesbi.study.finished import (
-    FinishedPopulation,
-    FinishedStudy,
-    answering_stage,
-    check_finished,
-    finished_experiment,
-)
+from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.registry import file_arguments, stage_code, stage_function
-from swesbi.study.stages.origin import Origin
 
 LOGGER: Final = logging.getLogger("swesbi")
 STAGE: Final = "person_change"
@@ -59,12 +52,16 @@ GROUP_OUTPUTS: Final = {
 
 @dataclass(frozen=True)
 class Asked:
-    """Whose change, by which experiment, with what the study leaves for it."""
+    """Whose change, by which experiment, and what answers the visits."""
 
-    study: Study
+    answerer: Answerer
     experiment: str
     pair: VisitPair
-    finished: FinishedStudy | FinishedPopulation
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return self.answerer.study
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -83,7 +80,7 @@ def main(arguments: Sequence[str]) -> int:
     experiment = experiments_to_ask(study, options.experiment)[0]
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
     _check_subjects(study, experiment, pair)
-    asked = Asked(study, experiment, pair, _finished(study, experiment, options))
+    asked = Asked(_answerer(study, experiment, options), experiment, pair)
     folder = options.out or _folder_of(study, experiment) / pair.person
     _answer(folder, asked)
     print(_text(folder))
@@ -116,13 +113,11 @@ def _check_subjects(study: Study, experiment: str, pair: VisitPair) -> None:
         check_new_subject(study, experiment, subject)
 
 
-def _finished(
-    study: Study, experiment: str, options: argparse.Namespace
-) -> FinishedStudy | FinishedPopulation:
-    """Return what the experiment has left, or refuse one that has not been run."""
-    finished = finished_experiment(study, experiment)
-    check_finished(finished, snakemake_options(options.config, options.overlay))
-    return finished
+def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Answerer:
+    """Return what answers the visits, or refuse an experiment that has not been run."""
+    command = snakemake_options(options.config, options.overlay)
+    check_finished(finished_experiment(study, experiment), command)
+    return Answerer(study, (experiment,), command)
 
 
 def _folder_of(study: Study, experiment: str) -> Path:
@@ -149,13 +144,13 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             "columns person and visit, with a row for each visit (docs/own-data.md)"
         )
     experiment = experiments_to_ask(study, options.experiment)[0]
-    finished = _finished(study, experiment, options)
+    answerer = _answerer(study, experiment, options)
     folder = options.out or _folder_of(study, experiment)
     compared: list[Asked] = []
     for pair in answered_pairs(study, experiment):
         if pair.person in refused:
             continue
-        asked = Asked(study, experiment, pair, finished)
+        asked = Asked(answerer, experiment, pair)
         try:
             _check_subjects(study, experiment, pair)
             _answer(folder / pair.person, asked)
@@ -211,7 +206,7 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
         write_csv(made / ALL_CHANGES, table)
         run(
             changes=[person / CHANGE_OUTPUTS["joint"] for person in made_of],
-            observations=[person / first / OUTPUTS["observation"] for person, first in made_of.items()],
+            observations=[person / first / OBSERVATION for person, first in made_of.items()],
             **{name: made / file for name, file in GROUP_OUTPUTS.items()},
             settings=get_type_hints(run)["settings"].from_plain(plain),
             origin=Origin(study.config.seed, "", stage_code(STAGE_OF_GROUPS)),
@@ -237,10 +232,9 @@ def _visit(made: Path, asked: Asked, visit: str, subject: str) -> Path:
     Raises:
         ValueError: It is refused; says which visit.
     """
-    folder, stage = made / subject, answering_stage(asked.study, asked.experiment)
-    plain = stage_settings(asked.study, stage, experiment=asked.experiment, subject=subject)
+    folder = made / subject
     try:
-        answer_into(folder, asked.study, subject, asked.experiment, plain, asked.finished)
+        asked.answerer.asked(subject).answer_into(folder)
     except ValueError as error:
         if is_everyones(error):
             raise
@@ -253,15 +247,16 @@ def _visit(made: Path, asked: Asked, visit: str, subject: str) -> Path:
 def _compare(made: Path, asked: Asked, visits: Sequence[Path], plain: Mapping[str, Any]) -> None:
     run = stage_function(STAGE)
     answers = {
-        "observations": [folder / OUTPUTS["observation"] for folder in visits],
-        "posteriors": [folder / OUTPUTS["posterior"] for folder in visits],
-        "verdicts": [folder / OUTPUTS["verdict"] for folder in visits],
+        "observations": [folder / OBSERVATION for folder in visits],
+        "posteriors": [folder / POSTERIOR_FILE for folder in visits],
+        "verdicts": [folder / VERDICT for folder in visits],
         "protocol": asked.study.new_protocol,
         "pooled_observations": (),
     }
+    finished = vars(finished_experiment(asked.study, asked.experiment))
     outputs = {name: made / file for name, file in CHANGE_OUTPUTS.items()}
     run(
-        **file_arguments(run, answers | vars(asked.finished) | outputs),
+        **file_arguments(run, answers | finished | outputs),
         settings=get_type_hints(run)["settings"].from_plain(plain),
         origin=Origin(asked.study.config.seed, asked.pair.person, stage_code(STAGE)),
     )

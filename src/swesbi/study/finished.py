@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
+from swesbi.answers.knowledge import Knowledge, knowledge_of_population, knowledge_of_study
 from swesbi.artefacts.atomic import make_command
 from swesbi.config.study import Study
+from swesbi.verdict.settings import RuleSettings
 
 
 @dataclass(frozen=True)
@@ -25,11 +28,20 @@ class FinishedStudy:
     noise: Path
     pooled_observations: tuple[Path, ...]
     misspecifications: tuple[Path, ...]
+    trained_by: ClassVar[str] = "train_flow"
 
     @property
     def files(self) -> tuple[Path, ...]:
         """All of them."""
         return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
+
+    def knowledge(self, rule: RuleSettings) -> Knowledge:
+        """Read what its network knows; ``rule`` says how null distributions are taken together.
+
+        Raises:
+            ArtefactError: A file is no such artefact.
+        """
+        return knowledge_of_study(self.estimator, self.pooled_observations, self.misspecifications, rule)
 
 
 @dataclass(frozen=True)
@@ -45,11 +57,20 @@ class FinishedPopulation:
     estimator: Path
     noise: Path
     null: Path
+    trained_by: ClassVar[str] = "train_population"
 
     @property
     def files(self) -> tuple[Path, ...]:
         """All of them."""
         return (self.estimator, self.noise, self.null)
+
+    def knowledge(self, rule: RuleSettings | None = None) -> Knowledge:
+        """Read what its network knows; its null distributions are together already.
+
+        Raises:
+            ArtefactError: A file is no such artefact.
+        """
+        return knowledge_of_population(self.estimator, self.null)
 
 
 def finished_population(results: Path, experiment: str) -> FinishedPopulation:
@@ -75,12 +96,6 @@ def finished_experiment(study: Study, experiment: str) -> FinishedStudy | Finish
     if experiment in study.config.population_experiments:
         return finished_population(results, experiment)
     return finished_study(results, experiment, study.subjects_of(experiment))
-
-
-def answering_stage(study: Study, experiment: str) -> str:
-    """Return the stage by which an experiment answers a subject outside its pool."""
-    over_population = experiment in study.config.population_experiments
-    return "new_subject_of_population" if over_population else "new_subject"
 
 
 def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:

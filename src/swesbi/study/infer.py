@@ -9,42 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from swesbi.config.new_recordings import is_free_running
+from swesbi.answers.answer import Answer
 from swesbi.config.read import parsed, snakemake_options
-from swesbi.config.refusals import recording_refusal
-from swesbi.config.slices import stage_settings
-from swesbi.config.study import Study
-from swesbi.study.answer_text import answer_text, free_text, pressures_text
+from swesbi.study.answer_text import answer_text
 from swesbi.study.answering import (
     EXIT_REFUSED,
-    FREE_OUTPUTS,
-    OUTPUTS,
-    REFERENCE,
-    WITH_PRESSURES,
+    Answerer,
     OtherAnswerError,
     add_answering,
-    answer_free_into,
-    answer_into,
-    check_new_subject,
-    check_untouched,
-    choose_experiment,
     experiments_to_ask,
     folder_of,
     is_everyones,
-    pressures_of,
     study_with,
-    trained_for_pushes,
 )
-from swesbi.study.finished import answering_stage, check_finished, finished_experiment
 
 LOGGER: Final = logging.getLogger("swesbi")
-FROM_PRIOR: Final = (
-    "{subject} is free-running and {why}: answered from the prior of {experiment} by adaptive importance "
-    "sampling"
-)
-BY_NETWORK: Final = (
-    "{subject} is free-running: the network of {experiment}, which takes any set of pushes, answers"
-)
 TABLE: Final = {"table": "answers.csv", "workbook": "answers.xlsx"}
 
 
@@ -53,27 +32,22 @@ class Request:
     """Who is asked about, and how the answer is to be kept.
 
     Attributes:
-        study: With the cohort of the recordings.
-        experiments: Those that may answer, the first first.
+        answerer: Has the recordings.
         out: Folder of the answer, or of the answers of all; None: that of the study.
         force: Whether what lies there may be written over.
-        snakemake: What Snakemake is given for the same configuration.
     """
 
-    study: Study
-    experiments: tuple[str, ...]
+    answerer: Answerer
     out: Path | None
     force: bool
-    snakemake: str
 
 
 @dataclass(frozen=True)
 class Given:
-    """An answer that was given: by which experiment, where it lies, and what to say of the choice."""
+    """An answer that was given, and by which experiment."""
 
     experiment: str
-    folder: Path
-    note: str
+    answer: Answer
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -85,55 +59,29 @@ def main(arguments: Sequence[str]) -> int:
         OSError: The study has not been run, or the answer cannot be written.
     """
     options = parsed(_parser(), arguments)
-    study = study_with(options, **({"reference_fit": True} if options.reference_fit else {}))
+    study = study_with(options)
     experiments = experiments_to_ask(study, options.experiment)
-    command = snakemake_options(options.config, options.overlay)
-    request = Request(study, experiments, options.out, options.force, command)
+    answerer = Answerer(study, experiments, snakemake_options(options.config, options.overlay))
+    request = Request(answerer, options.out, options.force)
     if options.all:
         return _answer_all(request)
-    subject: str = options.subject
-    given = _answer(request, subject, options.out)
-    print("\n".join(filter(None, [given.note, _text(study, subject, given)])))
+    _answer(request, options.subject, options.out)
     return 0
 
 
 def _answer(request: Request, subject: str, out: Path | None) -> Given:
-    """Answer one subject by the first experiment that can."""
-    study = request.study
-    for experiment in request.experiments:
-        check_new_subject(study, experiment, subject)
-    # what is wrong with the file comes before what is missing of a study
-    if refusal := recording_refusal(study, subject):
-        raise ValueError(refusal)
-    if is_free_running(study, subject):
-        return _answer_free(request, subject, out)
-    experiment, note = choose_experiment(study, subject, request.experiments)
-    finished = finished_experiment(study, experiment)
-    check_finished(finished, request.snakemake)
-    plain = stage_settings(study, answering_stage(study, experiment), experiment=experiment, subject=subject)
-    folder = out or folder_of(study, experiment, subject)
-    if not request.force:
-        check_untouched(folder, study, subject)
-    answer_into(folder, study, subject, experiment, plain, finished)
-    return Given(experiment, folder, note)
-
-
-def _answer_free(request: Request, subject: str, out: Path | None) -> Given:
-    """Answer a free-running recording by the first network that takes it, or else from the prior."""
-    study = request.study
-    network, why = trained_for_pushes(study, subject, request.experiments)
-    experiment = network or request.experiments[0]
-    folder = out or folder_of(study, experiment, subject)
-    if not request.force:
-        check_untouched(folder, study, subject)
-    answer_free_into(folder, study, subject, experiment, by_network=bool(network))
-    note = (BY_NETWORK if network else FROM_PRIOR).format(subject=subject, experiment=experiment, why=why)
-    return Given(experiment, folder, note)
+    """Answer one subject by the first experiment that can, and print the answer."""
+    asked = request.answerer.asked(subject)
+    folder = out or folder_of(request.answerer.study, asked.experiment, subject)
+    answer = asked.answer_into(folder, force=request.force)
+    written = f"written to {folder.resolve()}: {', '.join(sorted(path.name for path in folder.iterdir()))}"
+    print("\n".join(filter(None, [asked.note, answer_text(answer), written])))
+    return Given(asked.experiment, answer)
 
 
 def _answer_all(request: Request) -> int:
     """Answer every subject of the cohort, one after the other, and write the table; no refusal stops it."""
-    study = request.study
+    study = request.answerer.study
     if not request.force:
         check_table(_tables(request)["table"], (*study.new_rows, *study.new_refused))
     given: dict[str, Given] = {}
@@ -146,8 +94,6 @@ def _answer_all(request: Request) -> int:
                 raise
             refused[subject] = str(error)
             LOGGER.warning("subject %s is refused", subject)
-        else:
-            print("\n".join(filter(None, [given[subject].note, _text(study, subject, given[subject])])))
     paths = _write_table(request, given, refused)
     print(f"\n{len(given)} answered, {len(refused)} refused; {paths['table'].resolve()}, .xlsx")
     for subject, reason in refused.items():
@@ -173,7 +119,8 @@ def check_table(path: Path, subjects: Sequence[str]) -> None:
 
 
 def _tables(request: Request) -> dict[str, Path]:
-    folder = request.out or Path(request.study.config.results) / "new" / request.study.new_cohort_name
+    study = request.answerer.study
+    folder = request.out or Path(study.config.results) / "new" / study.new_cohort_name
     return {name: folder / file for name, file in TABLE.items()}
 
 
@@ -182,39 +129,20 @@ def _write_table(
 ) -> Mapping[str, Path]:
     """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
     from swesbi.report.answers_table import Asked, answers_table, write_answers
-    from swesbi.verdict.answers import read_answer
+    from swesbi.verdict.answers import told_of
 
-    study = request.study
+    study = request.answerer.study
     paths = _tables(request)
     rows = []
     for subject in (*study.new_rows, *study.new_refused):
         if subject in given:
-            experiment, made = given[subject].experiment, given[subject].folder
-            rows.append(Asked(subject, experiment, read_answer(made / OUTPUTS["verdict"])))
+            one = given[subject]
+            rows.append(Asked(subject, one.experiment, told_of(one.answer.verdict)))
         else:
-            asked = ", ".join(request.experiments)
+            asked = ", ".join(request.answerer.experiments)
             rows.append(Asked(subject, asked, None, refused[subject]))
     write_answers(answers_table(rows), paths["table"], paths["workbook"])
     return paths
-
-
-def _text(study: Study, subject: str, given: Given) -> str:
-    from swesbi.posterior.result import read_exact_result
-    from swesbi.recording.free_observation import read_free_observation
-    from swesbi.verdict.verdict import read_verdict
-
-    prior = study.config.speed_experiments[study.config.base_of(given.experiment)]
-    bounds = (*study.config.priors[prior.prior].parameters, prior.passive_stiffness_kpa)
-    result, folder = read_exact_result(given.folder / OUTPUTS["posterior"]), given.folder
-    answer = [answer_text(subject, result, read_verdict(folder / OUTPUTS["verdict"]), bounds)]
-    if is_free_running(study, subject):
-        answer.append(free_text(read_free_observation(folder / FREE_OUTPUTS["observation"])))
-        return "\n".join([*answer, f"written to {folder.resolve()}: {', '.join(FREE_OUTPUTS.values())}"])
-    written = [*OUTPUTS.values(), *(REFERENCE.values() if study.config.new_subjects.reference_fit else ())]
-    for clinical in pressures_of(study, subject):
-        answer.append(pressures_text(clinical, read_exact_result(folder / WITH_PRESSURES), bounds))
-        written.append(WITH_PRESSURES)
-    return "\n".join([*answer, f"written to {folder.resolve()}: {', '.join(written)}"])
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -238,7 +166,4 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_answering(parser, "<results>/<experiment>/new/<cohort>/<subject>")
     parser.add_argument("--force", action="store_true", help="write over the answer to another recording")
-    parser.add_argument(
-        "--reference-fit", action="store_true", help="make a CMA-ES fit to draw beside it, in some 8 s more"
-    )
     return parser

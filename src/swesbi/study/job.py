@@ -14,11 +14,10 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
-from swesbi.artefacts import DamagedArtefactError
+from swesbi.artefacts import DamagedArtefactError, Origin
 from swesbi.base.progress import Progress
 from swesbi.study.registry import file_arguments, file_types, stage_function
 from swesbi.study.running import RUN, exit_when_gone
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_type_hints
 
+from swesbi.artefacts import Origin
 from swesbi.artefacts.atomic import atomic_path
 from swesbi.config.read import (
     ConfigError,
@@ -26,7 +27,6 @@ from swesbi.persons.planning.asked import Effect, check_effect, parse_effect, pa
 from swesbi.persons.planning.settings import DESIGNS, PAIRED
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code, stage_function
-from swesbi.study.stages.origin import Origin
 
 if TYPE_CHECKING:
     from swesbi.persons.planning.words import Planned

@@ -118,8 +118,13 @@ def read_answer(verdict: Path) -> Answer:
         ArtefactError: The file is no verdict, or one of an experiment on features.
     """
     judged = read_verdict(verdict)
-    if judged.efficiency is None or judged.sampler is None:
+    if not is_exact(judged):
         raise ArtefactError(f"{verdict}: is not the verdict of an experiment on speeds")
+    return told_of(judged)
+
+
+def told_of(judged: Verdict) -> Answer:
+    """Return what is told of a subject by a verdict of an experiment on speeds."""
     told = [judged.answer[name] for name in TOLD_NAMES]
     return Answer(
         status=judged.status,
@@ -127,8 +132,8 @@ def read_answer(verdict: Path) -> Answer:
         limits=np.array([[float(each[limit]) for limit in LIMITS] for each in told]),
         interval_mass=float(told[0]["interval_mass"]),
         k_hat=np.nan if judged.k_hat is None else judged.k_hat,
-        efficiency=judged.efficiency,
-        sampler=judged.sampler,
+        efficiency=np.nan if judged.efficiency is None else judged.efficiency,
+        sampler=judged.sampler or "",
     )
 
 

@@ -9,17 +9,42 @@ have no null distribution, and their distance is given in units of a stated tole
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
+from swesbi.base.settings import Settings
+from swesbi.context import Context
 from swesbi.draws import median_and_interval
+from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.derived import told
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
+from swesbi.measurement.settings import SummarySettings
+from swesbi.networks.flow.conditioning import ConditioningSettings, conditioning_of
 from swesbi.parameters import THETA_NAMES
+from swesbi.posterior.result import ExactPosterior
+from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.seeds import generator
+from swesbi.verdict.context import context_tests
+from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.nulls import Grade, Judgement, Reference
-from swesbi.verdict.statistics import BOUNDS, FEATURE_TESTS, TESTS, WITH_STRIPS, Checks, strip_ratios
+from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
+from swesbi.verdict.statistics import (
+    BOUNDS,
+    FEATURE_TESTS,
+    TESTS,
+    WITH_STRIPS,
+    Checks,
+    PosteriorDraws,
+    check_recording,
+    strip_ratios,
+)
 from swesbi.verdict.trust import ANSWER
 from swesbi.verdict.verdict import Verdict, VerdictTest
+from swesbi.verdict.volumes import volume_tests
 
 FloatArray = NDArray[np.float64]
 NAMED_FEATURES: Final = 3
@@ -45,40 +70,71 @@ def network_test(efficiency: Sequence[float]) -> VerdictTest:
     )
 
 
-class CertifiedPosterior(Protocol):
-    """What the verdict says of the making of the posterior."""
+class VerdictSettings(Settings):
+    """What the verdict on a gated recording depends on."""
+
+    model: SpeedModelSettings
+    summary: SummarySettings
+    strip_fraction: float
+    rule: RuleSettings
+    ejection_time: EjectionTimeSettings
+    lvet_sd_ms: float = Field(gt=0.0, description="standard deviation of a measured ejection time")
 
     @property
-    def phi(self) -> FloatArray:
-        """Equally weighted exact draws, those that are reported first; shape (n, d)."""
+    def conditioning(self) -> ConditioningSettings:
+        """How measured speeds become features."""
+        return conditioning_of(self.summary, self.model)
 
-    @property
-    def interval_mass(self) -> float:
-        """Mass of the credible intervals."""
 
-    @property
-    def npe_phi(self) -> FloatArray:
-        """Draws of the network; shape (m, 4)."""
+def judge(
+    exact: ExactPosterior,
+    model: SpeedModel,
+    others: Sequence[Context],
+    reference: Reference,
+    settings: VerdictSettings,
+    seed: int,
+    clinical: ClinicalMeasures = NOT_MEASURED,
+    further: Sequence[VerdictTest] = (),
+) -> Verdict:
+    """Judge the recording of ``model`` by the tests of ``reference``, its volumes, its ejection, its context.
 
-    @property
-    def sampler(self) -> str:
-        """What gave the exact draws: importance or mcmc."""
+    Args:
+        exact: The exact posterior of the recording.
+        model: The recording and its model.
+        others: Contexts with which the subject's is compared.
+        reference: Null distributions.
+        settings: Of the tests.
+        seed: Of the replicated recordings.
+        clinical: What was measured of the subject; an ejection time can strain it.
+        further: Other tests, which can strain the subject.
+    """
+    context, rule = model.recording.context, settings.rule
+    beats = model.simulate(exact.phi)
+    checks = _check(model, exact, beats, settings, seed)
+    judgement = reference.judge(checks)
+    volumes = volume_tests(model, exact.phi, beats, rule.volumes)
+    ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
+    contextual = (*ejection, *context_tests(context, others, rule.context), *further)
+    status = grade(Grade(judgement.status[0]), volumes, contextual, rule.volumes.contradicted_abs_z)
+    tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
+    overall_p = float(judgement.overall_p[0])
+    return make_verdict(status, overall_p, tests, exact, told(model, exact.phi, beats))
 
-    @property
-    def converged(self) -> bool:
-        """Whether weights or sampler are reliable."""
 
-    @property
-    def reasons(self) -> str:
-        """Why the weights were not used, and what the sampler missed; may be empty."""
-
-    @property
-    def k_hat(self) -> float:
-        """Pareto shape of the weights."""
-
-    @property
-    def efficiency(self) -> float:
-        """Effective share of the weighted draws."""
+def _check(
+    model: SpeedModel, exact: ExactPosterior, beats: Beats, settings: VerdictSettings, seed: int
+) -> Checks:
+    """Return what the tests look at in the recording, from the equally weighted exact draws."""
+    works = beats.status == Status.PERIODIC
+    draws = PosteriorDraws(
+        phi=exact.phi,
+        weight=works / works.sum(),
+        predicted=model.predict_from(exact.phi, beats).rows(works),
+        k_hat=exact.k_hat,
+        efficiency=exact.efficiency,
+    )
+    rng = generator(seed, "verdict", model.recording.subject)
+    return check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
 
 
 def null_tests(reference: Reference, checks: Checks, judgement: Judgement) -> tuple[VerdictTest, ...]:
@@ -116,10 +172,8 @@ def make_verdict(
     status: Grade,
     overall_p: float,
     tests: tuple[VerdictTest, ...],
-    z_obs: FloatArray,
-    component_names: tuple[str, ...],
-    exact: CertifiedPosterior,
-    told: Mapping[str, FloatArray],
+    exact: ExactPosterior,
+    answered: Mapping[str, FloatArray],
 ) -> Verdict:
     """Put the verdict together.
 
@@ -129,30 +183,26 @@ def make_verdict(
         status: The verdict.
         overall_p: P-value of the tests with a null distribution, together.
         tests: All tests.
-        z_obs: Conditioning vector of the recording; shape (C,).
-        component_names: Names of its components.
-        exact: How the exact posterior was made.
-        told: Draws of all that the answer tells, by name; (n,) each.
+        exact: The exact posterior.
+        answered: Draws of all that the answer tells, by name; (n,) each.
     """
-    worst = int(np.argmax(np.abs(z_obs)))
+    worst = int(np.argmax(np.abs(exact.condition)))
     flagged = sorted((test for test in tests if test.flagged), key=_strength)
-    reasons = tuple(map(_reason, flagged))
-    unsure = () if exact.converged else (exact.reasons,)
     median = np.median(exact.npe_phi, axis=0)
     return Verdict(
-        max_abs_z=float(np.abs(z_obs[worst])),
-        worst_component=component_names[worst],
+        max_abs_z=float(np.abs(exact.condition[worst])),
+        worst_component=exact.components[worst],
         in_prior_draws=len(exact.npe_phi),
         candidate_draws=len(exact.npe_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
         status=status.word,
         sentence=_sentence(status, overall_p, flagged),
-        reasons=(*reasons, *unsure),
+        reasons=(*map(_reason, flagged), *exact.doubts),
         tests=tests,
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,
         sampler=exact.sampler,
-        answer=answer_of(told, exact.interval_mass),
+        answer=answer_of(answered, exact.interval_mass),
     )
 
 

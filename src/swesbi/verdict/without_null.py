@@ -21,7 +21,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.verdict.contraction import Contractions
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import RuleSettings
@@ -77,7 +77,7 @@ def tested_residuals(chi_squared: FloatArray, count: int, of: str, rule: RuleSet
 
 def verdict_without_null(
     model: FreeModel,
-    exact: ExactResult,
+    exact: ExactPosterior,
     predicted: PredictedSpeeds,
     residuals: VerdictTest,
     volumes: Sequence[VerdictTest],
@@ -104,7 +104,6 @@ def verdict_without_null(
     unspoken = (UNINFORMATIVE, WHY_UNINFORMATIVE) if contractions.uninformative else (NO_VERDICT, WHY_NONE)
     word = graded.word if graded else unspoken[0]
     found = "; ".join(f"{test.name.replace('_', ' ')}: {test.detail}" for test in flagged) or unspoken[1]
-    unsure = () if exact.converged else (exact.reasons,)
     z = np.abs(_residuals_at_best(model, predicted))
     median = np.median(exact.npe_phi, axis=0)
     return Verdict(
@@ -115,7 +114,7 @@ def verdict_without_null(
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
         status=word,
         sentence=f"{word}: {found}",
-        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *unsure, contractions.in_words),
+        reasons=(*(f"{test.name}: {test.detail}" for test in flagged), *exact.doubts, contractions.in_words),
         tests=(residuals, *volumes, *ejection, *contractions.tests),
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,

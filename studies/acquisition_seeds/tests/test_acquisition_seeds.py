@@ -11,10 +11,9 @@ from studies.acquisition_seeds import stages, truth
 from studies.acquisition_seeds.judge import AcquisitionSeedsStageSettings
 from studies.acquisition_seeds.settings import judged_settings
 from studies.acquisition_seeds.table import SCORES, SeedRow, medians_table, seeds_table
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import load_study
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.verdict import read_verdict
 from tools.claims.findings import HOLDS, judged
 from tools.claims.manifest import read_manifest

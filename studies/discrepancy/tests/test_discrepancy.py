@@ -12,10 +12,10 @@ from study_copy import ROOT
 
 from studies.discrepancy import stages
 from studies.discrepancy.settings import ChoiceSettings, choice_settings
+from swesbi.artefacts import Origin
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.study.stages.origin import Origin
 from tools.verify import main as verify
 
 FOLDER = Path(__file__).parents[1]

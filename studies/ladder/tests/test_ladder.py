@@ -22,14 +22,13 @@ from studies.ladder.quantities import changed_recording, quantities_of
 from studies.ladder.settings import LadderEffort, LadderSettings, run_settings
 from studies.ladder.summary import moves_table, pairs_table, total_evidence
 from studies.ladder.table import AVERAGE, averaged, ladder_table, model_probabilities
-from swesbi.artefacts import Provenance, save
+from swesbi.artefacts import Origin, Provenance, save
 from swesbi.config.read import ConfigError, parse_section, read_merged
 from swesbi.config.study import load_study
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, ParameterPrior, in_bounds, log_centre
-from swesbi.study.stages.origin import Origin
 
 STUDY = load_study(read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")})
 LABELS = {"base": "as configured", "other": "another"}

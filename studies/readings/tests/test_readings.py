@@ -32,7 +32,7 @@ from studies.readings.settings import (
 )
 from studies.readings.treatment import ALIGNED_PEAK, Features, smooth_cycle
 from studies.readings.weights import fits_by_weights
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.config.read import ConfigError, overlay, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
@@ -46,7 +46,6 @@ from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.ingest import ingest
 from swesbi.recording.phases import analysis_grid
 from swesbi.recording.reader import read_samples
-from swesbi.study.stages.origin import Origin
 from swesbi.virtual.volunteers import VOLUNTEERS
 
 SHIPPED = overlay(read_merged(ROOT / "config.yaml"), read_yaml(ROOT / "tests" / "smoke.yaml"))

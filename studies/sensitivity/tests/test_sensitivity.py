@@ -18,10 +18,9 @@ from studies.sensitivity.variants import (
     sensitivity_table,
     to_dataset,
 )
-from swesbi.artefacts import Provenance, save
+from swesbi.artefacts import Origin, Provenance, save
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
-from swesbi.study.stages.origin import Origin
 from tools.verify import main as verify
 
 FOLDER = Path(__file__).parents[1]

@@ -18,15 +18,15 @@ from studies.validation.score import KIND, HeartAnswer, to_dataset
 from studies.validation.settings import ValidationSettings, answers_settings, table_settings
 from studies.validation.stages import ValidationStageSettings, validation
 from swesbi.__main__ import main
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import interval_levels
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
+from swesbi.recording.noise import read_noise
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
 from swesbi.study.finished import finished_population
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.verdict import read_verdict
 from swesbi.virtual.generated import PHYSIOLOGY
 from swesbi.virtual.hearts import ranges
@@ -129,8 +129,9 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
     monkeypatch.chdir(finished.folder)
     loaded = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
     origin, settings = Origin(loaded.config.seed, "", "code"), asked_of(loaded, "a", 1, STREAM)
-    inputs = vars(finished_population(finished.results, "amortised"))
-    found = Questioner(**inputs, settings=settings, origin=origin).answer(0)
+    trained = finished_population(finished.results, "amortised")
+    noise = read_noise(trained.noise).components
+    found = Questioner(trained.knowledge(), noise, settings, origin.seed).answer(0)
     check_answer(found, settings.recorded(0, origin.seed), finished.config, tmp_path)
 
 
@@ -146,7 +147,7 @@ def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: 
     )
     given = ("--overlay", overlay, "--experiment", "amortised", "--cohort", str(cohort))
     assert main(["infer", *given, "--subject", subject, "--out", str(out)]) == 0
-    exact = read_exact_result(out / "posterior.h5")
+    exact = read_exact_posterior(out / "posterior.h5")
     assert found.status == read_verdict(out / "verdict.json").status
     assert found.efficiency == exact.efficiency
     low, high = np.quantile(exact.phi[:, 0], interval_levels(0.9))

@@ -24,7 +24,8 @@ from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
-from swesbi.posterior.exact import ExactPosterior, weighted_posterior
+from swesbi.posterior.exact import weighted_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import BoxPrior, to_logit

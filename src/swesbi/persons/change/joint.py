@@ -14,7 +14,8 @@ from swesbi.persons.change.ratios import Ratios, log_ratios, quantities_of, summ
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.transport import joined_proposal
 from swesbi.persons.change.visits import VisitsModel
-from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import Space
 from swesbi.seeds import generator
 

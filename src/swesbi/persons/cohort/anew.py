@@ -10,9 +10,9 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import OF_THETA
-from swesbi.posterior.exact import exact_posterior, read_exact_posterior
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import fit_in_nearest, placed_in
-from swesbi.posterior.result import MCMC
+from swesbi.posterior.result import MCMC, read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import LogitSpace
 from swesbi.prior import PriorSettings, log_density

@@ -17,8 +17,9 @@ from swesbi.persons.cohort.refresh import DrawSet, combined, shrunken_prior
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.persons.cohort.shrinkage import Shrunken, shrink
 from swesbi.posterior.adaptive import adapted
-from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import PriorSettings

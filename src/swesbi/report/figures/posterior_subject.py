@@ -159,7 +159,7 @@ def _exact_title(panel: ExactPanel, cohort_title: str) -> str:
     """Say what is shown, the verdict, and how the draws were obtained."""
     result, verdict = panel.result, panel.verdict
     made = "MCMC" if result.by_mcmc else "importance weights"
-    certificate = f", R-hat {result.r_hat:.3f}" if result.by_mcmc else ""
+    certificate = f", R-hat {result.largest_r_hat:.3f}" if result.by_mcmc else ""
     doubt = "" if result.converged else ", NOT CONVERGED"
     reasons = ": ".join([verdict.status, ", ".join(verdict_numbers(verdict))]).removesuffix(": ")
     return "\n".join(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import Prediction, PredictiveCheck
 from swesbi.checks.scores import Band, reduction_percent
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.report.figures.style import (
     CMAES,
     EXCLUDED_POSTERIOR,
@@ -96,7 +96,7 @@ class ExactPanel:
     """
 
     subject: str
-    result: ExactResult
+    result: ExactPosterior
     fit_theta: FloatArray | None
     verdict: Verdict
     truth: FloatArray | None

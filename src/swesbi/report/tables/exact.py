@@ -12,7 +12,7 @@ import pandas as pd
 
 from swesbi.draws import interval_levels
 from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.result import ExactResult
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise import CohortNoise
 from swesbi.report.numbers import (
     MISSING,
@@ -52,7 +52,7 @@ class Exact:
     """
 
     experiment: Experiment
-    results: Mapping[str, ExactResult]
+    results: Mapping[str, ExactPosterior]
     calibration: pd.DataFrame
     misspecification: pd.DataFrame
     identifiability: pd.DataFrame
@@ -85,7 +85,7 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
             sampler_in_words(verdict),
             fixed(result.k_hat, 2) if math.isfinite(result.k_hat) else "inf",
             percent(result.efficiency, 0),
-            fixed(result.r_hat, 3),
+            fixed(result.largest_r_hat, 3),
             "yes" if result.converged else "no",
         )
         rows.append(Row(cells, muted=not verdict.may_be_read, strained=verdict.status == STRAINED))

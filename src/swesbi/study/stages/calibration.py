@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pydantic import Field
 
-from swesbi.artefacts import ArtefactError, save
+from swesbi.artefacts import ArtefactError, Origin, save
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration import dataset
 from swesbi.checks.calibration.local import calibrate_locally, classifier_accuracy
@@ -23,15 +23,14 @@ from swesbi.checks.recovery import score_recovery
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import flow_proposal
-from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import ExactPosterior, read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
-from swesbi.study.stages.origin import Origin, by_key, result_key
+from swesbi.study.stages.origin import by_key, result_key
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -152,7 +151,7 @@ def population_agreement(
     rows = []
     for path in posteriors:
         subject = result_key(path).subject
-        result, exact = read_exact_result(path), read_exact_result(base[subject]).phi[: settings.draws]
+        result, exact = read_exact_posterior(path), read_exact_posterior(base[subject]).phi[: settings.draws]
         for sampler, phi in ((NETWORK, result.npe_phi), (WEIGHTED, result.phi)):
             seed = integer_seed(origin.seed, "population agreement", subject, sampler)
             accuracy = classifier_accuracy(phi[: settings.draws], exact, settings.prior, seed)

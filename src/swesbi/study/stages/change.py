@@ -10,18 +10,19 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.artefacts import save, to_groups
+from swesbi.answers.knowledge import Knowledge
+from swesbi.artefacts import Origin, save, to_groups
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
-from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
+from swesbi.networks.flow.files import load_flow
 from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.stored import KIND, StoredChange, Visits, change_table, stored_change
 from swesbi.persons.change.visits import VisitsModel, visits_model
-from swesbi.posterior.exact import ExactPosterior, read_exact_posterior
+from swesbi.posterior.result import ExactPosterior, read_exact_posterior
 from swesbi.posterior.space import Space
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_observation
@@ -30,8 +31,7 @@ from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.new_subject import known_noise, network_proposal
-from swesbi.study.stages.origin import Origin
+from swesbi.study.observing import known_noise
 from swesbi.verdict.verdict import Verdict, read_verdict
 
 LOGGER = logging.getLogger("swesbi")
@@ -119,8 +119,9 @@ def _inferred(
 ) -> Change:
     """Infer both visits together, from their own posteriors on."""
     contexts = [read_observation(path).context for path in files.pooled_observations]
+    knowledge = Knowledge(flow=load_flow(files.estimator)[0], trained=contexts)
     own = [
-        _own(read_exact_posterior(path), model, files.estimator, contexts)
+        own_posterior(read_exact_posterior(path), knowledge.space(model))
         for path, model in zip(files.posteriors, models, strict=True)
     ]
     both = both_visits(models, observed, settings.changes)
@@ -141,12 +142,6 @@ def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> N
             f"gated phases by visit: {had}; visits are compared phase by phase, so both need the same "
             "protocol"
         )
-
-
-def _own(
-    exact: ExactPosterior, model: SpeedModel, estimator: Path, contexts: Sequence[Context]
-) -> OwnPosterior:
-    return own_posterior(exact, network_proposal(estimator, contexts, model.recording))
 
 
 def own_posterior(exact: ExactPosterior, space: Space) -> OwnPosterior:

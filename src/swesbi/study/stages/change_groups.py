@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.persons.change.group_words import group_lines
 from swesbi.persons.change.groups import infer_change_groups, lacking_draws, member_of_change, unlike_pairs
@@ -26,7 +26,6 @@ from swesbi.recording.observation import read_observation
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.change_groups import draw_change_groups
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 

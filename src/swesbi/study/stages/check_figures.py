@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from swesbi.artefacts import ArtefactError, load
+from swesbi.artefacts import ArtefactError, Origin, load
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import KIND, diagnostics_of, ranked_of
 from swesbi.checks.calibration.settings import JudgementSettings
@@ -24,7 +24,7 @@ from swesbi.report.figures.misspecification import draw_misspecification
 from swesbi.report.figures.population import draw_strata, read_strata
 from swesbi.report.figures.recording import draw_noise
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, by_key
+from swesbi.study.stages.origin import by_key
 from swesbi.verdict.answers import OUTCOMES, cohort_table, read_answer
 from swesbi.verdict.power import AlarmRow
 from swesbi.verdict.verdict import read_verdict

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import FAILED_LOSS, KIND, best_run, curve_loss, gather, search, to_dataset
 from swesbi.checks.draws import simulated_curves
@@ -19,7 +19,6 @@ from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.prior import PriorSettings, bounds
 from swesbi.recording.observation import read_observation
-from swesbi.study.stages.origin import Origin
 
 FloatArray = NDArray[np.float64]
 LOGGER = logging.getLogger("swesbi")

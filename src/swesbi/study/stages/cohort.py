@@ -6,7 +6,8 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from swesbi.artefacts import ArtefactError, save, to_dataset, to_groups
+from swesbi.answers.settings import IngestSettings
+from swesbi.artefacts import ArtefactError, Origin, save, to_dataset, to_groups
 from swesbi.base.settings import Settings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import reference_beat
@@ -14,7 +15,6 @@ from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
-from swesbi.recording.clinical import ClinicalRow
 from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest as ingest_recording
 from swesbi.recording.layout import TableLayout
@@ -26,24 +26,13 @@ from swesbi.recording.observation import KIND as OBSERVATION
 from swesbi.recording.protocol import Repeats, read_repeats
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, rejection
-from swesbi.recording.settings import ContextRow, NoiseSettings, RecordingSettings
+from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.recording.sweeps import levels_by
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 
 
-class IngestStageSettings(Settings):
-    """What an observed curve depends on beside the recording: the subject's row, and settings."""
-
-    context: ContextRow
-    clinical: ClinicalRow
-    recording: RecordingSettings
-    measurement: MeasurementSettings
-    layout: TableLayout
-
-
-def ingest(*, recording: Path, observation: Path, settings: IngestStageSettings, origin: Origin) -> None:
+def ingest(*, recording: Path, observation: Path, settings: IngestSettings, origin: Origin) -> None:
     """Read the recording of ``origin.subject`` and write the observed curve.
 
     Raises:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
@@ -26,7 +26,7 @@ from swesbi.prior import PriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.report.csv import write_csv
-from swesbi.study.stages.origin import Origin, by_key
+from swesbi.study.stages.origin import by_key
 from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")

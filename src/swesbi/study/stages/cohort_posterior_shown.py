@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
 from swesbi.persons.cohort.result import read_cohort_posterior
 from swesbi.report.figures.cohort_posterior import draw_cohort_posterior
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin
 
 
 class CohortPosteriorFigureSettings(Settings):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.special import stdtrit
 
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.base.progress import Progress
 from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import NothingRecoveredError, recover, score_recovery
@@ -26,7 +26,7 @@ from swesbi.report import training_tables
 from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
 from swesbi.study.stages import inference
-from swesbi.study.stages.origin import Origin, by_key
+from swesbi.study.stages.origin import by_key
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import read_verdict
 

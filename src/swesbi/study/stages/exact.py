@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.artefacts import save
+from swesbi.answers.answer import log_certificate
+from swesbi.answers.settings import ExactPosteriorSettings
+from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import RECORDINGS_KIND, inferred_dataset
 from swesbi.checks.calibration.ranks import Inferred
@@ -16,10 +18,11 @@ from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.measurement import likelihood
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.flow import flow_proposal
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior import exact as posteriors
-from swesbi.posterior.exact import ExactPosterior, exact_to_groups
+from swesbi.posterior.exact import conditioned
+from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.acquisition_settings import AcquisitionSettings
@@ -27,17 +30,9 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 STREAM = "calibration"
-
-
-class ExactPosteriorStageSettings(Settings):
-    """What the exact posterior depends on."""
-
-    model: likelihood.SpeedModelSettings
-    exact: ExactSettings
 
 
 def exact_posterior(
@@ -46,7 +41,7 @@ def exact_posterior(
     noise: Path,
     estimator: Path,
     posterior: Path,
-    settings: ExactPosteriorStageSettings,
+    settings: ExactPosteriorSettings,
     origin: Origin,
 ) -> None:
     """Weight the network's draws with the simulator; where the weights fail, sample by MCMC.
@@ -64,32 +59,9 @@ def exact_posterior(
     )
     rounds = ", ".join(f"{share:.0%}" for share in efficiency)
     LOGGER.info("efficiency of the network, and of all draws after each further round: %s", rounds)
-    write_posterior(posterior, exact, proposal, settings, origin)
-
-
-def write_posterior(
-    path: Path,
-    exact: ExactPosterior,
-    proposal: FlowProposal | None,
-    settings: ExactPosteriorStageSettings,
-    origin: Origin,
-) -> None:
-    """Write an exact posterior, with the conditioning vector of a network if there was one, and log it."""
-    condition = np.empty(0) if proposal is None else proposal.condition
-    components = () if proposal is None else proposal.flow.components
-    groups = exact_to_groups(exact, condition, components, settings.model.prior, settings.exact)
-    save(path, groups, origin.provenance(POSTERIOR, settings))
-    _report(origin.subject, exact)
-
-
-def _report(subject: str, exact: ExactPosterior) -> None:
-    LOGGER.info(
-        "subject %s: draws by %s; k-hat %.2f, efficiency %.0f %%",
-        subject, exact.sampler, exact.k_hat, 100.0 * exact.efficiency,
-    )  # fmt: skip
-    level = logging.INFO if exact.converged else logging.WARNING
-    for reason in exact.reasons:
-        LOGGER.log(level, "  %s", reason)
+    log_certificate(origin.subject, exact)
+    groups = exact_to_groups(conditioned(exact, proposal), settings.model.prior)
+    save(posterior, groups, origin.provenance(POSTERIOR, settings))
 
 
 class CalibrationRecordingsStageSettings(Settings):

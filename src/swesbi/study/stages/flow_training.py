@@ -6,6 +6,7 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
+from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.settings import SummarySettings
@@ -20,7 +21,6 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.report.training_tables import write_epochs
 from swesbi.seeds import integer_seed
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 

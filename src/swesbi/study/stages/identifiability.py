@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.artefacts import ArtefactError, load, save
+from swesbi.artefacts import ArtefactError, Origin, load, save
 from swesbi.base.settings import Settings
 from swesbi.checks.identifiability import tables
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
@@ -16,13 +16,13 @@ from swesbi.checks.identifiability.noise import single_repeat_noise
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.identifiability.subject import CohortIdentifiability, RecordedSubject, identify_cohort
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
-from swesbi.posterior.exact import read_exact_posterior
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.identifiability import draw_design, draw_identifiability
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, result_key
+from swesbi.study.stages.origin import result_key
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi.artefacts import ArtefactError, save, write_json
+from swesbi.artefacts import ArtefactError, Origin, save, write_json
 from swesbi.base.settings import Settings
 from swesbi.checks.recovery import fresh_simulations, recover, score_recovery, shares
 from swesbi.checks.settings import RecoverySettings
@@ -32,7 +32,6 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
 

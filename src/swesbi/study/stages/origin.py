@@ -1,28 +1,12 @@
-"""Where the results of a stage come from, and which experiment and subject each belongs to."""
+"""Which experiment and subject a result belongs to, by where it lies."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.base.settings import Settings
-
-
-@dataclass(frozen=True)
-class Origin:
-    """The study's seed, the subject (empty for the whole cohort) and the hash of the stage's code."""
-
-    seed: int
-    subject: str = ""
-    code_hash: str = ""
-
-    def provenance(self, kind: str, settings: Settings) -> Provenance:
-        """Return the provenance of an artefact of this ``kind`` made under these ``settings``."""
-        return Provenance(kind, self.subject, self.seed, settings.to_plain(), self.code_hash)
-
+from swesbi.artefacts import ArtefactError
 
 FOLDER = "subjects"
 

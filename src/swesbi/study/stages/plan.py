@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import lru_cache
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 from pydantic import Field
 
-from swesbi.artefacts import save, to_dataset
+from swesbi.artefacts import Origin, save, to_dataset
 from swesbi.base.arrays import FloatArray
+from swesbi.base.processes import forked_processes
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
@@ -30,18 +30,17 @@ from swesbi.persons.planning.bank import ARMS, KIND, BankPerson, bank_of, read_b
 from swesbi.persons.planning.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
 from swesbi.persons.planning.settings import Design, PlannedPersonsSettings
 from swesbi.population.settings import PopulationSettings, of_group
-from swesbi.posterior.exact import ExactPosterior, exact_posterior
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import NoLikelihoodError
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
+from swesbi.study.other_network import check_network
 from swesbi.study.stages.change import both_visits, own_posterior
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
-from swesbi.study.stages.new_subject import one_thread
-from swesbi.study.stages.origin import Origin
-from swesbi.study.stages.other_network import check_network
 from swesbi.virtual.hearts.noise import noisier
 from swesbi.virtual.trial.source import TrialSource
 
@@ -120,7 +119,7 @@ def plan_bank(
         ValueError: Nobody takes part, or nobody could be answered.
         ArtefactError: An input is no such artefact.
     """
-    check_network(estimator, settings.train_population)
+    check_network(estimator, settings.train_population.to_plain())
     answering = Answering(estimator, noise, settings, origin.seed)
     done = {person.number: person for person in _kept(bank, settings, origin)}
     missing = [number for number in range(settings.persons.number) if number not in done]
@@ -155,7 +154,7 @@ def _answered(
     answering: Answering, numbers: Sequence[int], processes: int
 ) -> Iterator[tuple[int, BankPerson | None]]:
     """Yield persons as they are answered."""
-    with ProcessPoolExecutor(processes, mp_context=get_context("fork"), initializer=one_thread) as pool:
+    with forked_processes(processes) as pool:
         futures = {pool.submit(answering.person, number): number for number in numbers}
         try:
             for future in as_completed(futures):

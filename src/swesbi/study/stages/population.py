@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import FRESH as KIND
 from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
@@ -23,7 +23,6 @@ from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.report.csv import write_csv
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -6,7 +6,8 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from swesbi.artefacts import ArtefactError, save
+from swesbi.answers.settings import PredictiveSpeedsSettings
+from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.checks.draws import CheckedFeatures, FeatureModel, make_target
 from swesbi.checks.observed_curves import curve_noise
@@ -21,27 +22,18 @@ from swesbi.checks.predictive import (
     predict,
     to_datasets,
 )
-from swesbi.checks.predictive_speeds import (
-    Recorder,
-    feature_noise_sd,
-    posterior_recordings,
-    predict_recordings,
-    prior_recordings,
-    withheld,
-)
+from swesbi.checks.predictive_speeds import Recorder, predictive_check
 from swesbi.checks.settings import PredictiveSettings
-from swesbi.heart.prior_simulations import PriorSimulations, read_simulations
+from swesbi.heart.prior_simulations import read_simulations
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.measurement.likelihood import MeasuredSubject, SpeedModelSettings, read_speed_model
+from swesbi.measurement.likelihood import MeasuredSubject, read_speed_model
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
 from swesbi.networks.paper.pool import noise_sd
 from swesbi.networks.settings import ObservationModelSettings
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import read_posterior
 from swesbi.recording.observation import read_observation
-from swesbi.seeds import generator
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
@@ -87,7 +79,7 @@ def predictive(
         for name, each in zip(("prior", "posterior"), draws, strict=True)
     )
     check = PredictiveCheck(target, settings.predictive.interval, readable, prior, after)
-    _write(predictive, check, settings, origin)
+    write_check(predictive, check, settings, origin)
 
 
 def _predict(
@@ -99,7 +91,8 @@ def _predict(
     return predict(draws, observed, target, settings.predictive.interval, of_values)
 
 
-def _write(path: Path, check: PredictiveCheck, settings: Settings, origin: Origin) -> None:
+def write_check(path: Path, check: PredictiveCheck, settings: Settings, origin: Origin) -> None:
+    """Write a predictive check, and log its scores."""
     save(path, to_datasets(check), origin.provenance(KIND, settings))
     prior, posterior = check.prior.scores, check.posterior.scores
     if not check.may_be_read:
@@ -124,14 +117,6 @@ def _write(path: Path, check: PredictiveCheck, settings: Settings, origin: Origi
     )
 
 
-class PredictiveSpeedsStageSettings(Settings):
-    """What a predictive check depends on."""
-
-    model: SpeedModelSettings
-    summary: SummarySettings
-    predictive: PredictiveSettings
-
-
 def predictive_speeds(
     *,
     posterior: Path,
@@ -140,56 +125,26 @@ def predictive_speeds(
     noise: Path,
     shards: Sequence[Path],
     predictive: Path,
-    settings: PredictiveSpeedsStageSettings,
+    settings: PredictiveSpeedsSettings,
     origin: Origin,
 ) -> None:
     """Write the predictive checks of one subject in an experiment on speeds.
 
-    New recordings are drawn under the whole observation model: measurement noise and discrepancy. A
-    contradicted subject keeps its predictive curves, which show what the model cannot do, but has no scores.
-
     Raises:
-        ArtefactError: Every posterior draw failed in the simulator, or a file cannot be read.
+        ArtefactError: A file cannot be read.
+        ValueError: Every posterior draw failed in the simulator.
     """
     recorder = Recorder(
         read_speed_model(observation, noise, settings.model),
         read_observation(observation),
         CheckedFeatures(settings.predictive.features, settings.summary),
     )
-    write_check(posterior, verdict, predictive, recorder, read_simulations(shards), settings, origin)
-
-
-def write_check(
-    posterior: Path,
-    verdict: Path,
-    predictive: Path,
-    recorder: Recorder,
-    simulations: PriorSimulations,
-    settings: PredictiveSpeedsStageSettings,
-    origin: Origin,
-) -> None:
-    """Write the predictive checks of the recorder's recording, with these simulations of its prior.
-
-    Raises:
-        ArtefactError: Every posterior draw failed in the simulator, or a file cannot be read.
-    """
-    number, interval = settings.predictive.draws, settings.predictive.interval
-    streams = (
-        generator(origin.seed, "predictive speeds", origin.subject, name) for name in ("prior", "posterior")
+    check = predictive_check(
+        recorder,
+        read_exact_posterior(posterior).phi,
+        read_simulations(shards),
+        settings.predictive,
+        origin.seed,
+        may_be_read=read_verdict(verdict).may_be_read,
     )
-    readable = read_verdict(verdict).may_be_read
-    phi = read_exact_result(posterior).phi[:number]
-    prior = prior_recordings(simulations, number, recorder, next(streams))
-    after = posterior_recordings(phi, recorder, next(streams))
-    if not len(after.draws.theta):
-        raise ArtefactError(f"{posterior}: none of {len(phi)} draws can be simulated; delete it and rerun")
-    target = recorder.target(feature_noise_sd(after))
-    shown = predict_recordings(after, target, interval)
-    check = PredictiveCheck(
-        target=target,
-        interval=interval,
-        may_be_read=readable,
-        prior=predict_recordings(prior, target, interval),
-        posterior=shown if readable else withheld(shown),
-    )
-    _write(predictive, check, settings, origin)
+    write_check(predictive, check, settings, origin)

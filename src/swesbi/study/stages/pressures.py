@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
 
-from swesbi.artefacts import save
-from swesbi.base.settings import Settings
-from swesbi.heart.physiology import VOLUME_FACTOR
-from swesbi.measurement.clinical import ClinicalModel, with_pressures
+from swesbi.answers.answer import informed
+from swesbi.answers.settings import PressuresSettings
+from swesbi.artefacts import Origin, save
+from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
-from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import FlowProposal, flow_proposal
-from swesbi.posterior.exact import exact_posterior, exact_to_groups
-from swesbi.posterior.extended import extended_proposal
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.study.stages.exact import ExactPosteriorStageSettings
-from swesbi.study.stages.origin import Origin
 
-LOGGER = logging.getLogger("swesbi")
 STREAM = "pressures"
-
-
-class PressuresStageSettings(Settings):
-    """What a posterior with pressures depends on."""
-
-    exact_posterior: ExactPosteriorStageSettings
-    clinical: ClinicalSettings
 
 
 def pressures(
@@ -38,7 +25,7 @@ def pressures(
     noise: Path,
     estimator: Path,
     posterior: Path,
-    settings: PressuresStageSettings,
+    settings: PressuresSettings,
     origin: Origin,
 ) -> None:
     """Infer a subject from speeds and cuff pressures, by the network of a population.
@@ -58,42 +45,7 @@ def pressures(
     speeds = build_speed_model(observation, components, settings.exact_posterior.model)
     model = with_pressures(speeds, read_observation(observation).clinical, settings.clinical)
     network = flow_proposal(flow, speeds.recording)
-    infer_with_pressures(model, network, posterior, settings, origin, STREAM)
-
-
-def infer_with_pressures(
-    model: ClinicalModel,
-    network: FlowProposal,
-    posterior: Path,
-    settings: PressuresStageSettings,
-    origin: Origin,
-    stream: str,
-) -> None:
-    """Write the exact posterior of a recording with its pressures.
-
-    The network knows nothing of the stressed volume, so its draws get one from the prior; what the two have
-    to do with each other is left to the rounds.
-
-    Args:
-        model: The recording's.
-        network: What the network makes of its speeds.
-        posterior: Output.
-        settings: Stored with it.
-        origin: Seed, subject and code.
-        stream: Begins the name of its random streams.
-
-    Raises:
-        NoLikelihoodError: The likelihood is zero at every draw of a round.
-    """
-    prior, exact_settings = model.settings.prior, settings.exact_posterior.exact
-    proposal = extended_proposal(network, prior, VOLUME_FACTOR)
-    streams = (origin.seed, stream, "pressures", origin.subject)
-    exact, efficiency = exact_posterior(model, proposal, exact_settings, *streams)
-    groups = exact_to_groups(exact, network.condition, network.flow.components, prior, exact_settings)
+    names = (STREAM, "pressures", origin.subject)
+    exact = informed(model, network, settings.exact_posterior.exact, origin.seed, *names)
+    groups = exact_to_groups(exact, model.settings.prior)
     save(posterior, groups, origin.provenance(POSTERIOR, settings))
-    LOGGER.info(
-        "subject %s with pressures: draws by %s; k-hat %.2f, efficiency by round %s",
-        origin.subject, exact.sampler, exact.k_hat, ", ".join(f"{share:.0%}" for share in efficiency),
-    )  # fmt: skip
-    for reason in exact.reasons:
-        LOGGER.log(logging.INFO if exact.converged else logging.WARNING, "  %s", reason)

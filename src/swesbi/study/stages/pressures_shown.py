@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from swesbi.artefacts import ArtefactError, load
+from swesbi.artefacts import ArtefactError, Origin, load
 from swesbi.base.settings import Settings
 from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.settings import ClinicalSettings
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.report.csv import checked, write_csv
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.figures.style import save_figure
 from swesbi.report.tables.pressures import read_pressures
-from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
+from swesbi.study.stages.origin import ResultKey, by_key, pick
 
 
 class PressuresTableSettings(Settings):
@@ -71,8 +71,8 @@ def _compared(
         observation=recordings[key.subject],
         model=model,
         model_with=model.model_copy(update={"prior": freed}),
-        without=read_exact_result(without),
-        with_them=read_exact_result(with_them),
+        without=read_exact_posterior(without),
+        with_them=read_exact_posterior(with_them),
     )
 
 

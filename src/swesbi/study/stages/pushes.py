@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from swesbi.artefacts import save
+from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Level, Settings
 from swesbi.checks.calibration.pushes import (
     KIND,
@@ -24,7 +24,6 @@ from swesbi.population.recordings import FreshSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.report.csv import write_csv
-from swesbi.study.stages.origin import Origin
 from swesbi.verdict.settings import RuleSettings
 
 LOGGER = logging.getLogger("swesbi")

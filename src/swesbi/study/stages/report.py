@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import JsonValue
 
 from swesbi import __version__
-from swesbi.artefacts import atomic_path
+from swesbi.artefacts import Origin, atomic_path
 from swesbi.base.settings import Settings
 from swesbi.report.page.figures import PagePart
 from swesbi.report.page.files import file_groups, provenance_table, relative, software_table
@@ -27,7 +27,6 @@ from swesbi.report.results import Results
 from swesbi.report.tables.cohort_posterior import CohortSection, cohort_sections
 from swesbi.report.tables.exact import Exact
 from swesbi.report.tables.population import OverPopulation
-from swesbi.study.stages.origin import Origin
 from swesbi.study.stages.report_inputs import read_cohort_words, read_exact, read_populations, read_results
 
 

@@ -11,7 +11,7 @@ import yaml
 from pydantic import JsonValue
 
 from swesbi.artefacts import ArtefactError
-from swesbi.posterior.result import read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.report.figures.population import read_strata
@@ -129,7 +129,7 @@ def read_exact(
         Exact(
             experiment=experiment,
             results={
-                key.subject: read_exact_result(path)
+                key.subject: read_exact_posterior(path)
                 for key, path in posterior_of.items()
                 if key.experiment == experiment.name
             },

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import Field
 
-from swesbi.artefacts import ArtefactError, save
+from swesbi.artefacts import ArtefactError, Origin, save
 from swesbi.base.settings import Settings
 from swesbi.heart.prior_simulations import KIND as SIMULATIONS
 from swesbi.heart.prior_simulations import (
@@ -33,7 +33,6 @@ from swesbi.population.simulations import to_dataset as population_to_dataset
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.settings import ContextRow
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 SHARED = "cycle_phase"  # the one array of simulations that has no row for each

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
 from swesbi.checks.predictive import read_predictive
 from swesbi.networks.paper.pool import Pool, read_pool
@@ -19,7 +20,7 @@ from swesbi.report.figures.style import save_figure
 from swesbi.report.figures.training import draw_epochs, draw_training, read_epochs, read_history
 from swesbi.report.figures.workflow import draw_workflow
 from swesbi.report.figures.workflow_panels import WorkflowPicture
-from swesbi.study.stages.origin import Origin, ResultKey, by_key, pick
+from swesbi.study.stages.origin import ResultKey, by_key, pick
 from swesbi.verdict.verdict import Verdict, read_verdict
 
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from swesbi.artefacts import load
+from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import CmaesFit, read_cmaes
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth
-from swesbi.posterior.result import read_exact_result
-from swesbi.posterior.truncated import POSTERIOR, Posterior, read_posterior
+from swesbi.posterior.result import read_exact_posterior
+from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.report.figures.posterior import draw_cohort_posteriors, draw_exact_posteriors
 from swesbi.report.figures.posterior_subject import draw_exact_subject, draw_subject_posterior
 from swesbi.report.figures.predictive import (
-    NETWORK_ALONE,
     ExactPanel,
     PosteriorPanel,
     PredictivePanel,
@@ -24,7 +23,7 @@ from swesbi.report.figures.predictive import (
     draw_subject_check,
 )
 from swesbi.report.figures.style import save_figure
-from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
+from swesbi.study.stages.origin import by_key, by_subject, pick
 from swesbi.verdict.verdict import Verdict, read_verdict
 
 
@@ -47,24 +46,20 @@ def subject_figures(
     origin: Origin,
 ) -> None:
     """Draw predictive check and posterior of one subject."""
-    save_predictive_check(predictive, verdict, (cmaes,), ppc_png, settings.cohort_title)
+    _save_predictive_check(predictive, verdict, cmaes, ppc_png, settings.cohort_title)
     draws, (fit, provenance) = read_posterior(posterior), read_cmaes(cmaes)
     panel = _posterior_panel(provenance.subject, draws, fit, read_verdict(verdict))
     drawn = draw_subject_posterior(panel, settings.prior, draws.interval_mass, settings.cohort_title)
     save_figure(drawn, posterior_png)
 
 
-def save_predictive_check(
-    predictive: Path, verdict: Path, cmaes: Sequence[Path], figure: Path, cohort_title: str
+def _save_predictive_check(
+    predictive: Path, verdict: Path, cmaes: Path, figure: Path, cohort_title: str
 ) -> None:
-    """Draw the predictive check of any experiment; ``cmaes`` is the reference fit, or nothing."""
+    """Draw the predictive check of any experiment."""
     check, provenance = read_predictive(predictive)
-    panel = PredictivePanel(provenance.subject, check, _reference_fit(cmaes), read_verdict(verdict))
+    panel = PredictivePanel(provenance.subject, check, read_cmaes(cmaes)[0], read_verdict(verdict))
     save_figure(draw_subject_check(panel, cohort_title), figure)
-
-
-def _reference_fit(cmaes: Sequence[Path]) -> CmaesFit | None:
-    return next((read_cmaes(path)[0] for path in cmaes), None)
 
 
 def _posterior_panel(subject: str, draws: Posterior, fit: CmaesFit, verdict: Verdict) -> PosteriorPanel:
@@ -94,28 +89,11 @@ def exact_subject_figures(
 
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
-    save_predictive_check(predictive, verdict, (cmaes,), ppc_png, settings.cohort_title)
-    save_exact_posterior(posterior, verdict, (cmaes,), truth, posterior_png, settings)
-
-
-def save_exact_posterior(
-    posterior: Path,
-    verdict: Path,
-    cmaes: Sequence[Path],
-    truth: Sequence[Path],
-    figure: Path,
-    settings: ExactSubjectFiguresSettings,
-    start: str = NETWORK_ALONE,
-) -> None:
-    """Draw the exact posterior; ``cmaes`` is the reference fit, or nothing, ``truth`` as above.
-
-    ``start`` says what the draws are with which the inference began.
-    """
-    fit, result = _reference_fit(cmaes), read_exact_result(posterior)
-    subject = load(posterior, POSTERIOR)[1].subject
-    theta = None if fit is None else fit.theta
-    panel = ExactPanel(subject, result, theta, read_verdict(verdict), read_truth(truth).get(subject), start)
-    save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), figure)
+    _save_predictive_check(predictive, verdict, cmaes, ppc_png, settings.cohort_title)
+    result, (fit, provenance) = read_exact_posterior(posterior), read_cmaes(cmaes)
+    subject, judged = provenance.subject, read_verdict(verdict)
+    panel = ExactPanel(subject, result, fit.theta, judged, read_truth(truth).get(subject))
+    save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), posterior_png)
 
 
 class CohortFiguresSettings(Settings):
@@ -191,7 +169,7 @@ def exact_figures(
     truths, checks, panels = read_truth(truth), [], []
     for panel, fit, path in _results(predictives, posteriors, verdicts, cmaes):
         checks.append(panel)
-        result, subject = read_exact_result(path), panel.subject
+        result, subject = read_exact_posterior(path), panel.subject
         panels.append(ExactPanel(subject, result, fit.theta, panel.verdict, truths.get(subject)))
     title = settings.cohort_title
     save_figure(draw_cohort_checks(checks, title), ppc_pdf, ppc_png)

@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from swesbi.artefacts import ArtefactError, atomic_path
+from swesbi.artefacts import ArtefactError, Origin, atomic_path
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.predictive import read_predictive
@@ -29,7 +29,7 @@ from swesbi.report.latex import comparison_latex, posterior_latex, ppc_latex
 from swesbi.report.paper.comparison import comparison_table
 from swesbi.report.paper.measured import StudyResults, pool_size
 from swesbi.report.paper.values import read_paper
-from swesbi.study.stages.origin import Origin, by_key, by_subject, pick
+from swesbi.study.stages.origin import by_key, by_subject, pick
 from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import read_verdict

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import CheckpointEpochs
 from swesbi.networks.paper.estimator import CHECKPOINTS, save_checkpoints, save_estimator
@@ -20,7 +21,6 @@ from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings
 from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
-from swesbi.study.stages.origin import Origin
 
 LOGGER = logging.getLogger("swesbi")
 

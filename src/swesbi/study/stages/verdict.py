@@ -10,14 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from pydantic import Field
 
-from swesbi.artefacts import ArtefactError, save, write_json
+from swesbi.artefacts import ArtefactError, Origin, save, write_json
 from swesbi.base.settings import Settings
 from swesbi.context import Context
-from swesbi.heart.periodic import Status
-from swesbi.heart.simulate import Beats
-from swesbi.measurement.derived import told
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
 from swesbi.measurement.settings import SummarySettings, summary_names
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
@@ -26,21 +22,14 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.settings import NullSettings
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
-from swesbi.posterior.result import ExactResult, read_exact_result
+from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.posterior.truncated import read_posterior
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_contexts, read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.csv import write_csv
-from swesbi.seeds import generator
-from swesbi.study.stages.origin import Origin
-from swesbi.verdict.context import context_tests
-from swesbi.verdict.ejection import ejection_tests
-from swesbi.verdict.nulls import Grade, Reference
 from swesbi.verdict.pooled import KIND as NULLS
 from swesbi.verdict.pooled import draw_null, to_dataset
 from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, alarm_rows
@@ -57,11 +46,9 @@ from swesbi.verdict.recordings import (
     volunteer_recordings,
 )
 from swesbi.verdict.recordings import KIND as CHECKS
-from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings, SyntheticSettings
-from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, no_checks, prior_strip_mass
-from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.volumes import volume_tests
-from swesbi.verdict.with_null import grade, make_verdict, null_tests
+from swesbi.verdict.settings import RuleSettings, SyntheticSettings
+from swesbi.verdict.statistics import no_checks, prior_strip_mass
+from swesbi.verdict.with_null import VerdictSettings, judge
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -191,22 +178,6 @@ def population_null(
     save(null, to_dataset(drawn), origin.provenance(NULLS, settings))
 
 
-class VerdictStageSettings(Settings):
-    """What the verdict depends on."""
-
-    model: SpeedModelSettings
-    summary: SummarySettings
-    strip_fraction: float
-    rule: RuleSettings
-    ejection_time: EjectionTimeSettings
-    lvet_sd_ms: float = Field(gt=0.0, description="standard deviation of a measured ejection time")
-
-    @property
-    def conditioning(self) -> ConditioningSettings:
-        """How measured speeds become features."""
-        return conditioning_of(self.summary, self.model)
-
-
 def verdict(
     *,
     posterior: Path,
@@ -215,7 +186,7 @@ def verdict(
     contexts: Path,
     noise: Path,
     verdict: Path,
-    settings: VerdictStageSettings,
+    settings: VerdictSettings,
     origin: Origin,
 ) -> None:
     """Judge the recording of ``origin.subject`` and write one verdict with the tests behind it.
@@ -234,45 +205,10 @@ def verdict(
     others = _others(contexts, origin.subject)
     model = read_speed_model(observation, noise, settings.model)
     reference = read_subject_checks(misspecification).reference(settings.rule)
-    clinical = read_observation(observation).clinical
-    result = judge(posterior, model, others, reference, settings, origin, clinical)
+    clinical, exact = read_observation(observation).clinical, read_exact_posterior(posterior)
+    result = judge(exact, model, others, reference, settings, origin.seed, clinical)
     write_json(verdict, result.to_json())
     LOGGER.info("subject %s: %s", origin.subject, result.sentence)
-
-
-def judge(
-    posterior: Path,
-    model: SpeedModel,
-    others: Sequence[Context],
-    reference: Reference,
-    settings: VerdictStageSettings,
-    origin: Origin,
-    clinical: ClinicalMeasures = NOT_MEASURED,
-    further: Sequence[VerdictTest] = (),
-) -> Verdict:
-    """Judge the recording of ``model`` by the tests of ``reference``, its volumes, its ejection, its context.
-
-    Args:
-        posterior: The exact posterior of the recording.
-        model: The recording and its model.
-        others: Contexts with which the subject's is compared.
-        reference: Null distributions.
-        clinical: What was measured of the subject; an ejection time can strain it.
-        further: Other tests, which can strain the subject.
-    """
-    exact, context = read_exact_result(posterior), model.recording.context
-    beats = model.simulate(exact.phi)
-    checks = _check(model, exact, beats, settings, origin)
-    judgement = reference.judge(checks)
-    volumes = volume_tests(model, exact.phi, beats, settings.rule.volumes)
-    ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
-    contextual = (*ejection, *context_tests(context, others, settings.rule.context), *further)
-    status = grade(Grade(judgement.status[0]), volumes, contextual, settings.rule.volumes.contradicted_abs_z)
-    tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
-    summary = read_posterior(posterior)
-    overall_p = float(judgement.overall_p[0])
-    answer = told(model, exact.phi, beats)
-    return make_verdict(status, overall_p, tests, summary.z_obs, summary.component_names, exact, answer)
 
 
 def _others(path: Path, subject: str) -> list[Context]:
@@ -283,22 +219,6 @@ def _others(path: Path, subject: str) -> list[Context]:
         names = ", ".join(context.subject for context in contexts)
         raise ArtefactError(f"{path}: needs the context of subject {subject}; it holds those of {names}")
     return others
-
-
-def _check(
-    model: SpeedModel, exact: ExactResult, beats: Beats, settings: VerdictStageSettings, origin: Origin
-) -> Checks:
-    """Return what the tests look at in the recording, from the equally weighted exact draws."""
-    works = beats.status == Status.PERIODIC
-    draws = PosteriorDraws(
-        phi=exact.phi,
-        weight=works / works.sum(),
-        predicted=model.predict_from(exact.phi, beats).rows(works),
-        k_hat=exact.k_hat,
-        efficiency=exact.efficiency,
-    )
-    rng = generator(origin.seed, "verdict", origin.subject)
-    return check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
 
 
 class MisspecificationTableStageSettings(Settings):

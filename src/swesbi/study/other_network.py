@@ -1,12 +1,12 @@
-"""What was trained, or told, under other settings than the configuration's is refused."""
+"""What was trained, or estimated, under other settings than the configuration's is refused."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from swesbi.artefacts import load
-from swesbi.base.settings import Settings
 from swesbi.networks.flow.files import load_flow_provenance
 from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.settings import RecordingSettings
@@ -19,7 +19,7 @@ class OtherNetworkError(ValueError):
     """The network was trained under other settings than these."""
 
 
-def check_network(estimator: Path, settings: Settings) -> None:
+def check_network(estimator: Path, settings: Mapping[str, Any]) -> None:
     """Refuse a network that was trained under other settings than those of the configuration.
 
     A setting that is null is one that is not there, as in a network trained before there was such a setting.
@@ -28,7 +28,7 @@ def check_network(estimator: Path, settings: Settings) -> None:
         OtherNetworkError: Names the first setting that differs.
     """
     provenance = load_flow_provenance(estimator)
-    here, there = flatten(settings.to_plain()), flatten(dict(provenance.settings))
+    here, there = flatten(dict(settings)), flatten(dict(provenance.settings))
     for key in sorted(here.keys() | there.keys()):
         if here.get(key, ABSENT) != there.get(key, ABSENT):
             raise OtherNetworkError(
@@ -38,7 +38,7 @@ def check_network(estimator: Path, settings: Settings) -> None:
 
 
 def check_quality(noise: Path, quality: RecordingSettings) -> None:
-    """Refuse other limits of quality control than those under which the noise of the cohort was told.
+    """Refuse other limits of quality control than those under which the noise of the cohort was estimated.
 
     The number of phases is each folder's own.
 
@@ -51,6 +51,6 @@ def check_quality(noise: Path, quality: RecordingSettings) -> None:
     for key in sorted((here.keys() | there.keys()) - {"phases"}):
         if here.get(key, ABSENT) != there.get(key, ABSENT):
             raise OtherNetworkError(
-                f"{noise}: was told under recording.{key} = {there.get(key)}, the configuration has "
+                f"{noise}: was estimated under recording.{key} = {there.get(key)}, the configuration has "
                 f"{here.get(key)}; run the study again, or use the configuration that it was run with"
             )

@@ -7,14 +7,14 @@ from typing import Final
 
 SCRIPT: Final = """
 import numpy as np
-from swesbi.study.stages.new_subject import worker_process
+from swesbi.base.processes import forked_processes
 
 def work():
     ones = np.ones((1000, 1000), np.float32)
     return float((ones @ ones).max())
 
 work()
-with worker_process() as worker:
+with forked_processes(1) as worker:
     print(worker.submit(work).result())
 """
 TIMEOUT_S: Final = 120

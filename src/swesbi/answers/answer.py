@@ -1,0 +1,125 @@
+"""One recording to its answer, in memory: the exact posterior and the verdict.
+
+What a recording is (gated, free-running), whether pressures were taken, and what the inference begins with
+(a network, the prior) choose terms of the likelihood and the proposal. The route is one.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+from typing import Final
+
+from swesbi.answers.free import FreeRecording
+from swesbi.answers.gated import GatedRecording
+from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.settings import AnswerSettings
+from swesbi.heart.physiology import VOLUME_FACTOR
+from swesbi.measurement.clinical import ClinicalModel
+from swesbi.measurement.settings import ClinicalSettings
+from swesbi.networks.flow.flow import FlowProposal
+from swesbi.posterior.exact import conditioned, exact_posterior
+from swesbi.posterior.extended import extended_proposal
+from swesbi.posterior.result import ExactPosterior
+from swesbi.posterior.settings import ExactSettings
+from swesbi.verdict.verdict import Verdict
+
+LOGGER: Final = logging.getLogger("swesbi")
+Recording = GatedRecording | FreeRecording
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is known of a recorded heart.
+
+    Attributes:
+        recording: What was recorded, under the model.
+        posterior: Its exact posterior.
+        verdict: Whether the model contradicts the recording, and what the answer tells.
+        with_pressures: The posterior with the pressures of a cuff; None where none were taken.
+    """
+
+    recording: Recording
+    posterior: ExactPosterior
+    verdict: Verdict
+    with_pressures: ExactPosterior | None = None
+
+
+def answered(
+    recording: Recording,
+    knowledge: Knowledge,
+    settings: AnswerSettings,
+    seed: int,
+    pressures: ClinicalSettings | None = None,
+) -> Answer:
+    """Infer and judge a recording.
+
+    Args:
+        recording: What was recorded, under the model.
+        knowledge: What answers it.
+        settings: Sizes, criteria and tests.
+        seed: The study's seed.
+        pressures: How the pressures of a cuff were measured; None: they are left out, if there are any.
+
+    Raises:
+        NoLikelihoodError: Every simulation of the first round fails.
+        ValueError: The network takes no such recording, or null distributions are missing.
+    """
+    exact, efficiency = inferred(recording, knowledge, settings, seed)
+    verdict = recording.judged(exact, efficiency, knowledge, settings, seed)
+    subject, found = recording.observation.subject, None
+    LOGGER.info("subject %s: %s", subject, verdict.sentence)
+    if pressures is not None and (model := recording.with_pressures(pressures)) is not None:
+        network, sizes = recording.proposal(knowledge), settings.exact_posterior.exact
+        found = informed(model, network, sizes, seed, recording.stream, "pressures", subject)
+    return Answer(recording, exact, verdict, found)
+
+
+def inferred(
+    recording: Recording, knowledge: Knowledge, settings: AnswerSettings, seed: int
+) -> tuple[ExactPosterior, tuple[float, ...]]:
+    """Return the exact posterior of a recording, and the efficiency after each round.
+
+    Raises:
+        As of :func:`answered`.
+    """
+    network, subject = recording.proposal(knowledge), recording.observation.subject
+    sizes, stream = settings.exact_posterior.exact, recording.stream
+    exact, efficiency = exact_posterior(recording.model, network, sizes, seed, stream, subject)
+    log_certificate(subject, exact)
+    return (exact if network is None else conditioned(exact, network)), efficiency
+
+
+def informed(
+    model: ClinicalModel, network: FlowProposal | None, settings: ExactSettings, seed: int, *name: str
+) -> ExactPosterior:
+    """Return the exact posterior of a recording with its pressures.
+
+    The network knows nothing of the stressed volume, so its draws get one from the prior; what the two have
+    to do with each other is left to the rounds.
+
+    Args:
+        model: The recording's.
+        network: What the network makes of its speeds; None: it begins with the prior.
+        settings: Sizes and criteria.
+        seed: The study's seed.
+        name: Names the random streams.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of the first round.
+    """
+    prior = model.settings.prior
+    proposal = None if network is None else extended_proposal(network, prior, VOLUME_FACTOR)
+    exact, _ = exact_posterior(model, proposal, settings, seed, *name)
+    log_certificate(f"{model.speeds.recording.subject} with pressures", exact)
+    return exact if network is None else conditioned(exact, network)
+
+
+def log_certificate(subject: str, exact: ExactPosterior) -> None:
+    """Log what gave the draws, and how reliable they are."""
+    LOGGER.info(
+        "subject %s: draws by %s; k-hat %.2f, efficiency %.0f %%",
+        subject, exact.sampler, exact.k_hat, 100.0 * exact.efficiency,
+    )  # fmt: skip
+    for reason in exact.reasons:
+        LOGGER.log(logging.INFO if exact.converged else logging.WARNING, "  %s", reason)

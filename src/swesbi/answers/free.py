@@ -1,0 +1,131 @@
+"""A free-running recording under a model: what its pushes allow to be inferred, tested and shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from swesbi.answers.kept import Kept, Shown
+from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.settings import AnswerSettings
+from swesbi.artefacts import to_groups
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.checks.free_predictive import KIND as PREDICTIVE
+from swesbi.checks.free_predictive import check_pushes
+from swesbi.heart.periodic import Status
+from swesbi.measurement.derived import told
+from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.settings import ClinicalSettings
+from swesbi.networks.flow.flow import FlowProposal
+from swesbi.posterior.result import ExactPosterior
+from swesbi.prior import draw_prior
+from swesbi.recording.free_noise import SOURCES
+from swesbi.recording.free_observation import (
+    KIND,
+    FreeObservation,
+    read_free_observation,
+    same_free_recording,
+)
+from swesbi.report.figures.free_predictive import draw_free_check
+from swesbi.report.sheet import curve_free, recorded_free
+from swesbi.seeds import generator
+from swesbi.verdict.contraction import contractions
+from swesbi.verdict.ejection import ejection_tests
+from swesbi.verdict.verdict import Verdict
+from swesbi.verdict.volumes import volume_tests
+from swesbi.verdict.without_null import residual_test, verdict_without_null
+
+
+@dataclass(frozen=True)
+class FreeRecording:
+    """Pushes at instants of their own under the model of an experiment.
+
+    Attributes:
+        observation: The accepted pushes.
+        model: Their likelihood.
+        stream: Begins the names of the random streams of its answer.
+    """
+
+    observation: FreeObservation
+    model: FreeModel
+    stream: str = "free subject"
+
+    @property
+    def cells(self) -> IntArray:
+        """Cell of each speed, within which the model has one error."""
+        return self.model.cell
+
+    @property
+    def speeds(self) -> SpeedModel:
+        """What simulates the subject and predicts its speeds."""
+        return self.model.model
+
+    def proposal(self, knowledge: Knowledge) -> FlowProposal | None:
+        """Return the posterior of a network with which the inference begins; None: the prior.
+
+        Raises:
+            ValueError: The network takes no pushes.
+        """
+        return knowledge.of_pushes(self.model)
+
+    def judged(
+        self,
+        exact: ExactPosterior,
+        efficiency: Sequence[float],
+        knowledge: Knowledge,
+        settings: AnswerSettings,
+        seed: int,
+    ) -> Verdict:
+        """Say what can be said without null distributions."""
+        plain, judging, observed = self.speeds, settings.verdict, self.observation
+        rule = judging.rule
+        beats = plain.simulate(exact.phi)
+        works = beats.status == Status.PERIODIC
+        predicted = self.model.predict_from(exact.phi, beats).rows(works.nonzero()[0])
+        rng = generator(seed, self.stream, observed.subject, "residuals")
+        period_s, sd_ms = observed.context.period_s, judging.lvet_sd_ms
+        ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, judging.ejection_time)
+        volumes = volume_tests(plain, exact.phi, beats, rule.volumes)
+        residuals = residual_test(self.model, predicted, rule, rng)
+        answer, prior = told(plain, exact.phi, beats), self._prior(settings, seed)
+        contracted = contractions(answer, told(plain, prior, plain.simulate(prior)), settings.uninformative)
+        return verdict_without_null(
+            self.model, exact, predicted, residuals, volumes, ejection, contracted, answer, rule
+        )
+
+    def with_pressures(self, settings: ClinicalSettings) -> None:
+        """Return None: with pushes, pressures have no model yet."""
+
+    def observed(self) -> Kept:
+        """Return what ``observation.h5`` holds."""
+        return Kept(KIND, to_groups(self.observation))
+
+    def is_kept_in(self, path: Path) -> bool:
+        """Tell whether an artefact holds the pushes of this recording."""
+        kept = hdf5_provenance(path).kind == KIND
+        return kept and same_free_recording(read_free_observation(path), self.observation)
+
+    def checked(self, exact: ExactPosterior, verdict: Verdict, settings: AnswerSettings, seed: int) -> Shown:
+        """Compare the recording with new pushes at its instants."""
+        predictive, subject = settings.predictive_speeds.predictive, self.observation.subject
+        points = self.model.settings.measurement.grid_points
+        rng = generator(seed, self.stream, subject, "new pushes")
+        draws, prior = exact.phi[: predictive.draws], self._prior(settings, seed)
+        check = check_pushes(self.model, draws, prior, predictive.interval, points, rng)
+        errors = SOURCES[self.observation.noise_source]
+        return Shown(
+            kept=Kept(PREDICTIVE, to_groups(check)),
+            draw=partial(draw_free_check, subject, check, verdict, errors),
+            recorded=recorded_free(self.observation),
+            curve=curve_free(check),
+        )
+
+    def _prior(self, settings: AnswerSettings, seed: int) -> FloatArray:
+        """Draw from the prior, since what the posterior began with may be a network's."""
+        count = settings.predictive_speeds.predictive.draws
+        rng = generator(seed, self.stream, self.observation.subject, "prior curves")
+        return draw_prior(self.model.settings.prior, count, rng)

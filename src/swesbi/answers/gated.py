@@ -1,0 +1,165 @@
+"""A gated recording under a model: what its phases allow to be inferred, tested and shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from swesbi.answers.kept import Kept, Shown
+from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.settings import AnswerSettings
+from swesbi.artefacts import to_groups
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.base.arrays import IntArray
+from swesbi.checks.draws import CheckedFeatures
+from swesbi.checks.predictive import KIND as PREDICTIVE
+from swesbi.checks.predictive import to_datasets
+from swesbi.checks.predictive_speeds import Recorder, predictive_check
+from swesbi.heart.prior_simulations import draw_simulations
+from swesbi.measurement.clinical import ClinicalModel, with_pressures
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.settings import ClinicalSettings
+from swesbi.networks.flow.flow import FlowProposal
+from swesbi.posterior.result import ExactPosterior
+from swesbi.recording.noise import compare_noise
+from swesbi.recording.observation import KIND, Observation, read_observation, same_recording
+from swesbi.recording.protocol import Repeats
+from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.sweeps import levels_by
+from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
+from swesbi.report.sheet import curve_gated, recorded_gated
+from swesbi.verdict.pooled import pooled_reference, prior_predictive
+from swesbi.verdict.verdict import Verdict, VerdictTest
+from swesbi.verdict.with_null import judge, network_test
+
+
+@dataclass(frozen=True)
+class GatedRecording:
+    """A recording at gated phases under the model of an experiment.
+
+    Attributes:
+        observation: The observed curve.
+        model: Its likelihood, with the standard errors that its noise gives.
+        tests: Of the recording alone, which can strain the subject: that of its noise.
+        stream: Begins the names of the random streams of its answer.
+    """
+
+    observation: Observation
+    model: SpeedModel
+    tests: tuple[VerdictTest, ...] = ()
+    stream: str = "new subject"
+
+    @property
+    def cells(self) -> IntArray:
+        """Cell of each speed, within which the model has one error: of each phase its own."""
+        return np.arange(len(self.model.recording.phase))
+
+    @property
+    def speeds(self) -> SpeedModel:
+        """What simulates the subject and predicts its speeds."""
+        return self.model
+
+    def proposal(self, knowledge: Knowledge) -> FlowProposal | None:
+        """Return the posterior of a network with which the inference begins; None: the prior."""
+        return knowledge.of_phases(self.model.recording)
+
+    def judged(
+        self,
+        exact: ExactPosterior,
+        efficiency: Sequence[float],
+        knowledge: Knowledge,
+        settings: AnswerSettings,
+        seed: int,
+    ) -> Verdict:
+        """Judge the recording by null distributions, volumes, ejection, context and its own noise.
+
+        Raises:
+            ValueError: The knowledge has no null distributions.
+        """
+        if knowledge.null is None:
+            raise ValueError("a gated recording is judged by null distributions, and none are given")
+        rule, conditioning = settings.verdict.rule, settings.verdict.conditioning
+        count = settings.reference_recordings
+        predictive = prior_predictive(self.model, conditioning, count, seed, self.stream)
+        reference = pooled_reference(knowledge.null(), predictive, rule)
+        further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
+        clinical, hearts = self.observation.clinical, knowledge.hearts
+        return judge(exact, self.model, hearts, reference, settings.verdict, seed, clinical, further)
+
+    def with_pressures(self, settings: ClinicalSettings) -> ClinicalModel | None:
+        """Return the model with the pressures of a cuff; None where none were taken.
+
+        Raises:
+            ValueError: The prior or the circulation has no place for them.
+        """
+        clinical = self.observation.clinical
+        return with_pressures(self.model, clinical, settings) if clinical.has_pressures else None
+
+    def observed(self) -> Kept:
+        """Return what ``observation.h5`` holds."""
+        return Kept(KIND, to_groups(self.observation))
+
+    def is_kept_in(self, path: Path) -> bool:
+        """Tell whether an artefact is the observed curve of this recording."""
+        return hdf5_provenance(path).kind == KIND and same_recording(read_observation(path), self.observation)
+
+    def checked(self, exact: ExactPosterior, verdict: Verdict, settings: AnswerSettings, seed: int) -> Shown:
+        """Compare the recording with what prior and posterior predict of new ones."""
+        predictive, model = settings.predictive_speeds.predictive, self.model
+        features = CheckedFeatures(predictive.features, settings.predictive_speeds.summary)
+        recorder, context = Recorder(model, self.observation, features), model.recording.context
+        theta, forward_model = model.settings.prior.theta, model.settings.forward_model
+        prior = draw_simulations(range(predictive.draws), context, theta, forward_model, seed)
+        readable = verdict.may_be_read
+        check = predictive_check(recorder, exact.phi, prior, predictive, seed, may_be_read=readable)
+        panel = PredictivePanel(context.subject, check, None, verdict)
+        return Shown(
+            kept=Kept(PREDICTIVE, to_datasets(check)),
+            draw=partial(draw_subject_check, panel),
+            recorded=recorded_gated(self.observation),
+            curve=curve_gated(check),
+        )
+
+
+def noise_test(
+    samples: Samples, repeats: Repeats, pooled: NoiseComponents, settings: RecordingSettings, level: float
+) -> VerdictTest:
+    """Test that a recording has the noise from which its standard errors are estimated.
+
+    Args:
+        samples: The raw recording.
+        repeats: Whether its repeats are sweeps.
+        pooled: That noise.
+        settings: Quality control.
+        level: Of the test.
+    """
+    levels = levels_by(repeats, samples, rejection(samples, settings) == ACCEPTED)
+    comparison = compare_noise(levels, pooled)
+    if np.isnan(comparison.p_value):
+        why = "not tested: the recording alone does not tell its noise, and the cohort's is used"
+        return VerdictTest("noise", 0.0, None, level, flagged=False, detail=why)
+    return VerdictTest(
+        name="noise",
+        statistic=comparison.statistic,
+        p_value=comparison.p_value,
+        threshold=level,
+        flagged=comparison.p_value <= level,
+        detail=_noise_in_words(comparison.own, pooled),
+    )
+
+
+def _noise_in_words(own: NoiseComponents, pooled: NoiseComponents) -> str:
+    words = (
+        f"{own.repeat_fraction:.1%} between repeats and {own.sample_fraction:.1%} between samples; "
+        "standard errors are estimated from the cohort's "
+        f"{pooled.repeat_fraction:.1%} and {pooled.sample_fraction:.1%}"
+    )
+    if own.sweep_fraction or pooled.sweep_fraction:
+        words += f"; {own.sweep_fraction:.1%} between sweeps, {pooled.sweep_fraction:.1%} in the cohort"
+    return words

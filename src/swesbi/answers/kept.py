@@ -1,0 +1,43 @@
+"""What files, figures and the page of an answer take from a recording, of whatever kind it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from swesbi.report.sheet import Recorded, ShownCurve
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Kept:
+    """An artefact that is yet to be written.
+
+    Attributes:
+        kind: Of the artefact.
+        groups: Its content, by group.
+    """
+
+    kind: str
+    groups: Mapping[str, xr.Dataset]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A predictive check as it is kept and shown.
+
+    Attributes:
+        kept: What ``predictive.h5`` holds.
+        draw: Draws its figure; the title of the cohort is its argument.
+        recorded: The recording's quality, for the page.
+        curve: Recording and predictive check, for the page.
+    """
+
+    kept: Kept
+    draw: Callable[[str], Figure]
+    recorded: Recorded
+    curve: ShownCurve

@@ -1,0 +1,104 @@
+"""What answers a recording: a network or the prior, null distributions, and other hearts to compare with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from swesbi.context import Context
+from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.networks.flow.files import load_flow
+from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal, free_proposal
+from swesbi.posterior.space import LogitSpace, Space
+from swesbi.recording.observation import read_observation
+from swesbi.verdict.context import nearest_known
+from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
+from swesbi.verdict.recordings import NULL, read_subject_checks
+from swesbi.verdict.settings import RuleSettings
+
+OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
+OF_POPULATION: Final = "of the prior of the population that the network was trained on"
+OF_PRIOR: Final = "of the prior from which the answer began"
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What answers recordings.
+
+    Attributes:
+        population: Whose prior the percentiles of an answer are of, in words.
+        hearts: Contexts with which the subject's is compared.
+        flow: The trained network; None: the inference begins with the prior.
+        trained: Contexts that the network was trained on, if these are but some: it is shown the nearest.
+        null: Loads the null recordings that the tests compare with; None where there are none.
+    """
+
+    population: str = OF_PRIOR
+    hearts: Sequence[Context] = ()
+    flow: TrainedFlow | None = None
+    trained: Sequence[Context] = ()
+    null: Callable[[], PooledNull] | None = None
+
+    def of_phases(self, recording: SpeedRecording) -> FlowProposal | None:
+        """Return the network's posterior of a gated recording."""
+        if self.flow is None:
+            return None
+        known = nearest_known(recording.context, self.trained) if self.trained else recording.context
+        return flow_proposal(self.flow, replace(recording, context=known))
+
+    def space(self, model: SpeedModel) -> Space:
+        """Return the space in which the posterior of a gated recording is nearest to normal."""
+        return self.of_phases(model.recording) or LogitSpace(model.settings.prior)
+
+    def of_pushes(self, model: FreeModel) -> FlowProposal | None:
+        """Return the network's posterior of a free-running recording.
+
+        Raises:
+            ValueError: The network was trained on recordings of known phases alone.
+        """
+        return None if self.flow is None else free_proposal(self.flow, model)
+
+
+def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:
+    """Read what the network of a population knows.
+
+    Args:
+        estimator: The network.
+        null: Null recordings of the population; without the file there are none, and nothing is judged.
+
+    Raises:
+        ArtefactError: A file is no such artefact.
+    """
+    flow, _ = load_flow(estimator)
+    if not null.is_file():
+        return Knowledge(OF_POPULATION, (), flow)
+    population = read_null(null)
+    return Knowledge(OF_POPULATION, population.contexts, flow, null=lambda: population.pooled)
+
+
+def knowledge_of_study(
+    estimator: Path, observations: Sequence[Path], misspecifications: Sequence[Path], rule: RuleSettings
+) -> Knowledge:
+    """Read what the network of a study's cohort knows.
+
+    Args:
+        estimator: The network.
+        observations: Observed curves of the cohort, whose contexts it was trained on.
+        misspecifications: Null distributions of the cohort.
+        rule: How these are taken together.
+
+    Raises:
+        ArtefactError: A file is no such artefact.
+    """
+    trained = [read_observation(path).context for path in observations]
+
+    @cache
+    def pooled() -> PooledNull:
+        return pool_subjects([read_subject_checks(path, (NULL,)) for path in misspecifications], rule)
+
+    return Knowledge(OF_STUDY, trained, load_flow(estimator)[0], trained, pooled)

@@ -1,0 +1,58 @@
+"""The page of one answered subject, of whatever kind its recording is."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from swesbi.answers.answer import Answer, Recording
+from swesbi.answers.kept import Shown
+from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.settings import ShownSettings
+from swesbi.base.arrays import FloatArray
+from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
+from swesbi.measurement.derived import told
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.posterior.result import ExactPosterior
+from swesbi.prior import spread_points
+from swesbi.report.sheet import Informed, Population, Sheet
+
+PRIOR_DRAWS: Final = 2048
+"""Of the prior, spread evenly, whose quantities are simulated for the percentiles."""
+
+
+def sheet_of(answer: Answer, knowledge: Knowledge, shown: Shown, settings: ShownSettings) -> Sheet:
+    """Return what the page of an answer shows."""
+    recording, exact = answer.recording, answer.posterior
+    model, clinical = recording.speeds, recording.observation.clinical
+    prior = _told(model, spread_points(model.settings.prior)[:PRIOR_DRAWS])
+    return Sheet(
+        context=recording.observation.context,
+        verdict=answer.verdict,
+        result=exact,
+        values=_told(model, exact.phi),
+        recorded=shown.recorded,
+        curve=shown.curve,
+        population=Population(knowledge.population, prior, knowledge.hearts),
+        more=_more(recording, exact, settings),
+        informed=[] if answer.with_pressures is None else [Informed(clinical, answer.with_pressures)],
+        cohort_title=settings.cohort_title,
+    )
+
+
+def _told(model: SpeedModel, phi: FloatArray) -> FloatArray:
+    """Return all that the answer tells of those of n draws that have a beat; shape (m, q)."""
+    values = np.column_stack(list(told(model, phi, model.simulate(phi)).values()))
+    return np.asarray(values[np.isfinite(values).all(axis=1)])
+
+
+def _more(recording: Recording, exact: ExactPosterior, settings: ShownSettings) -> MoreRepeats | None:
+    """Return what more repeats would buy, by draws spread over those of the posterior.
+
+    None of a posterior that has not converged, whose widths mean nothing.
+    """
+    if not exact.converged:
+        return None
+    rows = np.linspace(0, len(exact.phi) - 1, min(settings.draws, len(exact.phi))).astype(np.int64)
+    return more_repeats(recording.speeds, recording.cells, exact.phi[rows], settings.difference_step)

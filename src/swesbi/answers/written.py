@@ -1,0 +1,68 @@
+"""An answer as a folder of files: artefacts, the verdict, two figures, the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from swesbi.answers.answer import Answer
+from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.settings import OneAnswerSettings, PressuresSettings
+from swesbi.answers.sheet import sheet_of
+from swesbi.artefacts import Origin, save, write_json
+from swesbi.measurement.clinical import with_stressed_volume
+from swesbi.posterior.result import exact_to_groups
+from swesbi.posterior.truncated import POSTERIOR
+from swesbi.report.figures.posterior_subject import draw_exact_subject
+from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel
+from swesbi.report.figures.sheet import draw_sheet
+from swesbi.report.figures.style import save_figure
+
+OBSERVATION: Final = "observation.h5"
+POSTERIOR_FILE: Final = "posterior.h5"
+VERDICT: Final = "verdict.json"
+OUTPUTS: Final = (
+    OBSERVATION, POSTERIOR_FILE, VERDICT, "predictive.h5", "ppc.png", "posterior.png", "sheet.pdf"
+)  # fmt: skip
+"""What is written of every answer."""
+WITH_PRESSURES: Final = "with_pressures.h5"
+"""A further output, of a subject of whom the pressures of a cuff were taken."""
+PRIOR_DRAWS: Final = "prior, from which it began"
+
+
+def save_answer(
+    answer: Answer, knowledge: Knowledge, settings: OneAnswerSettings, origin: Origin, folder: Path
+) -> None:
+    """Write an answer into a folder that is there.
+
+    Args:
+        answer: The answer.
+        knowledge: What gave it.
+        settings: Stored with the artefacts.
+        origin: Seed, subject and code.
+        folder: Output.
+
+    Raises:
+        ArtefactError: A file cannot be written.
+        ValueError: No draw of the posterior can be simulated.
+    """
+    recording, exact, title = answer.recording, answer.posterior, settings.shown.cohort_title
+    observed = recording.observed()
+    save(folder / OBSERVATION, observed.groups, origin.provenance(observed.kind, settings.ingest))
+    stage = settings.exact_posterior
+    prior = stage.model.prior
+    save(folder / POSTERIOR_FILE, exact_to_groups(exact, prior), origin.provenance(POSTERIOR, stage))
+    write_json(folder / VERDICT, answer.verdict.to_json())
+    if answer.with_pressures is not None:
+        clinical = PressuresSettings(exact_posterior=stage, clinical=settings.clinical)
+        freed = with_stressed_volume(prior, settings.clinical.stressed_volume_factor)
+        groups = exact_to_groups(answer.with_pressures, freed)
+        save(folder / WITH_PRESSURES, groups, origin.provenance(POSTERIOR, clinical))
+    shown = recording.checked(exact, answer.verdict, settings, origin.seed)
+    checked = origin.provenance(shown.kept.kind, settings.predictive_speeds)
+    save(folder / "predictive.h5", shown.kept.groups, checked)
+    save_figure(shown.draw(title), folder / "ppc.png")
+    began = PRIOR_DRAWS if knowledge.flow is None else NETWORK_ALONE
+    panel = ExactPanel(origin.subject, exact, None, answer.verdict, None, began)
+    save_figure(draw_exact_subject(panel, settings.shown.prior, title), folder / "posterior.png")
+    save_figure(draw_sheet(sheet_of(answer, knowledge, shown, settings.shown)), folder / "sheet.pdf")
