@@ -20,11 +20,13 @@ from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.recording.noise import compare_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.protocol import Repeats
-from swesbi.recording.samples import Samples
+from swesbi.recording.samples import ACCEPTED, Samples, rejection
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.sweeps import levels_by
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.verdict.answers import SEPARATOR, label_of_test
 from swesbi.verdict.verdict import CONTRADICTED
@@ -146,7 +148,8 @@ def recorded_as_answered(
     """Return a recorded heart under the model, with the test of its noise."""
     swept = settings.source.acquisition.sweep_fraction > 0.0
     repeats: Repeats = "sweeps" if swept else "separate"
-    test = noise_test(samples, repeats, noise, settings.recording, settings.noise_level)
+    levels = levels_by(repeats, samples, rejection(samples, settings.recording) == ACCEPTED)
+    test = noise_test(compare_noise(levels, noise), noise, "the cohort", settings.noise_level)
     speeds = measured_speeds(observation, noise)
     return GatedRecording(observation, SpeedModel(speeds, settings.exact_posterior.model), (test,))
 

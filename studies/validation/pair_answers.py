@@ -21,6 +21,7 @@ from studies.validation.pairs import (
     shared_truth,
 )
 from swesbi.answers.answer import inferred
+from swesbi.answers.compared import both_visits, own_posterior
 from swesbi.answers.knowledge import Knowledge
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
@@ -35,7 +36,6 @@ from swesbi.prior import SomeParameters, bounds
 from swesbi.recording.noise import read_noise
 from swesbi.seeds import generator
 from swesbi.study.finished import FinishedPopulation
-from swesbi.study.stages.change import both_visits, own_posterior
 from swesbi.verdict.verdict import NOT_CONTRADICTED
 from swesbi.virtual.hearts.hearts import SimulatedHearts
 

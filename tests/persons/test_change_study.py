@@ -16,11 +16,12 @@ import yaml
 from study_copy import ROOT, StudyCopy
 
 from swesbi.__main__ import main
+from swesbi.answers.compared import OUTPUTS
 from swesbi.config.read import overlay, read_yaml
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.stored import read_change
 from swesbi.persons.change.stored_groups import read_change_groups
-from swesbi.study.compare import ALL_CHANGES, CHANGE_OUTPUTS, GROUP_OUTPUTS
+from swesbi.study.compare import ALL_CHANGES, GROUP_OUTPUTS
 
 PAGE = (ROOT / "docs" / "change-and-groups.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
@@ -91,7 +92,7 @@ def test_the_walk_through_the_virtual_trial(own_study: StudyCopy, tmp_path: Path
     assert typed(f"{change} --overlay {study.config}", study).startswith("P01: before to after\n")
     made, alone = study.results / "amortised" / "change" / "P01", tmp_path / "alone"
     made.rename(alone)
-    assert {path.name for path in alone.iterdir()} == {*CHANGE_OUTPUTS.values(), *PAIR}
+    assert {path.name for path in alone.iterdir()} == {*OUTPUTS, *PAIR}
     said = typed(f"{everyone} --overlay {study.config}", study, code=2)
     assert "2 compared, 1 refused" in said
     assert_same(made, alone)

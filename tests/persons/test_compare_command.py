@@ -15,6 +15,7 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.__main__ import main
+from swesbi.answers.compared import JOINT, TABLE, PersonChangeSettings, check_protocols
 from swesbi.artefacts import Origin, Provenance, save, to_groups
 from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, read_merged
@@ -28,7 +29,6 @@ from swesbi.study import compare as command
 from swesbi.study.answering import Answerer
 from swesbi.study.finished import finished_population
 from swesbi.study.other_network import OtherNetworkError
-from swesbi.study.stages.change import ChangeFiles, PersonChangeStageSettings, check_protocols
 from swesbi.study.stages.change_groups import ChangeGroupsStageSettings
 
 if TYPE_CHECKING:
@@ -151,17 +151,15 @@ class Instead:
     def asked(self, subject: str) -> SimpleNamespace:
         if subject in self.raised:
             raise self.raised[subject]
-        return SimpleNamespace(answer_into=_touched)
+        return SimpleNamespace(answer_into=_touched, knowledge=None)
 
-    def stage(self, name: str) -> Callable[..., None]:
-        return {"person_change": self.person_change, "change_groups": self.change_groups}[name]
-
-    def person_change(
-        self, *, files: ChangeFiles, settings: PersonChangeStageSettings, origin: Origin
-    ) -> None:
+    def save_change(
+        self, _: object, __: object, settings: PersonChangeSettings, origin: Origin, folder: Path
+    ) -> StoredChange:
         change = replace(stored(), person=settings.person)
-        save(files.joint, to_groups(change), Provenance(KIND, origin.subject))
-        write_csv(files.table, change_table(change))
+        save(folder / JOINT, to_groups(change), Provenance(KIND, origin.subject))
+        write_csv(folder / TABLE, change_table(change))
+        return change
 
     def change_groups(
         self,
@@ -185,7 +183,8 @@ def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
         path.touch()
     made = Instead()
     monkeypatch.setattr(Answerer, "asked", lambda _, subject: made.asked(subject))
-    monkeypatch.setattr(command, "stage_function", made.stage)
+    monkeypatch.setattr(command, "save_change", made.save_change)
+    monkeypatch.setattr(command, "stage_function", lambda _: made.change_groups)
     return made
 
 

@@ -17,7 +17,6 @@ from swesbi.artefacts import Origin, save, to_groups
 from swesbi.checks.free_predictive import draw_pushes
 from swesbi.config.new_recordings import is_free_running, noise_declared
 from swesbi.config.read import ConfigError, overlay, read_merged
-from swesbi.config.refusals import network_of_pushes
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
@@ -30,7 +29,8 @@ from swesbi.prior import draw_prior
 from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.problems import RecordingError
-from swesbi.study.answering import OtherAnswerError, check_untouched
+from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched
+from swesbi.study.finished import FinishedPopulation, FinishedStudy
 from swesbi.study.observing import observe
 from swesbi.verdict.without_null import residual_test
 
@@ -122,18 +122,22 @@ def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: St
     assert (observed[2].noise_source, observed[2].noise_log_sd) == ("declared", 0.3)
 
 
-def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(asked: Study) -> None:
+def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
+    asked: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where it does not, nobody's: the answer begins with the prior."""
+    monkeypatch.setattr(FinishedStudy, "is_there", True)
+    monkeypatch.setattr(FinishedPopulation, "is_there", True)
     population = next(iter(asked.config.population_experiments))
     experiments = asked.answering_experiments
     assert len(experiments) > 1
     assert [is_free_running(asked, name) for name in ("S-1", "s_2x", "S-3")] == [False, False, True]
-    assert network_of_pushes(asked, "S-3", experiments) == (population, "")
+    assert Answerer(asked, experiments, "")._network("S-3", free=True)[0] == population
     table = asked.new_cohort / "subjects.csv"
     table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,2.2"))
-    network, why = network_of_pushes(read_again(asked), "S-3", experiments)
+    network, why = Answerer(read_again(asked), experiments, "")._network("S-3", free=True)
     assert network == ""
-    assert f"{population} does not know such a heart (ivsd_cm = 2.2" in why
+    assert f"the network of {population} does not know such a heart (ivsd_cm = 2.2" in why
 
 
 def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:

@@ -16,7 +16,7 @@ import pytest
 import speed_case
 from cohorts import snapshot
 from misspecification_case import Bank, settings, subject_checks
-from recordings import RECORDING, make_samples
+from recordings import make_samples
 from study_copy import StudyCopy
 
 from swesbi.__main__ import main
@@ -29,11 +29,9 @@ from swesbi.parameters import TOLD_NAMES
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.components import repeat_levels
 from swesbi.recording.free_observation import read_free_observation
-from swesbi.recording.noise import compare_noise, mean_errors
+from swesbi.recording.noise import compare_noise
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.answers_table import read_answers
 from swesbi.study import other_network
-from swesbi.study.observing import known_noise
 from swesbi.verdict.context import ContextRefusedError, check_context, nearest_known, outside
 from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
 from swesbi.verdict.recordings import NULL, OWN, SubjectChecks
@@ -85,16 +83,6 @@ def model() -> SpeedModel:
     return speed_case.model()
 
 
-def test_other_limits_of_quality_control_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    stage, limits = other_network, RECORDING.to_plain()
-    provenance = Provenance("noise", settings={"recording": limits | {"phases": 24}})
-    monkeypatch.setattr(stage, "load", lambda *_: (None, provenance))
-    stage.check_quality(tmp_path, RECORDING)
-    looser = RECORDING.model_copy(update={"min_fit_r2": 0.1})
-    with pytest.raises(stage.OtherNetworkError, match="estimated under recording.min_fit_r2 = .* has 0.1"):
-        stage.check_quality(tmp_path, looser)
-
-
 def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:
     cohort = NoiseComponents(0.04, 0.08)
 
@@ -108,15 +96,6 @@ def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:
     assert 0.3 < np.median(alike) < 0.7
     assert np.quantile(p_values(0.08, 0.08), 0.9) < 1e-3
     assert p_values(0.04, 0.12).max() < 1e-6
-
-
-def test_separate_repeats_share_nothing_though_the_cohort_s_are_sweeps() -> None:
-    pooled, counts = NoiseComponents(0.04, 0.08, 0.05), np.full((20, 3), 12)
-    sweeps, separate = (
-        mean_errors(counts, known_noise(repeats, pooled)) for repeats in ("sweeps", "separate")
-    )
-    assert (sweeps.shared.shape, separate.shared.shape) == ((20, 3), (20, 0))
-    np.testing.assert_allclose(separate.total, sweeps.total)
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +186,7 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
     cohort = write_cohort(tmp_path / "other", finished, **context)
     before = snapshot(tmp_path)
     asked = ("--subject", "C", "--experiment", "calibrated", "--out", str(tmp_path / "out"))
-    done = refused("--cohort", str(cohort), *asked)
+    done = refused(str(cohort), *asked)
     assert done.returncode == 2
     assert words in done.stderr
     assert "trained on the contexts of A, F, G" in done.stderr
@@ -215,12 +194,12 @@ def test_a_context_that_the_network_does_not_know_is_refused_and_nothing_written
 
 
 def test_mistakes_are_told_before_anything_runs(refused: Typed, tmp_path: Path) -> None:
-    cohort = ("--cohort", "data/virtual_volunteers")
+    cohort = ("data/virtual_volunteers",)
     assert "subject = 'Z'" in refused(*cohort, "--subject", "Z").stderr
-    assert "is in the cohort that the network was trained on" in refused(*cohort, "--subject", "A").stderr
-    absent = refused("--cohort", str(tmp_path / "none"), "--subject", "C")
-    assert "--cohort = " in absent.stderr
-    assert "there is no such folder" in absent.stderr
+    absent = refused(str(tmp_path / "none"), "--subject", "C")
+    assert "none: there is no such file or folder; a recording lies in FOLDER/swe/" in absent.stderr
+    (tmp_path / "alone.csv").touch()
+    assert "no subjects.csv stands above it" in refused(str(tmp_path / "alone.csv")).stderr
     assert absent.returncode == 2
 
 
@@ -231,7 +210,8 @@ def test_a_study_that_has_not_been_run_is_named_with_the_command(
     overlay = tmp_path / "other.yaml"
     elsewhere = tmp_path / "results-other"  # an overlay elsewhere names folders as seen from its own
     overlay.write_text(smoke.replace("results: results-smoke", "results: results-other"), encoding="utf-8")
-    done = refused("--cohort", "data/virtual_volunteers", "--subject", "C", "--overlay", str(overlay))
+    asked = ("data/virtual_volunteers", "--subject", "C", "--experiment", "calibrated")
+    done = refused(*asked, "--overlay", str(overlay))
     assert done.returncode == 2
     assert "has not been run this far" in done.stderr
     command = done.stderr.splitlines()[-1].strip()
@@ -257,7 +237,7 @@ def test_a_network_of_other_settings_is_refused(refused: Typed, finished: StudyC
     own = smoke.replace("results: results-smoke", f"results: {finished.results}")
     overlay.write_text(own + "forward_model:\n  length_dependence: 0.5\n", encoding="utf-8")
     done = refused(
-        *("--cohort", "data/virtual_volunteers", "--subject", "C"),
+        *("data/virtual_volunteers", "--subject", "C"),
         *("--overlay", str(overlay), "--out", str(tmp_path / "out")),
     )
     assert done.returncode == 2
@@ -278,25 +258,26 @@ def test_strangers_are_answered_alone_as_among_others(
     """A gated subject, two free-running ones, two who are refused; of the study nothing reruns."""
     study, out = own_study, tmp_path / "all"
     cohort = strangers(tmp_path / "strangers", study.folder / "data" / "virtual_volunteers")
-    given = ("--cohort", str(cohort))
-    assert typed(study, *given, "--all", "--out", str(out)).returncode == 2
-    assert {path.name for path in out.iterdir()} == {"C", "T1", "T3", "answers.csv", "answers.xlsx"}
-    check_table(read_answers(out / "answers.csv").set_index("subject"))
+    given = (str(cohort),)
+    assert typed(study, *given, "--workers", "2", "--out", str(out)).returncode == 2
+    tables = {"answers.csv", "answers_columns.csv", "answers.xlsx"}
+    assert {path.name for path in out.iterdir()} == {"C", "T1", "T3", *tables}
+    check_table(pd.read_csv(out / "answers.csv").set_index("subject"))
     check_free(out / "T1")
     for name, further in {"C": WITH_PRESSURES, "T1": "sheet.pdf", "T3": "sheet.pdf"}.items():
-        alone = answered_alone(study, cohort, name, tmp_path / "alone" / name)
+        alone = answered_alone(study, cohort, name, tmp_path / "alone")
         for file in (*SAME, further):
             assert (alone / file).read_bytes() == (out / name / file).read_bytes(), (name, file)
-    apart = tmp_path / "C"
+    apart = tmp_path / "apart"
     asked = ("--subject", "C", "--experiment", "amortised", "--out", str(apart))
     by_population = typed(study, *given, *asked)
     assert by_population.returncode == 0, by_population.stderr
-    check_gated(apart, by_population.stdout)
+    check_gated(apart / "C", by_population.stdout)
     # whatever network an answer begins with, the prior's band is the prior's
     prior = tmp_path / "prior"
     asked = ("--subject", "T1", "--experiment", "calibrated", "--out", str(prior))
     assert typed(study, *given, *asked).returncode == 0
-    by_network, from_prior = (read_free_predictive(each / "predictive.h5") for each in (out / "T1", prior))
+    by_network, from_prior = (read_free_predictive(each / "T1" / "predictive.h5") for each in (out, prior))
     np.testing.assert_array_equal(by_network.prior.high, from_prior.prior.high)
     assert not np.array_equal(by_network.posterior.high, from_prior.posterior.high)
     assert study.planned("all") == set()
@@ -304,10 +285,10 @@ def test_strangers_are_answered_alone_as_among_others(
 
 def answered_alone(study: StudyCopy, cohort: Path, subject: str, out: Path) -> Path:
     """Answer one subject by a process of its own."""
-    asked = ("--cohort", str(cohort), "--subject", subject, "--out", str(out))
+    asked = (str(cohort), "--subject", subject, "--out", str(out))
     done = study.call("-m", "swesbi", "infer", "--overlay", study.config, *asked)
     assert done.returncode == 0, done.stderr
-    return out
+    return out / subject
 
 
 def strangers(folder: Path, shipped: Path) -> Path:

@@ -26,11 +26,10 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-from swesbi.recording.speed import NoiseComponents
-from swesbi.report.answers_table import Asked, answers_table, explanations, read_answers, write_answers
-from swesbi.study import answering
-from swesbi.study import infer as command
-from swesbi.study.answering import OtherAnswerError, check_untouched, choose_experiment, experiments_to_ask
+from swesbi.report.answers_table import Asked, answers_table, explanations, write_answers
+from swesbi.study import answer_text, answering
+from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched, experiments_to_ask
+from swesbi.study.finished import FinishedPopulation, FinishedStudy
 from swesbi.study.infer import check_table
 from swesbi.study.observing import GatedObservation, observe
 from swesbi.verdict import answers as answers_module
@@ -79,26 +78,26 @@ def answered_into(_: answering.Asked, folder: Path, *, force: bool) -> SimpleNam
     """Answer nothing, in a folder."""
     assert not force
     folder.mkdir(parents=True)
-    return SimpleNamespace(verdict=None)
+    return SimpleNamespace(verdict=None, recording=SimpleNamespace(noise=""))
 
 
 def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All of the folder, by any network that runs and by one; nothing is inferred here."""
-    answer, cohort_noise = rows()[0].answer, SimpleNamespace(components=NoiseComponents(0.03, 0.06))
+    answer = rows()[0].answer
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(answering.Answerer, "_knowledge", lambda *_: Knowledge())
-    monkeypatch.setattr(answering, "check_quality", lambda *_: None)
-    monkeypatch.setattr(answering, "read_noise", lambda _: cohort_noise)
+    monkeypatch.setattr(FinishedStudy, "is_there", True)
+    monkeypatch.setattr(FinishedPopulation, "is_there", True)
     monkeypatch.setattr(answering.Asked, "answer_into", answered_into)
-    monkeypatch.setattr(command, "answer_text", lambda *_: "")
+    monkeypatch.setattr(answer_text, "answer_text", lambda *_: "")
     monkeypatch.setattr(answers_module, "told_of", lambda *_: answer)
 
     def asked(*further: str) -> pd.DataFrame:
         out = tmp_path / "-".join(["out", *further])
-        assert main(["infer", "--cohort", str(cohort), "--all", "--out", str(out), *further]) == 2
-        return read_answers(out / "answers.csv").set_index("subject")
+        assert main(["infer", str(cohort), "--out", str(out), *further]) == 2
+        return pd.read_csv(out / "answers.csv").set_index("subject")
 
     table = asked()
     assert list(table.index) == [THICK, GOOD, SHORT, WRONG, ABSENT]
@@ -118,17 +117,23 @@ def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     assert "ivsd_cm = 1.05 lies outside" in str(by_cohort.loc[THICK, "reason"])
 
 
-def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s(
-    study: Study,
+def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_the_prior_s(
+    study: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     experiments = experiments_to_ask(study, None)
     assert experiments == ("calibrated", "amortised")
-    assert choose_experiment(study, GOOD, experiments) == ("calibrated", "")
-    chosen, note = choose_experiment(study, THICK, experiments)
+    answerer = Answerer(study, experiments, "")
+    assert answerer._network(GOOD, free=False)[0] == ""  # no study has been run
+    monkeypatch.setattr(FinishedStudy, "is_there", True)
+    monkeypatch.setattr(FinishedPopulation, "is_there", True)
+    assert answerer._network(GOOD, free=False) == ("calibrated", "")
+    assert answerer._network(GOOD, free=True) == ("amortised", "the network of calibrated takes no pushes")
+    chosen, note = answerer._network(THICK, free=False)
     assert chosen == "amortised"
-    assert "ivsd_cm = 1.05" in note and "amortised, trained over a population, answers instead" in note
-    with pytest.raises(ValueError, match="`--experiment amortised` can answer for this heart"):
-        choose_experiment(study, THICK, experiments_to_ask(study, "calibrated"))
+    assert "the network of calibrated does not know such a heart (ivsd_cm = 1.05" in note
+    assert Answerer(study, experiments, "", from_prior=True)._network(GOOD, free=False)[0] == ""
+    with pytest.raises(ValueError, match="calibrated: .*\n.*ivsd_cm = 1.05 lies outside"):
+        Answerer(study, ("calibrated",), "")._network(THICK, free=False)
     assert context_refusal(study, "amortised", THICK) == ""
 
 
@@ -161,14 +166,13 @@ def rows() -> list[Asked]:
 
 def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path) -> None:
     table = answers_table(rows())
-    write_answers(table, tmp_path / "answers.csv", tmp_path / "answers.xlsx")
-    read = read_answers(tmp_path / "answers.csv")
+    write_answers(table, tmp_path)
+    read = pd.read_csv(tmp_path / "answers.csv")
     assert list(read) == list(explanations())
     assert read["duration_ms_median"].tolist()[0] == 10.0
     assert read["status"].tolist() == ["not contradicted", "refused"]
     assert read["reason"].tolist()[1] == "two lines"
-    text = (tmp_path / "answers.csv").read_text(encoding="utf-8")
-    assert all(f"# {name} " in text for name in explanations())
+    assert pd.read_csv(tmp_path / "answers_columns.csv")["column"].tolist() == list(explanations())
     book = load_workbook(tmp_path / "answers.xlsx")
     answers, meanings = book["answers"], book["columns"]
     assert [cell.value for cell in answers[1]] == list(explanations())
@@ -177,18 +181,20 @@ def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path)
 
 
 def test_a_table_of_another_folder_of_the_same_name_is_not_written_over(tmp_path: Path) -> None:
-    check_table(tmp_path / "answers.csv", ["S-1"])
-    write_answers(answers_table(rows()), tmp_path / "answers.csv", tmp_path / "answers.xlsx")
-    check_table(tmp_path / "answers.csv", ["S-1", "=S-2", "S-3"])
-    with pytest.raises(OtherAnswerError, match="has the answers of =S-2, who are not in this cohort"):
-        check_table(tmp_path / "answers.csv", ["S-1"])
+    check_table(tmp_path, ["S-1"])
+    write_answers(answers_table(rows()), tmp_path)
+    check_table(tmp_path, ["S-1", "=S-2", "S-3"])
+    with pytest.raises(OtherAnswerError, match="has the answers of =S-2, who are not in this folder"):
+        check_table(tmp_path, ["S-1"])
 
 
 def test_the_workbook_is_the_same_bytes_whenever_it_is_written(tmp_path: Path) -> None:
-    for name in ("one", "two"):
-        write_answers(answers_table(rows()), tmp_path / f"{name}.csv", tmp_path / f"{name}.xlsx")
-    assert (tmp_path / "one.xlsx").read_bytes() == (tmp_path / "two.xlsx").read_bytes()
-    with zipfile.ZipFile(tmp_path / "one.xlsx") as archive:
+    one, two = tmp_path / "one", tmp_path / "two"
+    for folder in (one, two):
+        folder.mkdir()
+        write_answers(answers_table(rows()), folder)
+    assert (one / "answers.xlsx").read_bytes() == (two / "answers.xlsx").read_bytes()
+    with zipfile.ZipFile(one / "answers.xlsx") as archive:
         assert {member.date_time[0] for member in archive.infolist()} == {1980}
         assert b"1980-01-01" in archive.read("docProps/core.xml")
 

@@ -160,13 +160,14 @@ MADE = exact_of(
     np.tile([60.0, 6.0, 29.0, 2.2], (50, 1)),
     sampler="mcmc", k_hat=np.inf, efficiency=0.03, converged=False,
     reasons=("MCMC has not converged",),
-    components=("maximum_kpa", "ivsd_cm"), condition=np.array([0.1, -3.4]),
 )  # fmt: skip
+
+FARTHEST = (3.4, "ivsd_cm")
 
 
 def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     test = VerdictTest("chi2", 3.2, 0.001, 0.004, True, "posterior predictive p-value of chi2 = 0.004")
-    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), MADE, TOLD)
+    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), MADE, FARTHEST, TOLD)
     path = tmp_path / "verdict.json"
     write_json(path, verdict.to_json())
     assert read_verdict(path) == verdict
@@ -179,7 +180,7 @@ def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     assert verdict.acceptance == 1.0
     assert verdict.reasons[-1] == "MCMC has not converged"
     assert verdict.sentence.startswith("strained: chi2: posterior predictive p-value")
-    assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), MADE, TOLD).may_be_read
+    assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), MADE, FARTHEST, TOLD).may_be_read
 
 
 def test_the_file_of_an_experiment_on_features_has_no_grading(tmp_path: Path) -> None:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from swesbi.answers.kept import Kept, Shown
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
@@ -53,6 +55,12 @@ class FreeRecording:
     observation: FreeObservation
     model: FreeModel
     stream: str = "free subject"
+
+    @property
+    def noise(self) -> str:
+        """From what its errors are estimated, in words."""
+        median = 100.0 * float(np.median(self.observation.relative_se))
+        return f"{SOURCES[self.observation.noise_source]}, {median:.1f} % in the median"
 
     @property
     def cells(self) -> IntArray:

@@ -25,13 +25,9 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.noise import compare_noise
+from swesbi.recording.noise import NoiseComparison
 from swesbi.recording.observation import KIND, Observation, read_observation, same_recording
-from swesbi.recording.protocol import Repeats
-from swesbi.recording.samples import ACCEPTED, Samples, rejection
-from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.sweeps import levels_by
 from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
 from swesbi.report.sheet import curve_gated, recorded_gated
 from swesbi.verdict.pooled import pooled_reference, prior_predictive
@@ -47,12 +43,14 @@ class GatedRecording:
         observation: The observed curve.
         model: Its likelihood, with the standard errors that its noise gives.
         tests: Of the recording alone, which can strain the subject: that of its noise.
+        noise: From which noise its standard errors are estimated, in words.
         stream: Begins the names of the random streams of its answer.
     """
 
     observation: Observation
     model: SpeedModel
     tests: tuple[VerdictTest, ...] = ()
+    noise: str = ""
     stream: str = "new subject"
 
     @property
@@ -128,21 +126,21 @@ class GatedRecording:
 
 
 def noise_test(
-    samples: Samples, repeats: Repeats, pooled: NoiseComponents, settings: RecordingSettings, level: float
+    comparison: NoiseComparison | None, noise: NoiseComponents, whose: str, level: float
 ) -> VerdictTest:
-    """Test that a recording has the noise from which its standard errors are estimated.
+    """Return the test that a recording has the noise from which its standard errors are estimated.
 
     Args:
-        samples: The raw recording.
-        repeats: Whether its repeats are sweeps.
-        pooled: That noise.
-        settings: Quality control.
+        comparison: Of the recording with others; None where there are none.
+        noise: Their components.
+        whose: What they are of ("the cohort", "the folder").
         level: Of the test.
     """
-    levels = levels_by(repeats, samples, rejection(samples, settings) == ACCEPTED)
-    comparison = compare_noise(levels, pooled)
+    if comparison is None:
+        why = "not tested: no other recording of the same kind is in the folder"
+        return VerdictTest("noise", 0.0, None, level, flagged=False, detail=why)
     if np.isnan(comparison.p_value):
-        why = "not tested: the recording alone does not tell its noise, and the cohort's is used"
+        why = f"not tested: the recording alone does not tell its noise, and that of {whose} is used"
         return VerdictTest("noise", 0.0, None, level, flagged=False, detail=why)
     return VerdictTest(
         name="noise",
@@ -150,16 +148,15 @@ def noise_test(
         p_value=comparison.p_value,
         threshold=level,
         flagged=comparison.p_value <= level,
-        detail=_noise_in_words(comparison.own, pooled),
+        detail=_noise_in_words(comparison.own, noise, whose),
     )
 
 
-def _noise_in_words(own: NoiseComponents, pooled: NoiseComponents) -> str:
+def _noise_in_words(own: NoiseComponents, noise: NoiseComponents, whose: str) -> str:
     words = (
         f"{own.repeat_fraction:.1%} between repeats and {own.sample_fraction:.1%} between samples; "
-        "standard errors are estimated from the cohort's "
-        f"{pooled.repeat_fraction:.1%} and {pooled.sample_fraction:.1%}"
+        f"{whose} has {noise.repeat_fraction:.1%} and {noise.sample_fraction:.1%}"
     )
-    if own.sweep_fraction or pooled.sweep_fraction:
-        words += f"; {own.sweep_fraction:.1%} between sweeps, {pooled.sweep_fraction:.1%} in the cohort"
+    if own.sweep_fraction or noise.sweep_fraction:
+        words += f"; {own.sweep_fraction:.1%} between sweeps, {noise.sweep_fraction:.1%} in {whose}"
     return words

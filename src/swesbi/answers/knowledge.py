@@ -21,6 +21,8 @@ from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
 from swesbi.verdict.recordings import NULL, read_subject_checks
 from swesbi.verdict.settings import RuleSettings
 
+SHIPPED_NULLS: Final = Path(__file__).with_name("nulls.h5")
+"""Null recordings of the population of the shipped study; `tools.nulls` makes the file."""
 OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
 OF_POPULATION: Final = "of the prior of the population that the network was trained on"
 OF_PRIOR: Final = "of the prior from which the answer began"
@@ -102,3 +104,13 @@ def knowledge_of_study(
         return pool_subjects([read_subject_checks(path, (NULL,)) for path in misspecifications], rule)
 
     return Knowledge(OF_STUDY, trained, load_flow(estimator)[0], trained, pooled)
+
+
+def knowledge_of_prior() -> Knowledge:
+    """Return what is known without a study: the prior, and the null distributions that are shipped.
+
+    Raises:
+        ArtefactError: These are damaged.
+    """
+    population = read_null(SHIPPED_NULLS)
+    return Knowledge(OF_PRIOR, population.contexts, null=lambda: population.pooled)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -32,7 +33,7 @@ def sheet_of(answer: Answer, knowledge: Knowledge, shown: Shown, settings: Shown
         verdict=answer.verdict,
         result=exact,
         values=_told(model, exact.phi),
-        recorded=shown.recorded,
+        recorded=replace(shown.recorded, noise=recording.noise),
         curve=shown.curve,
         population=Population(knowledge.population, prior, knowledge.hearts),
         more=_more(recording, exact, settings),

@@ -10,6 +10,7 @@ from swesbi.base.settings import Settings
 from swesbi.checks.settings import CmaesSettings
 from swesbi.config.experiments import Name
 from swesbi.persons.planning.settings import PlanSettings
+from swesbi.recording.settings import NoisePriorSettings
 from swesbi.verdict.settings import UninformativeSettings
 
 
@@ -46,6 +47,9 @@ class NewSubjectsSettings(Settings):
         gt=0.0,
         lt=0.5,
         description="False-alarm rate of the test that a recording has the noise of the pool. Chosen.",
+    )
+    noise_prior: NoisePriorSettings = Field(
+        description="What is expected of the noise of their folder, before its repeats have told any."
     )
     uninformative: UninformativeSettings = Field(
         description="When a free-running recording has told nothing."

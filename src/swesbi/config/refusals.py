@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 from swesbi.config.study import Study
 
 
@@ -26,41 +24,6 @@ def context_refusal(study: Study, experiment: str, subject: str) -> str:
 
 
 def why_in_short(refusal: str) -> str:
-    """Return the values of a refusal, which stand in its list."""
-    return ", ".join(line[4:] for line in refusal.splitlines() if line.startswith("  - "))
-
-
-def network_of_pushes(
-    study: Study, subject: str, experiments: Sequence[str], lacking: Callable[[str], str] = lambda name: ""
-) -> tuple[str, str]:
-    """Return the first experiment whose network can answer a free-running recording, or none and why.
-
-    Only the network of a population takes any set of pushes, and must know such a heart.
-
-    Args:
-        study: The study.
-        subject: Whose recording.
-        experiments: Those that may answer.
-        lacking: Why the network of an experiment is not there; empty where it is, or will be.
-    """
-    able = [name for name in experiments if name in study.config.population_experiments]
-    reasons = [] if able else [f"{' and '.join(experiments)} has no network that takes pushes"]
-    for name in able:
-        if refusal := context_refusal(study, name, subject):
-            reasons.append(f"{name} does not know such a heart ({why_in_short(refusal)})")
-        elif absent := lacking(name):
-            reasons.append(absent)
-        else:
-            return name, ""
-    return "", "; ".join(reasons)
-
-
-def trained_on(study: Study, experiment: str, subject: str) -> str:
-    """Return where the answer to a subject lies whom the network was trained on; empty for any other."""
-    same = study.new_cohort.resolve() == study.cohort.resolve()
-    if not same or subject not in study.subjects_of(experiment):
-        return ""
-    return (
-        f"subject = {subject!r}: is in the cohort that the network was trained on; its answer is in "
-        f"{study.config.results}/<experiment>/subjects/{subject}/"
-    )
+    """Return a refusal in a few words: of a list the values alone."""
+    values = ", ".join(line[4:] for line in refusal.splitlines() if line.startswith("  - "))
+    return f"does not know such a heart ({values})" if values else refusal

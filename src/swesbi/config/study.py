@@ -211,7 +211,8 @@ def load_study(
 ) -> Study:
     """Validate a raw configuration and the cohort it names, before anything runs.
 
-    Of subjects outside the cohort, one that cannot be used does not stop the others.
+    Of subjects outside the cohort, one that cannot be used does not stop the others. They are answered also
+    where the study's own cohort is not there.
 
     Args:
         raw: The configuration.
@@ -223,6 +224,8 @@ def load_study(
         ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
     """
     config = parse_config(raw, source, files)
+    if new_cohort is not None and not Path(config.cohort).is_dir():
+        return _with_new_subjects(Study(config, {}), new_cohort)
     table = _read_table(config.cohort, f"{source}: cohort")
     rows = _select(config, table.rows, source)
     layout = _check_protocol(Path(config.cohort), f"{source}: cohort")

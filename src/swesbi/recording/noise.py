@@ -126,7 +126,7 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
     if not recordings:
         raise ValueError("there is no recording to estimate noise from")
     try:
-        pooled, top = _fit(_together(tuple(recordings.values())), interval)
+        pooled, top = _fit(together(tuple(recordings.values())), interval)
     except ValueError as error:
         who = "all subjects" if len(recordings) > 1 else next(iter(recordings))
         raise ValueError(f"{who}: {error}") from None
@@ -134,7 +134,7 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
     told = {name: levels for name, levels in recordings.items() if np.isfinite(fits[name][1])}
     freedom = len(pooled.parts) * (len(told) - 1)
     if len(told) < len(fits) and freedom > 0:
-        top = _fit(_together(tuple(told.values())), interval)[1]
+        top = _fit(together(tuple(told.values())), interval)[1]
     ratio = 2.0 * (sum(fits[name][1] for name in told) - top)
     p_value = float(chdtrc(freedom, max(ratio, 0.0))) if freedom > 0 else float(np.nan)
     by_subject = {name: estimate for name, (estimate, _) in fits.items()}
@@ -147,10 +147,15 @@ def check_together(recordings: Sequence[RepeatLevels]) -> None:
     Raises:
         ValueError: Only some are of sweeps, or all together do not tell a component.
     """
-    check_levels(_together(recordings))
+    check_levels(together(recordings))
 
 
-def _together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
+def together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
+    """Join recordings, at least one.
+
+    Raises:
+        ValueError: Only some are of sweeps.
+    """
     sweeps = [levels for levels in recordings if isinstance(levels, SweepLevels)]
     if sweeps and len(sweeps) < len(recordings):
         raise ValueError(f"{len(sweeps)} of {len(recordings)} recordings are of sweeps: estimate them apart")
@@ -304,11 +309,12 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
     own, top = _fit_alone(levels, interval)
     if np.isnan(top):
         return NoiseComparison(own.components, np.nan, np.nan)
-    ratio = max(0.0, 2.0 * (top - _log_likelihood(levels, cohort)))
+    ratio = max(0.0, 2.0 * (top - log_likelihood_of_noise(levels, cohort)))
     return NoiseComparison(own.components, ratio, float(chdtrc(len(own.parts), ratio)))
 
 
-def _log_likelihood(levels: RepeatLevels, noise: NoiseComponents) -> float:
+def log_likelihood_of_noise(levels: RepeatLevels, noise: NoiseComponents) -> float:
+    """Return the restricted log likelihood of components, by the model that the repeats call for."""
     if isinstance(levels, SweepLevels):
         return log_restricted_likelihood_of_sweeps(
             levels, noise.repeat_fraction, noise.sample_fraction, noise.sweep_fraction

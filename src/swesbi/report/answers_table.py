@@ -1,29 +1,31 @@
-"""The answers to all subjects asked, a row each: as CSV and as a workbook, with what each column means."""
+"""The answers to all subjects asked, a row each, with what each column means."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
 from typing import Final
 
 import pandas as pd
 
-from swesbi.artefacts import atomic_path
-from swesbi.report.csv import EIGHT_DIGITS
+from swesbi.report.csv import write_csv
 from swesbi.report.workbook import Sheet, write_workbook
 from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
 from swesbi.verdict.trust import ANSWER, IN_WORDS
 
-COMMENT: Final = "# "
+TABLE: Final = "answers.csv"
+COLUMNS: Final = "answers_columns.csv"
+"""What the columns of the table mean."""
+WORKBOOK: Final = "answers.xlsx"
 SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
 FIRST: Final = {
     "subject": "name in subjects.csv",
-    "experiment": "whose network answered: of the study's cohort, or of a population",
+    "experiment": "whose prior holds, and whose network proposed where a study has trained one",
     "status": "verdict: not contradicted, strained or contradicted, of a free-running recording no "
     "verdict or uninformative; refused: there is no answer",
     "reason": "tests that speak against the model, or why there is no answer",
+    "noise": "from what its standard errors are estimated",
     "interval_mass": "probability that lies between the limits of each interval; 1",
 }
 LAST: Final = {
@@ -42,12 +44,14 @@ class Asked:
         experiment: Which network was asked.
         answer: What it answered; None where it is refused.
         refused: The reason; empty where there is an answer.
+        noise: From what its standard errors are estimated, in words.
     """
 
     subject: str
     experiment: str
     answer: Answer | None
     refused: str = ""
+    noise: str = ""
 
 
 def explanations() -> dict[str, str]:
@@ -73,29 +77,19 @@ def _row(asked: Asked) -> Mapping[str, object]:
         return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
     values = [*answer.limits.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
-    said = {"status": answer.status, "reason": answer.reason, "interval_mass": answer.interval_mass}
+    said: dict[str, object] = {"status": answer.status, "reason": answer.reason, "noise": asked.noise}
+    said["interval_mass"] = answer.interval_mass
     return row | said | dict(zip(answer_columns(), values, strict=True))
 
 
-def write_answers(table: pd.DataFrame, csv: Path, workbook: Path) -> None:
-    """Write the table: as CSV below lines from ``#`` on that explain the columns, and as a workbook.
+def write_answers(table: pd.DataFrame, folder: Path) -> None:
+    """Write the table as CSV and as a workbook; what its columns mean is a file beside it and a sheet.
 
     Raises:
         ArtefactError: A file cannot be written.
     """
     said = explanations()
-    width = max(map(len, said)) + 2
-    lines = [f"{COMMENT}{name:<{width}}{meaning}\n" for name, meaning in said.items()]
-    text = StringIO()
-    table.to_csv(text, index=False, float_format=EIGHT_DIGITS, lineterminator="\n")
-    with atomic_path(csv) as temporary:
-        temporary.write_text("".join(lines) + text.getvalue(), encoding="utf-8")
     meanings = pd.DataFrame({"column": list(said), "meaning": list(said.values())})
-    write_workbook(workbook, [Sheet("answers", table), Sheet("columns", meanings)])
-
-
-def read_answers(path: Path) -> pd.DataFrame:
-    """Read ``answers.csv``."""
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    first = next(row for row, line in enumerate(lines) if not line.startswith(COMMENT))
-    return pd.read_csv(StringIO("".join(lines[first:])), converters={"subject": str})
+    write_csv(folder / TABLE, table)
+    write_csv(folder / COLUMNS, meanings)
+    write_workbook(folder / WORKBOOK, [Sheet("answers", table), Sheet("columns", meanings)])

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.checks.identifiability.more_repeats import MoreRepeats
@@ -16,11 +14,9 @@ from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.clinical import ClinicalMeasures
-from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
-from swesbi.report.numbers import as_percent
 from swesbi.verdict.verdict import Verdict
 
 
@@ -34,6 +30,7 @@ class Recorded:
         more: Of what one could record more ("repeats", "pushes").
         accepted: How many were accepted.
         rejected: How many were not, by reason.
+        noise: From what standard errors are estimated.
     """
 
     summary: str
@@ -41,6 +38,7 @@ class Recorded:
     more: str
     accepted: int
     rejected: Mapping[str, int]
+    noise: str = ""
 
 
 @dataclass(frozen=True)
@@ -150,12 +148,10 @@ def recorded_gated(observed: Observation) -> Recorded:
 
 
 def recorded_free(observed: FreeObservation) -> Recorded:
-    """Return the quality of a free-running recording, and what its errors are computed from."""
-    median = as_percent(round(float(np.median(observed.relative_se)), 3))
+    """Return the quality of a free-running recording."""
     beats = f" in {observed.beats} beats" if observed.beats > 1 else ""
-    errors = f"{SOURCES[observed.noise_source]}, {median} in the median"
     return Recorded(
-        summary=f"free-running{beats}; errors: {errors}",
+        summary=f"free-running{beats}",
         unit="pushes",
         more="pushes",
         accepted=len(observed.phase),

@@ -47,6 +47,7 @@ def quality_line(recorded: Recorded) -> str:
     return (
         f"Recording: {recorded.summary}. {recorded.accepted} of {recorded.accepted + rejected} "
         f"{recorded.unit} accepted, {rejected} rejected{because}."
+        + (f" Errors: {recorded.noise}." if recorded.noise else "")
     )
 
 

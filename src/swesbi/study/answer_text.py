@@ -6,16 +6,12 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import Final
 
-import numpy as np
-
 from swesbi.answers.answer import Answer
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import ParameterPrior
 from swesbi.recording.clinical import ClinicalMeasures
-from swesbi.recording.free_noise import SOURCES
-from swesbi.recording.free_observation import FreeObservation
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
 from swesbi.verdict.trust import ANSWER, IN_WORDS
 
@@ -38,8 +34,7 @@ def answer_text(answer: Answer) -> str:
             lines.append(_line(name, float(said["median"]), float(said["low"]), float(said["high"]), own))
     if answer.with_pressures is not None:
         lines.append(_pressures_text(observed.clinical, answer.with_pressures, prior.parameters))
-    if isinstance(observed, FreeObservation):
-        lines.append(_free_text(observed))
+    lines.append(f"errors: {answer.recording.noise}")
     return "\n".join(
         [
             f"{observed.subject}: {verdict.sentence}",
@@ -68,13 +63,6 @@ def _pressures_text(
             ),
         ]
     )
-
-
-def _free_text(observed: FreeObservation) -> str:
-    """Say what a free-running recording consists of, and what its errors are computed from."""
-    median = 100.0 * float(np.median(observed.relative_se))
-    errors = f"errors: {SOURCES[observed.noise_source]}, {median:.1f} % in the median"
-    return f"{len(observed.phase)} pushes at instants of their own; {errors}"
 
 
 def _line(name: str, median: float, low: float, high: float, prior: ParameterPrior | None) -> str:

@@ -3,41 +3,36 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
 from swesbi.answers.answer import Answer, Recording, answered
 from swesbi.answers.free import FreeRecording
-from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.knowledge import Knowledge, knowledge_of_prior
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.answers.written import OBSERVATION, save_answer
 from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
 from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, add_options, in_words, merged_files, overlay, read_merged
-from swesbi.config.refusals import context_refusal, network_of_pushes, trained_on, why_in_short
+from swesbi.config.refusals import context_refusal, why_in_short
 from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.instants import free_model
 from swesbi.recording.free_observation import FreeObservation
-from swesbi.recording.noise import read_noise
-from swesbi.study.finished import check_finished, finished_experiment, finished_population
-from swesbi.study.observing import observe
-from swesbi.study.other_network import OtherNetworkError, check_network, check_quality
+from swesbi.study.finished import check_finished, finished_experiment
+from swesbi.study.observing import Folder, observe_folder
+from swesbi.study.other_network import OtherNetworkError, check_network
 from swesbi.study.registry import stage_code
 
 EXIT_REFUSED: Final = 2
 """Of a command that goes on where a subject, or a person, of a folder is refused."""
 CODE: Final = "swesbi.answers.answer:answered"
 """What makes an answer: the code whose hash its artefacts keep."""
-FROM_PRIOR: Final = (
-    "{subject} is free-running and {why}: answered from the prior of {experiment} by adaptive importance "
-    "sampling"
-)
-BY_NETWORK: Final = (
-    "{subject} is free-running: the network of {experiment}, which takes any set of pushes, answers"
-)
+FROM_PRIOR: Final = "{subject} is answered from the prior of {name}: {why}"
+INSTEAD: Final = "{subject} is answered by the network of {name}: {why}"
 
 
 class OtherAnswerError(ValueError):
@@ -54,7 +49,8 @@ def add_answering(parser: argparse.ArgumentParser, folder: str) -> None:
     parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
     parser.add_argument(
         "--experiment",
-        help="default: the first of kind speeds that runs, where it refuses a heart one over a population",
+        help="whose prior and network; default: the first of kind speeds, or one over a population where its "
+        "network does not know the heart, or the prior",
     )
     parser.add_argument("--out", type=Path, help=f"folder; default: {folder}")
     add_options(parser)
@@ -104,8 +100,8 @@ def is_everyones(error: Exception) -> bool:
     return isinstance(error, ArtefactError | OSError | OtherNetworkError)
 
 
-def check_new_subject(study: Study, experiment: str, subject: str) -> None:
-    """Refuse a subject that the cohort does not have or whose files are wrong, or that was trained on.
+def check_new_subject(study: Study, subject: str) -> None:
+    """Refuse a subject that the folder does not have, or whose files are wrong.
 
     Raises:
         ConfigError: Says which.
@@ -115,40 +111,6 @@ def check_new_subject(study: Study, experiment: str, subject: str) -> None:
     if subject not in study.new_rows:
         known = ", ".join((*study.new_rows, *study.new_refused))
         raise ConfigError(f"subject = {subject!r}: {study.new_cohort} has {known}")
-    if where := trained_on(study, experiment, subject):
-        raise ConfigError(where)
-
-
-def choose_experiment(study: Study, subject: str, experiments: Sequence[str]) -> tuple[str, str]:
-    """Return the first experiment that can answer for a subject's heart, and what to say of those before it.
-
-    Raises:
-        ValueError: None can; lists why, and which other experiment could.
-    """
-    reasons: dict[str, str] = {}
-    for experiment in experiments:
-        check_new_subject(study, experiment, subject)
-        if not (reason := context_refusal(study, experiment, subject)):
-            return experiment, _instead(reasons, experiment)
-        reasons[experiment] = reason
-    others = [name for name in study.answering_experiments if name not in reasons]
-    able = [name for name in others if not context_refusal(study, name, subject)]
-    hint = f"\n`--experiment {able[0]}` can answer for this heart." if able else ""
-    raise ValueError("\n".join(f"{name}: {reason}" for name, reason in reasons.items()) + hint)
-
-
-def _instead(reasons: Mapping[str, str], experiment: str) -> str:
-    if not reasons:
-        return ""
-    told = "; ".join(
-        f"{name} does not know such a heart ({why_in_short(text)})" for name, text in reasons.items()
-    )
-    return f"{told}: {experiment}, trained over a population, answers instead"
-
-
-def folder_of(study: Study, experiment: str, subject: str) -> Path:
-    """Return where the answer to a subject outside the study lies."""
-    return Path(study.config.results) / experiment / "new" / study.new_cohort_name / subject
 
 
 def check_untouched(folder: Path, recording: Recording) -> None:
@@ -169,16 +131,6 @@ def check_untouched(folder: Path, recording: Recording) -> None:
             f"{folder}: holds the answer to another recording of {recording.observation.subject!r}, or its "
             f"row of subjects.csv has changed since; {remedy}"
         )
-
-
-def trained_for_pushes(study: Study, subject: str, experiments: Sequence[str]) -> tuple[str, str]:
-    """Return the first experiment whose trained network takes a free-running recording, or none and why."""
-
-    def untrained(name: str) -> str:
-        trained = finished_population(Path(study.config.results), name).estimator.is_file()
-        return "" if trained else f"the network of {name} has not been trained"
-
-    return network_of_pushes(study, subject, experiments, untrained)
 
 
 @dataclass(frozen=True)
@@ -224,63 +176,82 @@ class Answerer:
 
     Attributes:
         study: With the recordings as its new cohort.
-        experiments: Those that may answer, the first first.
+        experiments: Those that may answer, the first first; of one alone the network must answer.
         options: What Snakemake is given for the same configuration.
+        from_prior: Whether no network is asked, though there is one.
     """
 
     study: Study
     experiments: tuple[str, ...]
     options: str
+    from_prior: bool = False
     _known: dict[str, Knowledge] = field(default_factory=dict)
 
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """All subjects of the folder, those whose row cannot be used last."""
+        return (*self.study.new_rows, *self.study.new_refused)
+
+    @cached_property
+    def folder(self) -> Folder:
+        """The recordings, read once."""
+        return observe_folder(self.study)
+
     def asked(self, subject: str) -> Asked:
-        """Read one recording, and choose what answers it.
+        """Choose what answers a recording.
 
         Raises:
-            ConfigError: The cohort does not have the subject, or a network was trained on it.
-            RecordingError: The recording cannot be used.
-            ValueError: No network can answer for its heart.
-            FileNotFoundError: The study has not been run.
+            ConfigError: The folder does not have the subject.
+            ValueError: The recording cannot be used, or the only network asked cannot answer for its heart.
+            FileNotFoundError: The only experiment asked has not been run.
+            OtherNetworkError: A network was trained under other settings.
         """
-        study = self.study
-        for experiment in self.experiments:
-            check_new_subject(study, experiment, subject)
+        check_new_subject(self.study, subject)
         # what is wrong with the file comes before what is missing of a study
-        observed = observe(study, subject)
-        if isinstance(observed, FreeObservation):
-            return self._of_pushes(observed)
-        experiment, note = choose_experiment(study, subject, self.experiments)
-        settings = self._settings(experiment, subject)
-        knowledge, noise = self._knowledge(experiment, settings), finished_experiment(study, experiment).noise
-        check_quality(noise, settings.ingest.recording)
-        recording = observed.under(settings, read_noise(noise).components)
-        return self._asked(recording, knowledge, settings, experiment, note)
-
-    def _of_pushes(self, observed: FreeObservation) -> Asked:
-        """Choose the first network that takes a free-running recording, or else the prior."""
-        subject = observed.subject
-        network, why = trained_for_pushes(self.study, subject, self.experiments)
+        if subject in self.folder.refused:
+            raise ValueError(self.folder.refused[subject])
+        observed = self.folder.observed[subject]
+        network, why = self._network(subject, free=isinstance(observed, FreeObservation))
         experiment = network or self.experiments[0]
-        settings = self._settings(experiment, subject)
-        knowledge = self._knowledge(network, settings) if network else Knowledge()
-        note = (BY_NETWORK if network else FROM_PRIOR).format(subject=subject, experiment=experiment, why=why)
-        recording = FreeRecording(observed, free_model(observed, settings.exact_posterior.model))
-        return self._asked(recording, knowledge, settings, experiment, note)
-
-    def _asked(
-        self,
-        recording: Recording,
-        knowledge: Knowledge,
-        settings: OneAnswerSettings,
-        experiment: str,
-        note: str,
-    ) -> Asked:
-        origin = Origin(self.study.config.seed, recording.observation.subject, stage_code(CODE))
+        plain = stage_settings(self.study, ONE_ANSWER, experiment=experiment, subject=subject)
+        settings = OneAnswerSettings.from_plain(plain)
+        knowledge = self._knowledge(network, settings) if network else self._prior
+        if isinstance(observed, FreeObservation):
+            recording: Recording = FreeRecording(
+                observed, free_model(observed, settings.exact_posterior.model)
+            )
+        else:
+            recording = self.folder.gated(observed, settings)
+        origin = Origin(self.study.config.seed, subject, stage_code(CODE))
+        note = why and (INSTEAD if network else FROM_PRIOR).format(subject=subject, name=experiment, why=why)
         return Asked(recording, knowledge, settings, origin, experiment, note)
 
-    def _settings(self, experiment: str, subject: str) -> OneAnswerSettings:
-        plain = stage_settings(self.study, ONE_ANSWER, experiment=experiment, subject=subject)
-        return OneAnswerSettings.from_plain(plain)
+    def _network(self, subject: str, *, free: bool) -> tuple[str, str]:
+        """Return the first experiment whose network can answer, or none, and why not those before it."""
+        if self.from_prior:
+            return "", "no network is asked"
+        only = len(self.experiments) == 1
+        reasons: list[str] = []
+        for name in self.experiments:
+            reason = self._refusal(name, subject, free=free)
+            if not reason and not only and not finished_experiment(self.study, name).is_there:
+                reason = "has not been trained"
+            if not reason:
+                return name, "; ".join(reasons)
+            if only and not free:
+                raise ValueError(f"{name}: {reason}")
+            reasons.append(f"the network of {name} {why_in_short(reason)}")
+        return "", "; ".join(reasons)
+
+    def _refusal(self, experiment: str, subject: str, *, free: bool) -> str:
+        """Return why a network cannot answer for a recording; empty where it can."""
+        if free and experiment not in self.study.config.population_experiments:
+            return "takes no pushes"
+        return context_refusal(self.study, experiment, subject)
+
+    @property
+    def _prior(self) -> Knowledge:
+        return self._known.setdefault("", knowledge_of_prior())
 
     def _knowledge(self, experiment: str, settings: OneAnswerSettings) -> Knowledge:
         """Return what an experiment knows, trained under the settings that it has now.

@@ -7,14 +7,17 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, get_type_hints
+from typing import Final, get_type_hints
 
-from swesbi.answers.written import OBSERVATION, POSTERIOR_FILE, VERDICT
+from swesbi.answers.answer import Answer
+from swesbi.answers.compared import JOINT, OUTPUTS, TABLE, PersonChangeSettings, save_change
+from swesbi.answers.written import OBSERVATION
 from swesbi.artefacts import Origin, folder_made_whole
 from swesbi.config.pairs import VisitPair, answered_pairs, pairs_of, refused_visits, visit_pair
 from swesbi.config.read import ConfigError, parsed, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
+from swesbi.persons.change.words import change_lines
 from swesbi.recording.visits import Visit
 from swesbi.study.answering import (
     EXIT_REFUSED,
@@ -25,19 +28,14 @@ from swesbi.study.answering import (
     is_everyones,
     study_with,
 )
+from swesbi.study.answering import Asked as AskedRecording
 from swesbi.study.finished import check_finished, finished_experiment
-from swesbi.study.registry import file_arguments, stage_code, stage_function
+from swesbi.study.registry import stage_code, stage_function
 
 LOGGER: Final = logging.getLogger("swesbi")
 STAGE: Final = "person_change"
+CODE: Final = "swesbi.answers.compared:save_change"
 STAGE_OF_GROUPS: Final = "change_groups"
-CHANGE_OUTPUTS: Final = {
-    "joint": "change.h5",
-    "table": "change.csv",
-    "figure_pdf": "change.pdf",
-    "figure_png": "change.png",
-    "sheet": "sheet.pdf",
-}
 ALL_CHANGES: Final = "changes.csv"
 """The tables of all persons of a folder, one below the other."""
 GROUP_OUTPUTS: Final = {
@@ -79,11 +77,10 @@ def main(arguments: Sequence[str]) -> int:
     _check_visits(study, options.person)
     experiment = experiments_to_ask(study, options.experiment)[0]
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
-    _check_subjects(study, experiment, pair)
+    _check_subjects(study, pair)
     asked = Asked(_answerer(study, experiment, options), experiment, pair)
     folder = options.out or _folder_of(study, experiment) / pair.person
     _answer(folder, asked)
-    print(_text(folder))
     return 0
 
 
@@ -108,9 +105,9 @@ def _lost_visits(study: Study) -> dict[str, list[str]]:
     return lost
 
 
-def _check_subjects(study: Study, experiment: str, pair: VisitPair) -> None:
+def _check_subjects(study: Study, pair: VisitPair) -> None:
     for subject in pair.subjects:
-        check_new_subject(study, experiment, subject)
+        check_new_subject(study, subject)
 
 
 def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Answerer:
@@ -152,7 +149,7 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             continue
         asked = Asked(answerer, experiment, pair)
         try:
-            _check_subjects(study, experiment, pair)
+            _check_subjects(study, pair)
             _answer(folder / pair.person, asked)
         except (ValueError, ArithmeticError, RuntimeError) as error:
             if is_everyones(error):
@@ -161,7 +158,6 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             LOGGER.warning("person %s is refused", pair.person)
         else:
             compared.append(asked)
-            print(_text(folder / pair.person))
     if compared:
         _write_groups(folder, compared, refused)
     refused |= _unknown_hearts(study, experiment)
@@ -197,15 +193,13 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
         f"{person} is left out: {' '.join(reason.split())}" for person, reason in refused.items()
     ]
     made_of = {folder / asked.pair.person: asked.pair.subjects[0] for asked in compared}
-    table = pd.concat(
-        [pd.read_csv(person / CHANGE_OUTPUTS["table"]) for person in made_of], ignore_index=True
-    )
+    table = pd.concat([pd.read_csv(person / TABLE) for person in made_of], ignore_index=True)
     table.insert(0, "experiment", experiment)
     run = stage_function(STAGE_OF_GROUPS)
     with folder_made_whole(folder) as made:
         write_csv(made / ALL_CHANGES, table)
         run(
-            changes=[person / CHANGE_OUTPUTS["joint"] for person in made_of],
+            changes=[person / JOINT for person in made_of],
             observations=[person / first / OBSERVATION for person, first in made_of.items()],
             **{name: made / file for name, file in GROUP_OUTPUTS.items()},
             settings=get_type_hints(run)["settings"].from_plain(plain),
@@ -214,60 +208,34 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
 
 
 def _answer(folder: Path, asked: Asked) -> None:
-    """Answer both visits, then the pair, and put all of it into ``folder``, or nothing."""
-    pair = asked.pair
+    """Answer both visits, then the pair, put all of it into ``folder``, or nothing, and print the change."""
+    pair, study = asked.pair, asked.answerer.study
     named = {"person": pair.person, "from_visit": pair.visits[0], "to_visit": pair.visits[1]}
-    plain = stage_settings(asked.study, STAGE, experiment=asked.experiment, **named)
+    plain = stage_settings(study, STAGE, experiment=asked.experiment, **named)
+    origin = Origin(study.config.seed, pair.person, stage_code(CODE))
     with folder_made_whole(folder) as made:
-        visits = [
-            _visit(made, asked, visit, subject)
-            for visit, subject in zip(pair.visits, pair.subjects, strict=True)
-        ]
-        _compare(made, asked, visits, plain)
+        visits = [_visit(made, asked, *visit) for visit in zip(pair.visits, pair.subjects, strict=True)]
+        knowledge = visits[0][0].knowledge
+        answers = [answer for _, answer in visits]
+        change = save_change(answers, knowledge, PersonChangeSettings.from_plain(plain), origin, made)
+    print("\n".join([*change_lines(change), f"written to {folder}: {', '.join(OUTPUTS)}, a folder a visit"]))
 
 
-def _visit(made: Path, asked: Asked, visit: str, subject: str) -> Path:
-    """Answer one visit as `infer` does, and return its folder.
+def _visit(made: Path, asked: Asked, visit: str, subject: str) -> tuple[AskedRecording, Answer]:
+    """Answer one visit as `infer` does.
 
     Raises:
         ValueError: It is refused; says which visit.
     """
-    folder = made / subject
     try:
-        asked.answerer.asked(subject).answer_into(folder)
+        recording = asked.answerer.asked(subject)
+        return recording, recording.answer_into(made / subject)
     except ValueError as error:
         if is_everyones(error):
             raise
         raise ValueError(
             f"visit {visit!r} of {asked.pair.person!r} (recording {subject}): {error}; no change is told"
         ) from error
-    return folder
-
-
-def _compare(made: Path, asked: Asked, visits: Sequence[Path], plain: Mapping[str, Any]) -> None:
-    run = stage_function(STAGE)
-    answers = {
-        "observations": [folder / OBSERVATION for folder in visits],
-        "posteriors": [folder / POSTERIOR_FILE for folder in visits],
-        "verdicts": [folder / VERDICT for folder in visits],
-        "protocol": asked.study.new_protocol,
-        "pooled_observations": (),
-    }
-    finished = vars(finished_experiment(asked.study, asked.experiment))
-    outputs = {name: made / file for name, file in CHANGE_OUTPUTS.items()}
-    run(
-        **file_arguments(run, answers | finished | outputs),
-        settings=get_type_hints(run)["settings"].from_plain(plain),
-        origin=Origin(asked.study.config.seed, asked.pair.person, stage_code(STAGE)),
-    )
-
-
-def _text(folder: Path) -> str:
-    from swesbi.persons.change.stored import read_change
-    from swesbi.persons.change.words import change_lines
-
-    lines = change_lines(read_change(folder / CHANGE_OUTPUTS["joint"]))
-    return "\n".join([*lines, f"written to {folder}: {', '.join(CHANGE_OUTPUTS.values())}, a folder a visit"])
 
 
 def _parser() -> argparse.ArgumentParser:

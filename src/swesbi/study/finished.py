@@ -35,6 +35,11 @@ class FinishedStudy:
         """All of them."""
         return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
 
+    @property
+    def is_there(self) -> bool:
+        """Whether all of it has been made."""
+        return all(path.is_file() for path in self.files)
+
     def knowledge(self, rule: RuleSettings) -> Knowledge:
         """Read what its network knows; ``rule`` says how null distributions are taken together.
 
@@ -63,6 +68,11 @@ class FinishedPopulation:
     def files(self) -> tuple[Path, ...]:
         """All of them."""
         return (self.estimator, self.noise, self.null)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether all of it has been made."""
+        return all(path.is_file() for path in self.files)
 
     def knowledge(self, rule: RuleSettings | None = None) -> Knowledge:
         """Read what its network knows; its null distributions are together already.

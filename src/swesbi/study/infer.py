@@ -1,169 +1,226 @@
-"""Answer subjects outside the pool with the trained network: posterior, certificate, verdict, figures."""
+"""Answer a recording, or a folder of them: posterior, certificate, verdict, figures, a page, a table."""
 
 from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from swesbi.answers.answer import Answer
-from swesbi.config.read import parsed, snakemake_options
-from swesbi.study.answer_text import answer_text
+from swesbi.base.processes import forked_processes
+from swesbi.base.progress import Progress
+from swesbi.config.read import ConfigError, parsed, snakemake_options
+from swesbi.recording.cohort import SUBJECTS
 from swesbi.study.answering import (
     EXIT_REFUSED,
     Answerer,
     OtherAnswerError,
     add_answering,
     experiments_to_ask,
-    folder_of,
     is_everyones,
     study_with,
 )
 
+if TYPE_CHECKING:
+    from swesbi.verdict.answers import Answer as Told
+
 LOGGER: Final = logging.getLogger("swesbi")
-TABLE: Final = {"table": "answers.csv", "workbook": "answers.xlsx"}
+ANSWERS: Final = "answers"
+"""The folder of all answers, in that from which the command is typed."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Who is asked about, and how the answer is to be kept.
+    """Who is asked about, and how the answers are to be kept.
 
     Attributes:
         answerer: Has the recordings.
-        out: Folder of the answer, or of the answers of all; None: that of the study.
+        out: The folder of the answers, one below it for each subject.
         force: Whether what lies there may be written over.
     """
 
     answerer: Answerer
-    out: Path | None
+    out: Path
     force: bool
 
 
 @dataclass(frozen=True)
 class Given:
-    """An answer that was given, and by which experiment."""
+    """An answer that was given: by which experiment, what to print, and its row of the table."""
 
     experiment: str
-    answer: Answer
+    text: str
+    told: Told
+    noise: str
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run `infer`; return 0 after printing the answer, or 2 if one of all subjects is refused.
+    """Run `infer`; return 0 after printing the answers, or 2 if one of the recordings is refused.
 
     Raises:
-        ConfigError: The configuration or the cohort is wrong, or does not have the subject.
-        ValueError: The recording cannot be used, or no network can answer for the subject's context.
-        OSError: The study has not been run, or the answer cannot be written.
+        ConfigError: The configuration or the folder is wrong, or does not have the subject.
+        ValueError: The only recording asked for cannot be used, or nothing can answer for its heart.
+        OSError: A study that was named has not been run, or the answer cannot be written.
     """
+    typed_in = Path.cwd()
     options = parsed(_parser(), arguments)
+    options.cohort, named = recordings_of(options.recordings)
     study = study_with(options)
     experiments = experiments_to_ask(study, options.experiment)
-    answerer = Answerer(study, experiments, snakemake_options(options.config, options.overlay))
-    request = Request(answerer, options.out, options.force)
-    if options.all:
-        return _answer_all(request)
-    _answer(request, options.subject, options.out)
-    return 0
+    command = snakemake_options(options.config, options.overlay)
+    answerer = Answerer(study, experiments, command, from_prior=options.from_prior)
+    out = options.out or typed_in / ANSWERS / study.new_cohort_name
+    request = Request(answerer, out, options.force)
+    if subject := options.subject or named:
+        print(_given(request, subject).text)
+        return 0
+    return _answer_all(request, options.workers)
 
 
-def _answer(request: Request, subject: str, out: Path | None) -> Given:
-    """Answer one subject by the first experiment that can, and print the answer."""
-    asked = request.answerer.asked(subject)
-    folder = out or folder_of(request.answerer.study, asked.experiment, subject)
+def recordings_of(path: Path) -> tuple[Path, str]:
+    """Return the folder of recordings that a path names, and the subject, if it is one recording.
+
+    Raises:
+        ConfigError: No ``subjects.csv`` says whose recordings they are.
+    """
+    if path.is_dir():
+        return path, ""
+    for folder, name in ((path.parent.parent, path.stem), (path.parent, "")):
+        if path.exists() and (folder / SUBJECTS).is_file():
+            return folder, name
+    absent = "there is no such file or folder" if not path.exists() else f"no {SUBJECTS} stands above it"
+    raise ConfigError(
+        f"{path}: {absent}; a recording lies in FOLDER/swe/, beside FOLDER/{SUBJECTS} and "
+        "FOLDER/recording.yaml, which `swesbi template FOLDER` begins"
+    )
+
+
+def _given(request: Request, subject: str) -> Given:
+    """Answer one subject by the first that can."""
+    from swesbi.study.answer_text import answer_text
+    from swesbi.verdict.answers import told_of
+
+    asked, folder = request.answerer.asked(subject), request.out / subject
     answer = asked.answer_into(folder, force=request.force)
-    written = f"written to {folder.resolve()}: {', '.join(sorted(path.name for path in folder.iterdir()))}"
-    print("\n".join(filter(None, [asked.note, answer_text(answer), written])))
-    return Given(asked.experiment, answer)
+    files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
+    lines = [asked.note, answer_text(answer), f"written to {folder.resolve()}: {files}"]
+    noise = answer.recording.noise
+    return Given(asked.experiment, "\n".join(filter(None, lines)), told_of(answer.verdict), noise)
 
 
-def _answer_all(request: Request) -> int:
-    """Answer every subject of the cohort, one after the other, and write the table; no refusal stops it."""
-    study = request.answerer.study
+def _answer_all(request: Request, workers: int) -> int:
+    """Answer every subject of the folder, and write the table; no refusal stops it."""
+    answerer = request.answerer
+    subjects = answerer.subjects
     if not request.force:
-        check_table(_tables(request)["table"], (*study.new_rows, *study.new_refused))
+        check_table(request.out, subjects)
     given: dict[str, Given] = {}
-    refused = dict(study.new_refused)
-    for subject in study.new_rows:
-        try:
-            given[subject] = _answer(request, subject, request.out / subject if request.out else None)
-        except (ValueError, ArithmeticError, RuntimeError) as error:
-            if is_everyones(error):
-                raise
-            refused[subject] = str(error)
+    refused = dict(answerer.folder.refused)
+    usable = [name for name in subjects if name not in refused]
+    progress = Progress("answers", len(usable), unit="recording")
+    for subject, found in _found(request, usable, workers):
+        if isinstance(found, Given):
+            given[subject] = found
+            print(found.text, flush=True)
+        elif is_everyones(found):
+            raise found
+        else:
+            refused[subject] = str(found)
             LOGGER.warning("subject %s is refused", subject)
-    paths = _write_table(request, given, refused)
-    print(f"\n{len(given)} answered, {len(refused)} refused; {paths['table'].resolve()}, .xlsx")
+        progress.step(note=subject)
+    table = _write_table(request, given, refused)
+    print(f"\n{len(given)} answered, {len(refused)} refused; {table.resolve()}, .xlsx")
     for subject, reason in refused.items():
         print(f"refused: {subject}: {reason}")
     return EXIT_REFUSED if refused else 0
 
 
-def check_table(path: Path, subjects: Sequence[str]) -> None:
+def _found(
+    request: Request, subjects: Sequence[str], workers: int
+) -> Iterator[tuple[str, Given | Exception]]:
+    """Yield the answer to each subject, or why there is none, as they are found."""
+    if workers == 1:
+        for subject in subjects:
+            yield subject, _given_or_refused(request, subject)
+        return
+    with forked_processes(workers) as pool:
+        futures = {pool.submit(_given_or_refused, request, subject): subject for subject in subjects}
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _given_or_refused(request: Request, subject: str) -> Given | Exception:
+    try:
+        return _given(request, subject)
+    except (ValueError, ArithmeticError, RuntimeError, OSError) as error:
+        return error
+
+
+def check_table(folder: Path, subjects: Sequence[str]) -> None:
     """Refuse to write over a table with other subjects: that of another folder of the same name.
 
     Raises:
         OtherAnswerError: Names them.
     """
-    from swesbi.report.answers_table import read_answers
+    import pandas as pd
 
-    answered = list(read_answers(path)["subject"]) if path.is_file() else []
+    from swesbi.report.answers_table import TABLE
+
+    path = folder / TABLE
+    answered = list(pd.read_csv(path, converters={"subject": str})["subject"]) if path.is_file() else []
     others = dict.fromkeys(name for name in answered if name not in subjects)
     if others:
         raise OtherAnswerError(
-            f"{path}: has the answers of {', '.join(others)}, who are not in this cohort; name another "
+            f"{path}: has the answers of {', '.join(others)}, who are not in this folder; name another "
             "folder by --out, or write over it by --force"
         )
 
 
-def _tables(request: Request) -> dict[str, Path]:
-    study = request.answerer.study
-    folder = request.out or Path(study.config.results) / "new" / study.new_cohort_name
-    return {name: folder / file for name, file in TABLE.items()}
+def _write_table(request: Request, given: Mapping[str, Given], refused: Mapping[str, str]) -> Path:
+    """Write the table of the answers, the subjects in the order of the folder, and return its path."""
+    from swesbi.report.answers_table import TABLE, Asked, answers_table, write_answers
 
-
-def _write_table(
-    request: Request, given: Mapping[str, Given], refused: Mapping[str, str]
-) -> Mapping[str, Path]:
-    """Write ``answers.csv`` and ``answers.xlsx``, the subjects in the order of the cohort."""
-    from swesbi.report.answers_table import Asked, answers_table, write_answers
-    from swesbi.verdict.answers import told_of
-
-    study = request.answerer.study
-    paths = _tables(request)
+    answerer = request.answerer
     rows = []
-    for subject in (*study.new_rows, *study.new_refused):
+    for subject in answerer.subjects:
         if subject in given:
             one = given[subject]
-            rows.append(Asked(subject, one.experiment, told_of(one.answer.verdict)))
+            rows.append(Asked(subject, one.experiment, one.told, noise=one.noise))
         else:
-            asked = ", ".join(request.answerer.experiments)
-            rows.append(Asked(subject, asked, None, refused[subject]))
-    write_answers(answers_table(rows), paths["table"], paths["workbook"])
-    return paths
+            rows.append(Asked(subject, ", ".join(answerer.experiments), None, refused[subject]))
+    write_answers(answers_table(rows), request.out)
+    return request.out / TABLE
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi infer",
-        description="Answer subjects who are not in the study's cohort with the network that the study has "
-        "trained: exact posterior with its certificate, verdict, figures, in seconds and without training. "
-        "A heart unlike those that it was trained on is answered by the network of a population, if one runs "
-        "and knows it, and else refused, with the reason. A free-running recording is answered by the "
-        "network of a population, or, where none is trained that knows such a heart, from the prior on. The "
-        "configuration is that of the study.",
-        epilog="Exit code: 0 answered; 2 refused, or one of --all was: the others are answered all the same.",
+        description="Answer a recording, or a folder of them: exact posterior with its certificate, verdict, "
+        "figures, a page each, and a table of all. Where a study has been run, its networks propose, and an "
+        "answer takes seconds. Else the inference begins with the prior, and it takes some ten. The answer "
+        "is the same. Standard errors are estimated from the repeats of the folder. A recording is gated, "
+        "with a row a sample, or free-running, with a row a push.",
+        epilog="examples:\n  swesbi infer data/virtual_volunteers/swe/A.csv\n"
+        "  swesbi infer data/virtual_trial --workers 2\n\n"
+        "Exit code: 0 answered; 2 refused, or one of a folder was: the others are answered all the same.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")
-    asked = parser.add_mutually_exclusive_group(required=True)
-    asked.add_argument("--subject", help="which of its subjects")
-    asked.add_argument(
-        "--all",
-        action="store_true",
-        help="all of them, with answers.csv and answers.xlsx in <results>/new/<cohort>/ or in --out",
+    parser.add_argument(
+        "recordings",
+        type=Path,
+        help="a recording in FOLDER/swe/, or FOLDER with subjects.csv and recording.yaml",
     )
-    add_answering(parser, "<results>/<experiment>/new/<cohort>/<subject>")
+    parser.add_argument("--subject", help="one of the folder, where one table holds several")
+    parser.add_argument(
+        "--from-prior", action="store_true", help="begin with the prior, as where no study has been run"
+    )
+    parser.add_argument("--workers", type=int, default=1, help="recordings answered side by side; default: 1")
+    add_answering(parser, "answers/<folder>; a folder a subject")
     parser.add_argument("--force", action="store_true", help="write over the answer to another recording")
     return parser

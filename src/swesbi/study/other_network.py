@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from swesbi.artefacts import load
 from swesbi.networks.flow.files import load_flow_provenance
-from swesbi.recording.noise import KIND as NOISE
-from swesbi.recording.settings import RecordingSettings
 from swesbi.study.inspect.read import flatten
 
 ABSENT: Final = str(None)
@@ -34,23 +31,4 @@ def check_network(estimator: Path, settings: Mapping[str, Any]) -> None:
             raise OtherNetworkError(
                 f"{estimator}: was trained with {key} = {there.get(key)}, the configuration has "
                 f"{here.get(key)}; run the study again, or use the configuration that it was trained with"
-            )
-
-
-def check_quality(noise: Path, quality: RecordingSettings) -> None:
-    """Refuse other limits of quality control than those under which the noise of the cohort was estimated.
-
-    The number of phases is each folder's own.
-
-    Raises:
-        OtherNetworkError: Names the first limit that differs.
-        ArtefactError: The file is not the noise of a cohort.
-    """
-    stored = load(noise, NOISE)[1].settings["recording"]
-    here, there = flatten(quality.to_plain()), flatten(stored)
-    for key in sorted((here.keys() | there.keys()) - {"phases"}):
-        if here.get(key, ABSENT) != there.get(key, ABSENT):
-            raise OtherNetworkError(
-                f"{noise}: was estimated under recording.{key} = {there.get(key)}, the configuration has "
-                f"{here.get(key)}; run the study again, or use the configuration that it was run with"
             )

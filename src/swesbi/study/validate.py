@@ -97,7 +97,7 @@ def _lists(config: Config) -> Mapping[str, Sequence[str]]:
 
 
 def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
-    answer = typed("swesbi", "infer", "--cohort", cohort, "--all")
+    answer = typed("swesbi", "infer", cohort)
     return (
         f"{source} has `cohort: {config.cohort}`, whose network answers these recordings as they are: "
         f"`{answer}`. To train networks on them instead, set `cohort` to {cohort} and `results` to another "

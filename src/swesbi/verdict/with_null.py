@@ -21,8 +21,9 @@ from swesbi.draws import median_and_interval
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.derived import told
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_likelihood, residuals
 from swesbi.measurement.settings import SummarySettings
+from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.flow.conditioning import ConditioningSettings, conditioning_of
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
@@ -110,7 +111,9 @@ def judge(
     """
     context, rule = model.recording.context, settings.rule
     beats = model.simulate(exact.phi)
-    checks = _check(model, exact, beats, settings, seed)
+    draws = _draws(model, exact, beats)
+    rng = generator(seed, "verdict", context.subject)
+    checks = check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
     judgement = reference.judge(checks)
     volumes = volume_tests(model, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
@@ -118,23 +121,35 @@ def judge(
     status = grade(Grade(judgement.status[0]), volumes, contextual, rule.volumes.contradicted_abs_z)
     tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
     overall_p = float(judgement.overall_p[0])
-    return make_verdict(status, overall_p, tests, exact, told(model, exact.phi, beats))
+    farthest = _farthest(exact, model, draws.predicted)
+    return make_verdict(status, overall_p, tests, exact, farthest, told(model, exact.phi, beats))
 
 
-def _check(
-    model: SpeedModel, exact: ExactPosterior, beats: Beats, settings: VerdictSettings, seed: int
-) -> Checks:
-    """Return what the tests look at in the recording, from the equally weighted exact draws."""
+def _draws(model: SpeedModel, exact: ExactPosterior, beats: Beats) -> PosteriorDraws:
+    """Return the equally weighted exact draws as the tests look at them."""
     works = beats.status == Status.PERIODIC
-    draws = PosteriorDraws(
+    return PosteriorDraws(
         phi=exact.phi,
         weight=works / works.sum(),
         predicted=model.predict_from(exact.phi, beats).rows(works),
         k_hat=exact.k_hat,
         efficiency=exact.efficiency,
     )
-    rng = generator(seed, "verdict", model.recording.subject)
-    return check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
+
+
+def _farthest(exact: ExactPosterior, model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, str]:
+    """Return what lies farthest out, in standard deviations, and its name.
+
+    Of what the network was shown, among what it was trained on; without a network, of the residuals at the
+    likeliest draw.
+    """
+    if exact.components:
+        worst = int(np.argmax(np.abs(exact.condition)))
+        return float(np.abs(exact.condition[worst])), exact.components[worst]
+    recording, discrepancy = model.recording, model.settings.discrepancy
+    likeliest = int(np.argmax(log_likelihood(predicted, recording, discrepancy)))
+    z = np.abs(residuals(predicted.rows(np.array([likeliest])), recording, discrepancy)[0])
+    return float(z.max()), f"speed at {recording.phase[int(np.argmax(z))]:.3f} of the cycle"
 
 
 def null_tests(reference: Reference, checks: Checks, judgement: Judgement) -> tuple[VerdictTest, ...]:
@@ -173,6 +188,7 @@ def make_verdict(
     overall_p: float,
     tests: tuple[VerdictTest, ...],
     exact: ExactPosterior,
+    farthest: tuple[float, str],
     answered: Mapping[str, FloatArray],
 ) -> Verdict:
     """Put the verdict together.
@@ -184,14 +200,14 @@ def make_verdict(
         overall_p: P-value of the tests with a null distribution, together.
         tests: All tests.
         exact: The exact posterior.
+        farthest: What lies farthest out, in standard deviations, and its name.
         answered: Draws of all that the answer tells, by name; (n,) each.
     """
-    worst = int(np.argmax(np.abs(exact.condition)))
     flagged = sorted((test for test in tests if test.flagged), key=_strength)
     median = np.median(exact.npe_phi, axis=0)
     return Verdict(
-        max_abs_z=float(np.abs(exact.condition[worst])),
-        worst_component=exact.components[worst],
+        max_abs_z=farthest[0],
+        worst_component=farthest[1],
         in_prior_draws=len(exact.npe_phi),
         candidate_draws=len(exact.npe_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},

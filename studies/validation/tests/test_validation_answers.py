@@ -145,10 +145,10 @@ def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: 
     (cohort / "recording.yaml").write_text(
         "origin: a heart of development\nprotocol: { repeats_are: sweeps }\n", encoding="utf-8"
     )
-    given = ("--overlay", overlay, "--experiment", "amortised", "--cohort", str(cohort))
+    given = (str(cohort), "--overlay", overlay, "--experiment", "amortised")
     assert main(["infer", *given, "--subject", subject, "--out", str(out)]) == 0
-    exact = read_exact_posterior(out / "posterior.h5")
-    assert found.status == read_verdict(out / "verdict.json").status
+    exact = read_exact_posterior(out / subject / "posterior.h5")
+    assert found.status == read_verdict(out / subject / "verdict.json").status
     assert found.efficiency == exact.efficiency
     low, high = np.quantile(exact.phi[:, 0], interval_levels(0.9))
     column = QUANTITIES.index("k0_kpa")

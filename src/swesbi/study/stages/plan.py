@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from pydantic import Field
 
+from swesbi.answers.compared import both_visits, own_posterior
 from swesbi.artefacts import Origin, save, to_dataset
 from swesbi.base.arrays import FloatArray
 from swesbi.base.processes import forked_processes
@@ -39,7 +40,6 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.other_network import check_network
-from swesbi.study.stages.change import both_visits, own_posterior
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.virtual.hearts.noise import noisier
 from swesbi.virtual.trial.source import TrialSource

@@ -1,45 +1,42 @@
-"""Two visits of one person, each answered already: what has changed between them."""
+"""Two visits of one person, each answered: what has changed between them."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from swesbi.answers.answer import Answer
+from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import Knowledge
 from swesbi.artefacts import Origin, save, to_groups
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.flow.files import load_flow
-from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
+from swesbi.persons.change.joint import OwnPosterior, infer_change
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.stored import KIND, StoredChange, Visits, change_table, stored_change
 from swesbi.persons.change.visits import VisitsModel, visits_model
-from swesbi.posterior.result import ExactPosterior, read_exact_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import Space
-from swesbi.recording.noise import read_noise
-from swesbi.recording.observation import Observation, read_observation
-from swesbi.recording.protocol import read_repeats
+from swesbi.recording.observation import Observation
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.report.figures.style import save_figure
-from swesbi.study.observing import known_noise
-from swesbi.verdict.verdict import Verdict, read_verdict
+from swesbi.verdict.verdict import Verdict
 
 LOGGER = logging.getLogger("swesbi")
 SHOWN_DRAWS: Final = 500
 SHOWN_PHASES: Final = 100
 
 
-class PersonChangeStageSettings(Settings):
+class PersonChangeSettings(Settings):
     """What the change of a person depends on beside the answers to both visits."""
 
     model: SpeedModelSettings
@@ -49,84 +46,64 @@ class PersonChangeStageSettings(Settings):
     cohort_title: str
 
 
-@dataclass(frozen=True)
-class ChangeFiles:
-    """What a person's change is inferred from, and what is written of it.
-
-    Attributes:
-        observations: Observed curves of both visits, the earlier first.
-        posteriors: Their exact posteriors.
-        verdicts: Their verdicts.
-        protocol: ``recording.yaml`` of their cohort.
-        estimator: The network that answered both.
-        noise: Noise from which standard errors are told.
-        pooled_observations: Observed curves of the cohort that the network was trained on; none where that
-            was a population.
-        joint: Output, ``change.h5``.
-        table: Output, a row a quantity.
-        figure_pdf: Output.
-        figure_png: Output.
-        sheet: Output, one page of the person.
-    """
-
-    observations: Sequence[Path]
-    posteriors: Sequence[Path]
-    verdicts: Sequence[Path]
-    protocol: Path
-    estimator: Path
-    noise: Path
-    pooled_observations: Sequence[Path]
-    joint: Path
-    table: Path
-    figure_pdf: Path
-    figure_png: Path
-    sheet: Path
+JOINT: Final = "change.h5"
+TABLE: Final = "change.csv"
+OUTPUTS: Final = (JOINT, TABLE, "change.pdf", "change.png", "sheet.pdf")
+"""What is written of the change of a person."""
 
 
-def person_change(*, files: ChangeFiles, settings: PersonChangeStageSettings, origin: Origin) -> None:
-    """Infer two visits of one person together, and say what has changed between them.
+def save_change(
+    answers: Sequence[Answer],
+    knowledge: Knowledge,
+    settings: PersonChangeSettings,
+    origin: Origin,
+    folder: Path,
+) -> StoredChange:
+    """Infer two visits of one person together, and write what has changed between them.
+
+    Args:
+        answers: To both visits, the earlier first.
+        knowledge: What answered them.
+        settings: Whose visits they are, and what they share.
+        origin: Seed, person and code.
+        folder: Output; it is there.
 
     Raises:
-        ValueError: The visits have different protocols.
+        ValueError: A visit is free-running, or the visits have different protocols.
         NoLikelihoodError: No draw of both visits has a likelihood.
-        ArtefactError: A file is no such artefact.
+        ArtefactError: A file cannot be written.
     """
-    observed = [read_observation(path) for path in files.observations]
+    recordings = [_gated(answer) for answer in answers]
+    observed, models = [each.observation for each in recordings], [each.model for each in recordings]
     check_protocols(observed, settings.visits)
-    known = known_noise(read_repeats(files.protocol), read_noise(files.noise).components)
-    models = [SpeedModel(measured_speeds(each, known), settings.model) for each in observed]
-    found = _inferred(models, observed, files, settings, origin)
-    judged = [read_verdict(path) for path in files.verdicts]
-    subjects, words = _two([each.subject for each in observed]), _two([each.status for each in judged])
-    visits = Visits(settings.person, settings.visits, subjects, words)
-    stored = stored_change(found, visits, settings.model.prior.names, settings.changes)
-    save(files.joint, to_groups(stored), origin.provenance(KIND, settings))
-    write_csv(files.table, change_table(stored))
-    shown = [
-        _shown(*each, stored.interval_mass) for each in zip(models, observed, found.phi, judged, strict=True)
-    ]
-    save_figure(draw_change(stored, shown, settings.cohort_title), files.figure_pdf, files.figure_png)
-    save_figure(draw_change_sheet(stored, shown, settings.cohort_title), files.sheet)
-    _report(stored, found.efficiency)
-
-
-def _inferred(
-    models: Sequence[SpeedModel],
-    observed: Sequence[Observation],
-    files: ChangeFiles,
-    settings: PersonChangeStageSettings,
-    origin: Origin,
-) -> Change:
-    """Infer both visits together, from their own posteriors on."""
-    contexts = [read_observation(path).context for path in files.pooled_observations]
-    knowledge = Knowledge(flow=load_flow(files.estimator)[0], trained=contexts)
     own = [
-        own_posterior(read_exact_posterior(path), knowledge.space(model))
-        for path, model in zip(files.posteriors, models, strict=True)
+        own_posterior(answer.posterior, knowledge.space(model))
+        for answer, model in zip(answers, models, strict=True)
     ]
     both = both_visits(models, observed, settings.changes)
     names = (settings.person, *(each.subject for each in observed))
-    return infer_change(both, own, settings.changes, origin.seed, *names)
+    found = infer_change(both, own, settings.changes, origin.seed, *names)
+    judged = [answer.verdict for answer in answers]
+    subjects, words = _two([each.subject for each in observed]), _two([each.status for each in judged])
+    visits = Visits(settings.person, settings.visits, subjects, words)
+    stored = stored_change(found, visits, settings.model.prior.names, settings.changes)
+    save(folder / JOINT, to_groups(stored), origin.provenance(KIND, settings))
+    write_csv(folder / TABLE, change_table(stored))
+    shown = [
+        _shown(*each, stored.interval_mass) for each in zip(models, observed, found.phi, judged, strict=True)
+    ]
+    title = settings.cohort_title
+    save_figure(draw_change(stored, shown, title), folder / "change.pdf", folder / "change.png")
+    save_figure(draw_change_sheet(stored, shown, title), folder / "sheet.pdf")
+    _report(stored, found.efficiency)
+    return stored
+
+
+def _gated(answer: Answer) -> GatedRecording:
+    if isinstance(answer.recording, GatedRecording):
+        return answer.recording
+    subject = answer.recording.observation.subject
+    raise ValueError(f"{subject} is free-running: visits are compared phase by phase, so both must be gated")
 
 
 def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> None:

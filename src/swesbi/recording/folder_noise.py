@@ -1,0 +1,139 @@
+"""The noise of the recordings of one folder: estimated from its own repeats, shrunk towards what is expected.
+
+The components have log-normal priors. With the restricted likelihood of all repeats of the folder these give
+the most probable components. Of many recordings the data decide, of one recording what its repeats do not
+tell is as the prior has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from scipy.special import chdtrc
+
+from swesbi.base.arrays import FloatArray
+from swesbi.recording.components import RepeatLevels
+from swesbi.recording.noise import NoiseComparison, compare_noise, log_likelihood_of_noise, together
+from swesbi.recording.settings import NoisePriorSettings
+from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.sweeps import SweepLevels
+
+LIMITS: Final = (1.0e-4, 0.5)
+"""Of a component; a search that ends there is one in which nothing was measured."""
+MANY: Final = 20
+"""Recordings of which one moves the estimate of a component by a few per cent at most."""
+
+
+@dataclass(frozen=True)
+class FolderNoise:
+    """The noise of recordings of one kind of repeats.
+
+    Attributes:
+        components: The most probable ones.
+        recordings: Of how many recordings; none: the prior's medians.
+    """
+
+    components: NoiseComponents
+    recordings: int
+
+    @property
+    def in_words(self) -> str:
+        """The components, and what they are estimated from."""
+        own = self.components
+        parts = f"{own.repeat_fraction:.1%} between repeats, {own.sample_fraction:.1%} between samples"
+        if own.sweep_fraction:
+            parts += f", {own.sweep_fraction:.1%} between sweeps"
+        if self.recordings == 0:
+            return f"{parts}: as is expected of a laboratory that nobody has seen"
+        few = "one recording, shrunk towards what is expected" if self.recordings == 1 else ""
+        return f"{parts}: of {few or f'the {self.recordings} recordings of the folder'}"
+
+
+def folder_noise(recordings: Sequence[RepeatLevels], prior: NoisePriorSettings) -> FolderNoise:
+    """Return the noise of a folder: the mode of prior times restricted likelihood, over log components.
+
+    Args:
+        recordings: Repeats of its recordings, all of sweeps or none; without any the prior's medians.
+        prior: What is expected.
+
+    Raises:
+        ValueError: Only some are of sweeps.
+    """
+    if not recordings:
+        return FolderNoise(_median(prior), 0)
+    from scipy.optimize import minimize
+
+    levels = together(recordings)
+    swept = isinstance(levels, SweepLevels)
+    centre = np.log(list(vars(_median(prior)).values())[: 3 if swept else 2])
+
+    def surprise(log_sd: FloatArray) -> float:
+        distance = (log_sd - centre) / prior.log_sd
+        noise = NoiseComponents(*np.exp(log_sd).tolist())
+        return float(0.5 * distance @ distance - log_likelihood_of_noise(levels, noise))
+
+    bounds = [tuple(np.log(LIMITS))] * len(centre)
+    found = minimize(surprise, centre, method="L-BFGS-B", bounds=bounds, options={"ftol": 1.0e-12})
+    return FolderNoise(NoiseComponents(*np.exp(found.x).tolist()), len(recordings))
+
+
+def _median(prior: NoisePriorSettings) -> NoiseComponents:
+    return NoiseComponents(prior.repeat_fraction, prior.sample_fraction, prior.sweep_fraction)
+
+
+@dataclass(frozen=True)
+class FolderRecordings:
+    """The repeats of a folder's recordings, with the noise that they have together.
+
+    Attributes:
+        levels: Repeats by subject; of sweeps and separate ones.
+        prior: What is expected of a laboratory.
+    """
+
+    levels: Mapping[str, RepeatLevels]
+    prior: NoisePriorSettings
+
+    def noise(self, subject: str) -> FolderNoise:
+        """Return the noise of all recordings of the subject's kind of repeats, its own among them."""
+        return self._swept if isinstance(self.levels[subject], SweepLevels) else self._separate
+
+    @cached_property
+    def _swept(self) -> FolderNoise:
+        return folder_noise(self._of_kind(swept=True), self.prior)
+
+    @cached_property
+    def _separate(self) -> FolderNoise:
+        return folder_noise(self._of_kind(swept=False), self.prior)
+
+    def _of_kind(self, *, swept: bool, but: str = "") -> list[RepeatLevels]:
+        return [
+            levels
+            for name, levels in self.levels.items()
+            if name != but and isinstance(levels, SweepLevels) == swept
+        ]
+
+    def compared(self, subject: str) -> NoiseComparison | None:
+        """Test by the restricted likelihood ratio that a recording has the noise of the others.
+
+        The ratio is that of two sets of components to one. Where the others are ``MANY``, one recording
+        hardly moves what is estimated from all, and all stand for them.
+
+        Returns:
+            None where there are no others.
+        """
+        own, noise = self.levels[subject], self.noise(subject)
+        if noise.recordings < 2:
+            return None
+        alone = compare_noise(own, noise.components)
+        if noise.recordings > MANY:
+            return alone
+        others = self._of_kind(swept=isinstance(own, SweepLevels), but=subject)
+        apart, rest = folder_noise(others, self.prior).components, together(others)
+        gained = log_likelihood_of_noise(rest, apart) - log_likelihood_of_noise(rest, noise.components)
+        ratio = alone.statistic + max(0.0, 2.0 * gained)
+        freedom = 3 if isinstance(own, SweepLevels) else 2
+        return NoiseComparison(alone.own, ratio, float(chdtrc(freedom, ratio)))
