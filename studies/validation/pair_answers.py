@@ -30,8 +30,8 @@ from swesbi.persons.change.one_person import OnePerson, judge_one_person, shared
 from swesbi.persons.change.proposal import NormalVisit, normal_visit
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.change.visits import normal_scores
 from swesbi.posterior.importance import NoLikelihoodError
+from swesbi.posterior.space import normal_scores
 from swesbi.prior import SomeParameters, bounds
 from swesbi.recording.noise import read_noise
 from swesbi.seeds import generator

@@ -19,9 +19,9 @@ from swesbi.persons.change.visits import (
     Coupling,
     VisitsModel,
     equal_correlation_factor,
-    normal_scores,
     visits_model,
 )
+from swesbi.posterior.space import normal_scores
 from swesbi.prior import JointPriorSettings, draw_prior, in_bounds, log_density, sample
 
 TIED = ("passive_ratio", "destruction_alpha", "speed_scale")

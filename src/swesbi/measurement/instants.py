@@ -128,6 +128,10 @@ class FreeModel:
         total = logsumexp(self.log_joint(self.predict(phi)), axis=0)
         return np.where(np.isnan(total), -np.inf, total)
 
+    def standardised(self, phi: FloatArray) -> FloatArray:
+        """Return residuals of phi (n, d) by the median of the errors' factor; (n, p), NaN: failed."""
+        return self.innovations(self.predict(phi)).z
+
     def log_joint(self, predicted: PredictedSpeeds) -> FloatArray:
         """Return log p(speeds | phi, lambda_k) with the log weight of the node lambda_k; shape (k, n)."""
         factors, log_weight = error_factors(self.noise_log_sd, len(self.cell))

@@ -198,6 +198,10 @@ class SpeedModel:
         physiology = settings.physiology(phi)
         return phi[:, OF_THETA], self.recording.context, settings.forward_model, physiology
 
+    def standardised(self, phi: FloatArray) -> FloatArray:
+        """Return residuals of phi (n, d) that are standard normals at the true phi; (n, p), NaN: failed."""
+        return residuals(self.predict(phi), self.recording, self.settings.discrepancy)
+
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
         return log_likelihood(self.predict(phi), self.recording, self.settings.discrepancy)

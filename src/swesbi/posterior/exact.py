@@ -10,6 +10,7 @@ import numpy as np
 from swesbi.draws import equal_weights
 from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, k_hat_limit, resample
+from swesbi.posterior.laplace import ResidualModel, laplace_proposal
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings, McmcSettings, asking
@@ -29,7 +30,8 @@ def exact_posterior(
 ) -> tuple[ExactPosterior, tuple[float, ...]]:
     """Draw from the exact posterior of a recording.
 
-    Rounds of weighted draws begin with the network's, or with the prior's where there is no network. Where
+    Rounds of weighted draws begin with the network's. Without a network they begin with a normal
+    approximation about the likeliest phi, where the model has residuals, or else with the prior alone. Where
     their weights fail the criteria after the last round, MCMC started from them takes over. A sampler that
     does not converge gives its draws all the same, and ``converged`` and ``reasons`` say so.
 
@@ -48,7 +50,10 @@ def exact_posterior(
         NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
     seeds = [integer_seed(seed, *name, part) for part in ("rounds", "exact", "npe")]
-    rounds = list(adaptive_rounds(model, settings, seeds[0], network))
+    began = network
+    if network is None and isinstance(model, ResidualModel):
+        began = laplace_proposal(model, seeds[0])
+    rounds = list(adaptive_rounds(model, settings, seeds[0], began))
     exact = certified(model, rounds[-1].weighted, settings, seeds[1])
     first = PriorProposal(model.settings.prior) if network is None else network
     efficiency = tuple(draws.weighted.efficiency for draws in rounds)

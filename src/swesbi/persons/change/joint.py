@@ -9,12 +9,13 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.change.one_person import OnePerson, judge_one_person
-from swesbi.persons.change.proposal import NormalVisit, PlacedStudent, first_proposal, normal_visit
+from swesbi.persons.change.proposal import NormalVisit, first_proposal, normal_visit
 from swesbi.persons.change.ratios import Ratios, log_ratios, quantities_of, summarise_ratios
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.transport import joined_proposal
 from swesbi.persons.change.visits import VisitsModel
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import Space
 from swesbi.seeds import generator
@@ -104,7 +105,7 @@ def infer_change(
     )
 
 
-def _first(model: VisitsModel, own: Sequence[OwnPosterior], visits: Sequence[NormalVisit]) -> PlacedStudent:
+def _first(model: VisitsModel, own: Sequence[OwnPosterior], visits: Sequence[NormalVisit]) -> FittedProposal:
     """Return the first proposal: in the networks' space, or in scores where visits have a value in common.
 
     A share of 1 leaves psi of the later visit without a part in phi, so that phi has no way back to it.

@@ -16,43 +16,13 @@ from scipy.linalg import block_diag
 
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import equal_weights
-from swesbi.persons.change.visits import Coupling, VisitsPrior, normal_scores, of_scores
+from swesbi.persons.change.visits import Coupling
 from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.space import ScoreSpace, normal_scores
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
-from swesbi.prior import JointPriorSettings, log_density
+from swesbi.prior import JointPriorSettings
 
 LEAST_VARIANCE = 1e-4  # of a normal score; nothing measured is known better
-LOG_ROOT_TWO_PI = 0.5 * np.log(2.0 * np.pi)
-
-
-@dataclass(frozen=True)
-class ScoreSpace:
-    """Normal scores of the prior's parameters, in which the prior is N(0, I)."""
-
-    prior: VisitsPrior
-
-    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the scores u (n, V d) of psi (n, V d), and log |du / dpsi| of shape (n,)."""
-        u = normal_scores(phi, self.prior)
-        log_normal = (-0.5 * u**2 - LOG_ROOT_TWO_PI).sum(axis=1)
-        return u, np.asarray(log_density(phi, self.prior) - log_normal)
-
-    def at(self, u: FloatArray) -> FloatArray:
-        """Return psi (n, V d) of scores u (n, V d), never on the faces of the box."""
-        return of_scores(u, self.prior)
-
-
-@dataclass(frozen=True)
-class PlacedStudent(FittedProposal):
-    """A fitted proposal in whose space further ones are fitted."""
-
-    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where psi (n, V d) lie in the space, and the log of the map's slope."""
-        return self.space.place(phi)
-
-    def at(self, u: FloatArray) -> FloatArray:
-        """Return psi (n, V d) of points of the space."""
-        return self.space.at(u)
 
 
 @dataclass(frozen=True)
@@ -106,8 +76,8 @@ def joint_normal(visits: Sequence[NormalVisit], coupling: Coupling) -> tuple[Flo
     return covariance @ (mixing.T @ np.concatenate([visit.linear for visit in visits])), covariance
 
 
-def first_proposal(visits: Sequence[NormalVisit], coupling: Coupling) -> PlacedStudent:
+def first_proposal(visits: Sequence[NormalVisit], coupling: Coupling) -> FittedProposal:
     """Return a Student distribution of zeta about the normal approximation, as a density over psi."""
     mean, covariance = joint_normal(visits, coupling)
     scale = WIDENING * covariance + RIDGE * np.eye(len(mean))
-    return PlacedStudent(StudentProposal(mean, scale), ScoreSpace(coupling.joint))
+    return FittedProposal(StudentProposal(mean, scale), ScoreSpace(coupling.joint))

@@ -20,11 +20,10 @@ from scipy.linalg import block_diag
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.persons.change.proposal import LOG_ROOT_TWO_PI, PlacedStudent
-from swesbi.persons.change.visits import Coupling, VisitsModel, VisitsPrior, normal_scores
-from swesbi.posterior.space import Space
+from swesbi.persons.change.visits import Coupling, VisitsModel
+from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.space import ScoreSpace, Space, normal_scores
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
-from swesbi.prior import JointPriorSettings, log_density
 
 FITTED = 2000  # draws behind the fit of each visit
 DEGREES_OF_FREEDOM = 25  # of thirty parameters: with 8 most draws lie too far out, and half as many count
@@ -60,17 +59,12 @@ class JoinedSpace:
     def _coupled_slope(self, psi: FloatArray, phi: FloatArray) -> FloatArray:
         """Return log |dphi / dpsi|: psi to independent scores, to those of the visits, to phi."""
         diagonal = np.diagonal(self.coupling.factors, axis1=1, axis2=2)
-        to_scores = _log_slope_of_scores(psi, self.coupling.joint)
-        back = sum(_log_slope_of_scores(part, self.coupling.prior) for part in phi)
+        to_scores = ScoreSpace(self.coupling.joint).place(psi)[1]
+        back = sum(ScoreSpace(self.coupling.prior).place(part)[1] for part in phi)
         return np.asarray(to_scores + np.log(diagonal).sum() - back)
 
 
-def _log_slope_of_scores(phi: FloatArray, prior: JointPriorSettings | VisitsPrior) -> FloatArray:
-    scores = normal_scores(phi, prior)
-    return np.asarray(log_density(phi, prior) - (-0.5 * scores**2 - LOG_ROOT_TWO_PI).sum(axis=1))
-
-
-def joined_proposal(model: VisitsModel, phi: Sequence[FloatArray], spaces: Sequence[Space]) -> PlacedStudent:
+def joined_proposal(model: VisitsModel, phi: Sequence[FloatArray], spaces: Sequence[Space]) -> FittedProposal:
     """Return a Student distribution in the joined space about the normal approximation of the posterior.
 
     Args:
@@ -90,7 +84,7 @@ def joined_proposal(model: VisitsModel, phi: Sequence[FloatArray], spaces: Seque
     spread, axes = np.linalg.eigh(precision)
     covariance = (axes / np.maximum(spread, LEAST_PRECISION)) @ axes.T
     student = StudentProposal(covariance @ linear, WIDENING * covariance, DEGREES_OF_FREEDOM)
-    return PlacedStudent(student, JoinedSpace(tuple(spaces), model.coupling))
+    return FittedProposal(student, JoinedSpace(tuple(spaces), model.coupling))
 
 
 @dataclass(frozen=True)

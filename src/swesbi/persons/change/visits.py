@@ -20,14 +20,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import ndtr, ndtri
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.persons.change.likelihood import shared_errors, stacked_covariance, stacked_log_density
-from swesbi.prior import JointPriorSettings, ParameterPrior, SomeParameters, bounds, level, quantile
-
-LEAST_LEVEL = 1e-16  # of a distribution function: beyond it, normal scores are infinite in double precision
+from swesbi.posterior.space import normal_scores, of_scores
+from swesbi.prior import JointPriorSettings, ParameterPrior, SomeParameters
 
 
 @dataclass(frozen=True)
@@ -41,17 +39,6 @@ class VisitsPrior:
     def parameters(self) -> tuple[ParameterPrior, ...]:
         """The V d parameters, visit by visit."""
         return self.one.parameters * self.visits
-
-
-def normal_scores(phi: FloatArray, prior: JointPriorSettings | VisitsPrior | SomeParameters) -> FloatArray:
-    """Return Phi^-1(F(phi)) of phi (n, d), finite also on the bounds; shape (n, d)."""
-    return np.asarray(ndtri(np.clip(level(phi, prior), LEAST_LEVEL, 1.0 - LEAST_LEVEL)))
-
-
-def of_scores(z: FloatArray, prior: JointPriorSettings | VisitsPrior | SomeParameters) -> FloatArray:
-    """Return F^-1(Phi(z)) of normal scores z (n, d), never on the bounds; shape (n, d)."""
-    low, high = bounds(prior)
-    return np.asarray(np.clip(quantile(ndtr(z), prior), np.nextafter(low, high), np.nextafter(high, low)))
 
 
 def equal_correlation_factor(share: float, visits: int) -> FloatArray:
