@@ -13,7 +13,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help mutants cluster study smoke report full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help demo mutants cluster study smoke report full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: # list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -26,6 +26,9 @@ $(INSTALLED): environment.txt pyproject.toml
 
 cluster: $(INSTALLED) # what a run on a cluster needs beside it
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement environment-cluster.txt
+
+demo: $(INSTALLED) ## a shipped recording answered without a study, in some ten seconds, into swesbi-demo/
+	$(BIN)/swesbi demo
 
 study: $(INSTALLED) ## the whole study: every figure and table, under results/
 	$(BIN)/snakemake --cores $(CORES)
@@ -85,7 +88,7 @@ reference: smoke # renew the stored tables: of the small study, and of the full 
 		for path in results/*/recovery.csv; do \
 			cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done; fi
 
-format: $(INSTALLED) ## format the code in place
+format: $(INSTALLED) # format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow/rules studies explorer

@@ -26,6 +26,7 @@ EXIT_INTERRUPTED = 130  # as shells have it of SIGINT
 WHICH = "which "  # before the name of a wildcard among the parsed options
 WILDCARDS = ("subject", "experiment", "prior", "generator", *NUMBERED)
 COMMANDS = {
+    "demo": "swesbi.study.demo",
     "validate": "swesbi.study.validate",
     "template": "swesbi.recording.template",
     "infer": "swesbi.study.infer",

@@ -134,9 +134,10 @@ def test_a_refused_visit_is_named_and_nothing_is_written(
     assert set(tmp_path.rglob("*")) == {*made, tmp_path / "overlay.yaml"}
 
 
-def _touched(folder: Path) -> None:
+def _touched(folder: Path) -> tuple[None, None]:
     folder.mkdir(parents=True)
     (folder / "observation.h5").touch()
+    return None, None
 
 
 class Instead:

@@ -74,11 +74,11 @@ def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) 
         observe(study, SHORT)
 
 
-def answered_into(_: answering.Asked, folder: Path, *, force: bool) -> SimpleNamespace:
+def answered_into(_: answering.Asked, folder: Path, *, force: bool) -> tuple[SimpleNamespace, None]:
     """Answer nothing, in a folder."""
     assert not force
     folder.mkdir(parents=True)
-    return SimpleNamespace(verdict=None, recording=SimpleNamespace(noise=""))
+    return SimpleNamespace(verdict=None, recording=SimpleNamespace(noise="")), None
 
 
 def test_those_who_can_be_answered_are_and_the_others_have_their_reason(

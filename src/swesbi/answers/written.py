@@ -17,6 +17,7 @@ from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
+from swesbi.report.sheet import Sheet
 
 OBSERVATION: Final = "observation.h5"
 POSTERIOR_FILE: Final = "posterior.h5"
@@ -32,8 +33,8 @@ PRIOR_DRAWS: Final = "prior, from which it began"
 
 def save_answer(
     answer: Answer, knowledge: Knowledge, settings: OneAnswerSettings, origin: Origin, folder: Path
-) -> None:
-    """Write an answer into a folder that is there.
+) -> Sheet:
+    """Write an answer into a folder that is there, and return what its page shows.
 
     Args:
         answer: The answer.
@@ -65,4 +66,6 @@ def save_answer(
     began = PRIOR_DRAWS if knowledge.flow is None else NETWORK_ALONE
     panel = ExactPanel(origin.subject, exact, None, answer.verdict, None, began)
     save_figure(draw_exact_subject(panel, settings.shown.prior, title), folder / "posterior.png")
-    save_figure(draw_sheet(sheet_of(answer, knowledge, shown, settings.shown)), folder / "sheet.pdf")
+    page = sheet_of(answer, knowledge, shown, settings.shown)
+    save_figure(draw_sheet(page), folder / "sheet.pdf")
+    return page

@@ -18,6 +18,8 @@ from pydantic_core import ErrorDetails
 from swesbi.config.models import Config
 
 CONFIGURATION: Final = "config.yaml"
+SHIPPED: Final = "shipped"
+"""Of the package in a wheel: the configuration and the recordings of the demonstration (setup.py)."""
 FOLDER: Final = "config"
 """Beside the configuration: what a study sets more seldom, a file a concern."""
 # as safe, and eight times faster where PyYAML has libyaml
@@ -193,10 +195,17 @@ def found_configuration(given: Path | None) -> Path:
     """
     if given is not None:
         return given
-    here, installed = Path(CONFIGURATION), Path(__file__).parents[3] / CONFIGURATION
+    here, installed = Path(CONFIGURATION), installation() / CONFIGURATION
     if here.exists() or not installed.is_file():
         return here
     return installed
+
+
+def installation() -> Path:
+    """Return the checkout in which the package lies, or what a wheel ships of one."""
+    package = Path(__file__).parents[1]
+    checkout = package.parents[1]
+    return checkout if (checkout / CONFIGURATION).is_file() else package / SHIPPED
 
 
 def parts_of(config: Path) -> list[Path]:
@@ -205,7 +214,7 @@ def parts_of(config: Path) -> list[Path]:
     The others are those of the folder ``config`` beside it, or else beside that of the installed project.
     """
     beside = config.parent / FOLDER
-    folder = beside if beside.is_dir() else Path(__file__).parents[3] / FOLDER
+    folder = beside if beside.is_dir() else installation() / FOLDER
     return [*sorted(folder.glob("*.yaml")), config]
 
 

@@ -22,6 +22,7 @@ from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.instants import free_model
 from swesbi.recording.free_observation import FreeObservation
+from swesbi.report.sheet import Sheet
 from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.observing import Folder, observe_folder
 from swesbi.study.other_network import OtherNetworkError, check_network
@@ -153,8 +154,8 @@ class Asked:
     experiment: str
     note: str = ""
 
-    def answer_into(self, folder: Path, *, force: bool = False) -> Answer:
-        """Answer the recording, and put all files into ``folder``, or none.
+    def answer_into(self, folder: Path, *, force: bool = False) -> tuple[Answer, Sheet]:
+        """Answer the recording, put all files into ``folder``, or none, and return what its page shows.
 
         Raises:
             OtherAnswerError: The folder holds something else, and ``force`` is not given.
@@ -166,8 +167,8 @@ class Asked:
         settings = self.settings
         answer = answered(self.recording, self.knowledge, settings, self.origin.seed, settings.clinical)
         with folder_made_whole(folder) as made:
-            save_answer(answer, self.knowledge, settings, self.origin, made)
-        return answer
+            page = save_answer(answer, self.knowledge, settings, self.origin, made)
+        return answer, page
 
 
 @dataclass(frozen=True)

@@ -229,7 +229,7 @@ def _visit(made: Path, asked: Asked, visit: str, subject: str) -> tuple[AskedRec
     """
     try:
         recording = asked.answerer.asked(subject)
-        return recording, recording.answer_into(made / subject)
+        return recording, recording.answer_into(made / subject)[0]
     except ValueError as error:
         if is_everyones(error):
             raise

@@ -104,7 +104,7 @@ def _given(request: Request, subject: str) -> Given:
     from swesbi.verdict.answers import told_of
 
     asked, folder = request.answerer.asked(subject), request.out / subject
-    answer = asked.answer_into(folder, force=request.force)
+    answer, _ = asked.answer_into(folder, force=request.force)
     files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
     lines = [asked.note, answer_text(answer), f"written to {folder.resolve()}: {files}"]
     noise = answer.recording.noise

@@ -1,0 +1,83 @@
+"""Answer the shipped recording of A, a virtual volunteer whose parameters are known, without a study."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from swesbi.config.read import CONFIGURATION, found_configuration, installation, parsed, read_merged
+from swesbi.config.study import load_study
+from swesbi.parameters import THETA, THETA_NAMES
+from swesbi.verdict.trust import ANSWER
+
+if TYPE_CHECKING:
+    from swesbi.report.sheet import Sheet
+
+SUBJECT: Final = "A"
+COHORT: Final = "data/virtual_volunteers"
+OUT: Final = "swesbi-demo"
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `demo`; return 0 after printing what came out, in six lines, and where it lies.
+
+    Raises:
+        OSError: The answer cannot be written.
+    """
+    began, typed_in = time.monotonic(), Path.cwd()
+    parser = argparse.ArgumentParser(
+        prog="swesbi demo",
+        description="Answer a shipped recording of a virtual volunteer by the exact likelihood, from the "
+        "prior on: no study, no network, some ten seconds. The parameters that made it are printed beside "
+        "the answer.",
+    )
+    parser.add_argument("--out", type=Path, default=typed_in / OUT, help=f"folder; default: {OUT}")
+    config = installation() / CONFIGURATION
+    parser.add_argument("--config", type=Path, default=config, help=argparse.SUPPRESS)
+    options = parsed(parser, arguments)
+    for line in demonstrated(found_configuration(options.config), options.out):
+        print(line)
+    print(f"figures, page and arrays: {options.out.resolve()} ({time.monotonic() - began:.0f} s)")
+    return 0
+
+
+def demonstrated(config: Path, out: Path) -> list[str]:
+    """Answer the recording into a folder, and return what came out: six lines."""
+    from swesbi.checks.recovery import read_truth
+    from swesbi.study.answering import Answerer, experiments_to_ask
+
+    study = load_study(read_merged(config), new_cohort=Path(COHORT))
+    asked = Answerer(study, experiments_to_ask(study, None), "", from_prior=True).asked(SUBJECT)
+    _, page = asked.answer_into(out, force=True)
+    truth = read_truth([Path(COHORT) / "truth.csv"])[SUBJECT]
+    low, median, high = page.limits
+    rows = {line.parameter.name: number for number, line in enumerate(ANSWER)}
+    mass = f"{100.0 * page.result.interval_mass:.0f} %"
+    lines = [f"A: {page.recorded.summary}, {page.recorded.accepted} samples; errors: {page.recorded.noise}"]
+    for parameter, true in zip(THETA, truth, strict=True):
+        at = rows[parameter.name]
+        inside = "contains" if low[at] <= true <= high[at] else "does not contain"
+        lines.append(
+            f"{parameter.text:5} {median[at]:6.1f} {parameter.unit}, {mass} interval {low[at]:.1f} to "
+            f"{high[at]:.1f}: {inside} the true {true:g}"
+        )
+    lines.append(f"verdict: {page.verdict.sentence}")
+    lines.append(f"limit: {_limit(page)}")
+    return lines
+
+
+def _limit(page: Sheet) -> str:
+    """Say what more repeats would buy, and what they would not."""
+    if page.more is None:
+        return "the posterior has not converged; do not use it"
+    rows = [number for number, line in enumerate(ANSWER) if line.parameter.name in THETA_NAMES]
+    left = float(np.mean(page.more.width[-1, rows]))
+    return (
+        f"with {page.more.times[-1]:g} times as many repeats the intervals would have {left:.0%} of their "
+        "width; the rest is what is not known of the heart and of the speeds' scale"
+    )
