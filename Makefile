@@ -1,4 +1,4 @@
-# Two commands are all: `make study` and `make test`. Each creates .venv and installs what it needs.
+# Three commands are all: `make demo`, `make study` and `make test`. Each creates .venv and installs what it needs.
 PYTHON ?= python3
 CORES ?= 2
 TESTS ?= not slow and not exhaustive
