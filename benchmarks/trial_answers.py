@@ -18,7 +18,7 @@ import pandas as pd
 from swesbi.report.csv import write_csv
 
 TRIAL = Path("data/virtual_trial")
-TRUE_COLUMNS = {"attained_kpa": "attained_stiffness_kpa"}
+
 """Columns of the truth that are called otherwise in answers."""
 
 
@@ -33,10 +33,7 @@ def true_ratios(folder: Path) -> pd.DataFrame:
 def rows_of(answers: pd.DataFrame, truth: pd.DataFrame) -> pd.DataFrame:
     """Return a row a quantity and group."""
     of_person = answers.assign(
-        true_1=[
-            truth.loc[p, TRUE_COLUMNS.get(q, q)]
-            for p, q in zip(answers.person, answers.quantity, strict=True)
-        ],
+        true_1=[truth.loc[p, q] for p, q in zip(answers.person, answers.quantity, strict=True)],
         group=truth.loc[answers.person, "group"].to_numpy(),
     )
     within = of_person.ratio_low_1.le(of_person.true_1) & of_person.true_1.le(of_person.ratio_high_1)

@@ -24,12 +24,11 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, wher
 from data.makers.files import RECORDING, write_csv, write_recordings, write_text
 from data.makers.tables import markdown, phase_medians
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.pressures import ATTAINED
 from swesbi.config.experiments import SpeedExperimentSettings
 from swesbi.config.models import Config
 from swesbi.config.read import add_options, in_words, parse_config, parsed, read_merged
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.parameters import NUISANCES, THETA
+from swesbi.parameters import NUISANCES, SHOWN, THETA
 from swesbi.population.settings import of_group
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.acquisition_settings import ACQUISITION
@@ -54,7 +53,7 @@ ORIGIN: Final = "a virtual trial, simulated by swesbi.virtual.trial"
 COLUMNS: Final = 6
 COLOURS: Final = {BEFORE: "#0b3c6f", AFTER: "#d55e00"}
 DIGITS: Final = "%.6g"
-QUANTITIES: Final = {parameter.name: parameter.text for parameter in THETA} | {ATTAINED: "attained stiffness"}
+QUANTITIES: Final = {parameter.name: parameter.text for parameter in THETA} | {SHOWN.name: "shown stiffness"}
 """What is told of the drug, by the columns of the truth."""
 TEXT: Final = """# A virtual trial
 
@@ -115,7 +114,7 @@ what their visits differ by. Geometric means over the {each} of each group:
 
 {effects}
 
-Attained stiffness is the largest active stiffness of the true beat, which k_0, k_ATP and k_SR make together
+Shown stiffness is the largest active stiffness of the true beat, which k_0, k_ATP and k_SR make together
 with the loading of the day.
 
 ## How they are recorded
@@ -188,7 +187,7 @@ def _whose(person: TrialPerson, visit: TrialVisit) -> dict[str, str]:
 
 def _truth_row(person: TrialPerson, visit: TrialVisit) -> dict[str, str | float]:
     theta = {name: visit.phi[name] for name in QUANTITIES if name in visit.phi}
-    beat = {ATTAINED: visit.attained_kpa, "ejection_fraction": visit.ejection_fraction}
+    beat = {SHOWN.name: visit.shown_kpa, "ejection_fraction": visit.ejection_fraction}
     others = {name: value for name, value in visit.phi.items() if name not in theta}
     return {"subject": visit.context.subject, **_whose(person, visit), **theta, **beat, **others}
 
@@ -216,7 +215,7 @@ def _ratio(log_ratio: FloatArray) -> str:
 
 
 def person_table(persons: Sequence[TrialPerson]) -> pd.DataFrame:
-    """Return the persons as texts: who they are, and theta and the attained stiffness at both visits."""
+    """Return the persons as texts: who they are, and theta and the shown stiffness at both visits."""
     return pd.DataFrame([_person_row(person) for person in persons])
 
 
@@ -237,7 +236,7 @@ def _unit(name: str) -> str:
 
 
 def _both(person: TrialPerson, name: str) -> str:
-    values = [visit.attained_kpa if name == ATTAINED else visit.phi[name] for visit in person.visits]
+    values = [visit.shown_kpa if name == SHOWN.name else visit.phi[name] for visit in person.visits]
     return ", ".join(f"{value:.1f}" for value in values)
 
 

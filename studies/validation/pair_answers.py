@@ -253,7 +253,7 @@ def of_change(change: Change, visits: Sequence[Answered]) -> Iterator[dict[str, 
 
 def true_log_ratio(visits: Sequence[Answered]) -> FloatArray:
     """Return the true log ratio of each quantity, later to earlier; shape (4,)."""
-    true = [np.log([*each.made.truth.volunteer.theta, each.made.attained_kpa]) for each in visits]
+    true = [np.log([*each.made.truth.volunteer.theta, each.made.shown_kpa]) for each in visits]
     return np.asarray(true[1] - true[0])
 
 

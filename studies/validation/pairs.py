@@ -131,7 +131,7 @@ class RecordedVisit:
     """One visit: truth, largest true active stiffness in kPa, recording, and what ingestion makes of it."""
 
     truth: VisitTruth
-    attained_kpa: float
+    shown_kpa: float
     samples: Samples
     observation: Observation
 

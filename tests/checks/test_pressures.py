@@ -13,10 +13,11 @@ from posterior_case import exact_of
 from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import ArtefactError, Origin
-from swesbi.checks.pressures import ATTAINED, COLUMNS, Compared, pressures_table_of, quantities
+from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of, quantities
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.parameters import SHOWN
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import log_centre
 from swesbi.recording.clinical import ClinicalMeasures
@@ -88,8 +89,8 @@ def test_compliance_and_attained_stiffness_follow_from_the_draws() -> None:
     one = compared()
     found = quantities(MODEL, one.without.phi, one)
     np.testing.assert_allclose(found[CAPACITANCE], found[TIME_CONSTANT] / found[RESISTANCE])
-    assert len(found[ATTAINED]) == 201
-    assert (found[ATTAINED] < one.without.phi[:, 0]).all() and (found[ATTAINED] > 5.0).all()
+    assert len(found[SHOWN.name]) == 201
+    assert (found[SHOWN.name] < one.without.phi[:, 0]).all() and (found[SHOWN.name] > 5.0).all()
     assert list(found)[1:5] == ["k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_stiffness_kpa"]
 
 

@@ -74,9 +74,9 @@ def test_where_nothing_is_shared_both_posteriors_are_as_they_were() -> None:
 def test_an_error_that_both_share_narrows_the_ratios_and_a_change_of_all_speeds_is_found() -> None:
     found, apart = change(1.0), change(0.0)
     stiffer = FACTOR**2
-    attained = -1
-    assert found.ratios.low[attained] < stiffer < found.ratios.high[attained]
-    assert found.ratios.risen[attained] > RULE.probability
+    shown = -1
+    assert found.ratios.low[shown] < stiffer < found.ratios.high[shown]
+    assert found.ratios.risen[shown] > RULE.probability
     assert (found.ratios.sd_log < apart.ratios.sd_log).all()
 
 

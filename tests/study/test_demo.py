@@ -33,7 +33,7 @@ def test_a_checkout_is_what_commands_take_their_configuration_from() -> None:
 
 @pytest.mark.slow(minutes=0.4)
 def test_a_wheel_answers_in_an_empty_folder_where_there_is_no_checkout(tmp_path: Path) -> None:
-    """What a wheel holds is unpacked alone: the configuration, null distributions and recordings are inside."""
+    """What a wheel holds is unpacked alone: configuration, null distributions and recordings are inside."""
     source = shutil.copytree(
         ROOT, tmp_path / "source",
         ignore=shutil.ignore_patterns(".git", ".venv", "results*", ".snakemake", ".*_cache", "*.egg-info"),

@@ -14,11 +14,11 @@ from swesbi.draws import median_and_interval
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT
 from swesbi.heart.simulate import simulate_active
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.parameters import OF_THETA
+from swesbi.measurement.operator import active_stiffness_map
+from swesbi.parameters import OF_THETA, SHOWN
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import Observation
 
-ATTAINED: Final = "attained_stiffness_kpa"
 """Largest active stiffness of the beat."""
 RESISTANCE: Final = "distal_resistance_pa_s_m3"
 SIMULATED: Final = 1000
@@ -84,24 +84,25 @@ def _rows(one: Compared) -> list[dict[str, object]]:
 
 
 def quantities(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> Mapping[str, FloatArray]:
-    """Return draws of every quantity that is told of a posterior, by name; attained stiffness of fewer draws.
+    """Return draws of every quantity that is told of a posterior, by name; shown stiffness of fewer draws.
 
-    The parameters by their own names, the attained stiffness behind those that are reported, and the
+    The parameters by their own names, the shown stiffness behind those that are reported, and the
     compliance of the arteries where resistance and time constant are free.
     """
     columns = dict(zip(model.prior.names, phi.T, strict=True))
     if RESISTANCE in columns and TIME_CONSTANT in columns:
         columns[CAPACITANCE] = columns[TIME_CONSTANT] / columns[RESISTANCE]
-    return {ATTAINED: _attained(model, phi[:SIMULATED], one), **columns}
+    return {SHOWN.name: _shown(model, phi[:SIMULATED], one), **columns}
 
 
-def _attained(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> FloatArray:
-    """Return the largest active stiffness of draws in kPa; those that have no beat are left out."""
+def _shown(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> FloatArray:
+    """Return the largest shown active stiffness of draws in kPa; those that have no beat are left out."""
     beats = simulate_active(
         phi[:, OF_THETA], one.observation.context, model.forward_model, model.physiology(phi)
     )
-    attained = beats.active_stiffness_kpa.max(axis=1)
-    return np.asarray(attained[np.isfinite(attained)])
+    active = active_stiffness_map(model.measurement.active_stiffness_map)
+    shown = active(beats.active_stiffness_kpa).max(axis=1)
+    return np.asarray(shown[np.isfinite(shown)])
 
 
 def _row(before: FloatArray | None, after: FloatArray, mass: float) -> dict[str, object]:

@@ -18,13 +18,17 @@ from studies.validation.score import KIND, HeartAnswer, to_dataset
 from studies.validation.settings import ValidationSettings, answers_settings, table_settings
 from studies.validation.stages import ValidationStageSettings, validation
 from swesbi.__main__ import main
+from swesbi.answers.knowledge import Knowledge
 from swesbi.artefacts import Origin, save
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import interval_levels
 from swesbi.posterior.result import read_exact_posterior
-from swesbi.recording.noise import read_noise
+from swesbi.recording.folder_noise import folder_noise
+from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.sweeps import sweep_levels
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
 from swesbi.study.finished import finished_population
 from swesbi.verdict.verdict import read_verdict
@@ -104,9 +108,8 @@ def test_a_heart_outside_the_declared_range_is_refused(study: Study, monkeypatch
     made = recorded("a")
     thick = replace(made.heart, context=replace(made.heart.context, ivsd_cm=4.0))
     monkeypatch.setattr(HeartAnswersSettings, "recorded", lambda *_: replace(made, heart=thick))
-    nothing = Path("nothing")
-    questioner = Questioner(nothing, nothing, nothing, asked_of(study, "a", 1, STREAM), ORIGIN)
-    found = questioner.answer(0)
+    settings = asked_of(study, "a", 1, STREAM)
+    found = Questioner(Knowledge(), NoiseComponents(0.03, 0.06), settings, 1).answer(0)
     assert found.status == "refused" and "ivsd_cm" in found.reason
     assert np.isnan(found.median).all()
 
@@ -129,10 +132,13 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
     monkeypatch.chdir(finished.folder)
     loaded = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
     origin, settings = Origin(loaded.config.seed, "", "code"), asked_of(loaded, "a", 1, STREAM)
-    trained = finished_population(finished.results, "amortised")
-    noise = read_noise(trained.noise).components
-    found = Questioner(trained.knowledge(), noise, settings, origin.seed).answer(0)
-    check_answer(found, settings.recorded(0, origin.seed), finished.config, tmp_path)
+    made = settings.recorded(0, origin.seed)
+    accepted = rejection(made.samples, settings.recording) == ACCEPTED
+    # `infer` knows the noise of a folder of one from this recording and what is expected
+    noise = folder_noise([sweep_levels(made.samples, accepted)], loaded.config.new_subjects.noise_prior)
+    knowledge = finished_population(finished.results, "amortised").knowledge()
+    found = Questioner(knowledge, noise.components, settings, origin.seed).answer(0)
+    check_answer(found, made, finished.config, tmp_path)
 
 
 def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: Path) -> None:

@@ -8,21 +8,21 @@ from typing import Any, Final
 
 import pandas as pd
 
-from swesbi.checks.pressures import ATTAINED, COLUMNS, RESISTANCE
+from swesbi.checks.pressures import COLUMNS, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
-from swesbi.parameters import NUISANCES, PHI
+from swesbi.parameters import NUISANCES, PHI, SHOWN
 from swesbi.report.csv import checked
 from swesbi.report.numbers import MISSING, fixed, percent
 from swesbi.report.results import records
 from swesbi.report.table import Column, Row, Table, words
 from swesbi.report.tables.population import SAMPLER_NAMES
 
-SHOWN: Final = (
-    *(parameter.name for parameter in PHI), ATTAINED, RESISTANCE, TIME_CONSTANT, CAPACITANCE, VOLUME_FACTOR,
+ROWS: Final = (
+    *(parameter.name for parameter in PHI), SHOWN.name, RESISTANCE, TIME_CONSTANT, CAPACITANCE, VOLUME_FACTOR,
 )  # fmt: skip
 """Quantities of the page and the documentation, in their order; the table has all."""
 TEXTS: Final = {parameter.name: parameter.text for parameter in (*PHI, *NUISANCES)} | {
-    ATTAINED: "attained stiffness",
+    SHOWN.name: "shown stiffness",
     CAPACITANCE: "C_s",
 }
 NOTE: Final = (
@@ -71,7 +71,7 @@ def pressures_table(table: pd.DataFrame, cohort_title: str) -> Table:
     )
     rows = tuple(
         Row((TEXTS[name], _span(rows["width_ratio"]), _span(rows["shift_in_widths"])))
-        for name in SHOWN
+        for name in ROWS
         if len(rows := table[table["quantity"] == name])
     )
     subjects = table["subject"].nunique()
