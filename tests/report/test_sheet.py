@@ -102,7 +102,7 @@ def test_percentiles_are_those_of_the_population(sheet: Sheet) -> None:
     assert abs(int(middle) - 50) <= 3
     assert int(low) < 42 < 58 < int(high)
     assert any("Percentile: of the prior of the study" in note for note in notes(sheet))
-    assert any("Of 1 hearts of those that the network knows" in note for note in notes(sheet))
+    assert any("Of 1 hearts that it is compared with" in note for note in notes(sheet))
 
 
 def test_the_predictive_check_counts_what_lies_inside(sheet: Sheet) -> None:

@@ -88,7 +88,7 @@ class Population:
     Attributes:
         name: Whose prior it is that percentiles are of, in words.
         prior: Draws of the prior of all that is told; (m, q).
-        hearts: Contexts of those that the network knows; none without a network.
+        hearts: Contexts of other hearts; none where there are no others.
     """
 
     name: str

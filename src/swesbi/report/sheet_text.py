@@ -157,7 +157,7 @@ def _with_pressures(informed: Informed) -> str:
 
 
 def _among(context: Context, hearts: Sequence[Context]) -> str:
-    """Say where a heart stands among those that the network knows."""
+    """Say where a heart stands among those that it is compared with."""
     if not hearts:
         return ""
     told = []
@@ -165,7 +165,7 @@ def _among(context: Context, hearts: Sequence[Context]) -> str:
         below = sum(getattr(heart, variable.name) < getattr(context, variable.name) for heart in hearts)
         share = f"{below}" if len(hearts) < FEW else as_percent(round(below / len(hearts), 2))
         told.append(f"{variable.short} {share}")
-    return f" Of {len(hearts)} hearts of those that the network knows, so many have less: {', '.join(told)}."
+    return f" Of {len(hearts)} hearts that it is compared with, so many have less: {', '.join(told)}."
 
 
 def _predictive(curve: ShownCurve, recorded: Recorded) -> str:
