@@ -61,7 +61,8 @@ TESTS: Final[Mapping[str, str]] = {
     "networks": "networks/test_flow networks/test_cells networks/test_pool",
     "virtual/hearts": "virtual/test_passive_of_other_hearts",
     "virtual/trial": "virtual/test_virtual_trial",
-    "recording": "recording/test_noise recording/test_sweeps recording/test_ingest recording/test_free "
+    "recording": "recording/test_noise recording/test_folder_noise recording/test_sweeps "
+    "recording/test_ingest recording/test_free "
     "virtual/test_virtual_cohort",
     "report": "report/test_report_page report/test_report_exact",
     "study": "study/test_inspection persons/test_plan_asked study/test_code_hash",
@@ -125,6 +126,13 @@ class Mutant:
 
 
 MUTANTS: Final = (
+    Mutant("noise of a folder forgets what is expected", "recording/folder_noise.py",
+           "return float(0.5 * distance @ distance", "return float(0.0 * distance @ distance"),
+    Mutant("one recording stands for all of its folder", "recording/folder_noise.py",
+           "return FolderNoise(NoiseComponents(*np.exp(found.x).tolist()), len(recordings))",
+           "return FolderNoise(NoiseComponents(*np.exp(found.x).tolist()), 1)"),
+    Mutant("the normal approximation forgets the prior", "posterior/laplace.py",
+           "np.eye(len(u))])", "0.0 * np.eye(len(u))])"),
     Mutant("levels of an interval are one-sided", "draws.py",
            "[0.5 - 0.5 * mass, 0.5 + 0.5 * mass]", "[1.0 - mass, mass]"),
     Mutant("systematic resampling prefers the first draws", "draws.py",
