@@ -32,6 +32,7 @@ import numpy as np
 import pandas as pd
 from generated import generate, write
 
+from swesbi.answers.gated import GatedRecording
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
@@ -45,6 +46,7 @@ from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
+from swesbi.study.answering import Answerer
 from swesbi.study.finished import finished_study
 from swesbi.study.stages.calibration import CalibrationLocalStageSettings
 from swesbi.verdict.context import nearest_known
@@ -60,17 +62,19 @@ LARGER = 1.25  # of values that only steer the network
 OUTSIDE = {"hr_bpm": 130.0, "lvedv_ml": 210.0, "ivsd_cm": 1.4}
 
 
-def answer(cohort: Path, subject: str, out: Path) -> tuple[float, subprocess.CompletedProcess[str]]:
+def answer(
+    cohort: Path, subject: str, experiment: str, out: Path
+) -> tuple[float, subprocess.CompletedProcess[str]]:
     """Return the wall time (s) of one answer in a process of its own, and what the process said."""
     command = [sys.executable, "-m", "swesbi", "infer", str(cohort), "--subject", subject]
+    asked = ["--experiment", experiment, "--out", str(out)]
     begin = time.perf_counter()
-    done = subprocess.run([*command, "--out", str(out)], capture_output=True, text=True, check=False)
+    done = subprocess.run([*command, *asked], capture_output=True, text=True, check=False)
     return time.perf_counter() - begin, done
 
 
-def accuracy(folder: Path, noise: Path, settings: CalibrationLocalStageSettings) -> float:
+def accuracy(folder: Path, model: SpeedModel, settings: CalibrationLocalStageSettings) -> float:
     """Return the accuracy of telling the reported draws from long Markov chains; NaN if these fail."""
-    model = read_speed_model(folder / "observation.h5", noise, settings.model)
     exact, mcmc = read_exact_posterior(folder / "posterior.h5"), settings.local.mcmc
     rng = np.random.default_rng(SEED)
     chains = sample_mcmc(model, starting_points(model, exact.weighted, mcmc.start_points, rng), mcmc, SEED)
@@ -80,7 +84,7 @@ def accuracy(folder: Path, noise: Path, settings: CalibrationLocalStageSettings)
     return classifier_accuracy(exact.phi[:draws], chains.thinned(draws, rng), model.settings.prior, SEED)
 
 
-def answered(study: Study, results: Path, experiment: str, count: int, folder: Path) -> None:
+def answered(study: Study, experiment: str, count: int, folder: Path) -> None:
     """Print one line for each of ``count`` unseen subjects."""
     cohort = folder / "unseen"
     made = generate(study.config, range(FIRST_UNSEEN, FIRST_UNSEEN + count))
@@ -88,25 +92,30 @@ def answered(study: Study, results: Path, experiment: str, count: int, folder: P
     first = study.subjects_of(experiment)[0]
     plain = stage_settings(study, "calibration_local", experiment=experiment, subject=first)
     settings = CalibrationLocalStageSettings.from_plain(plain)
+    asked = Answerer(
+        load_study(study.config.to_plain(), new_cohort=cohort), (experiment,), "", from_prior=True
+    )
     print(
         f"{'subject':8}{'seconds':>8}  {'verdict':12}{'k-hat':>6}{'efficiency':>11}  "
         f"{'sampler':12}{'C2ST':>6}"
     )
     for one in made:
         subject = one.volunteer.context.subject
-        seconds, done = answer(cohort, subject, folder / subject)
+        seconds, done = answer(cohort, subject, experiment, folder)
         if done.returncode:
             print(f"{subject:8}{seconds:8.1f}  {done.stderr.strip()}")
             continue
         verdict = json.loads((folder / subject / "verdict.json").read_text(encoding="utf-8"))
-        told = accuracy(folder / subject, results / "cohort" / "noise.h5", settings)
+        recording = asked.asked(subject).recording
+        assert isinstance(recording, GatedRecording)
+        told = accuracy(folder / subject, recording.model, settings)
         print(
             f"{subject:8}{seconds:8.1f}  {verdict['status']:12}{verdict['k_hat']:6.2f}"
             f"{verdict['efficiency']:11.2f}  {verdict['sampler']:12}{told:6.3f}"
         )
 
 
-def refused(study: Study, folder: Path) -> None:
+def refused(study: Study, experiment: str, folder: Path) -> None:
     """Print what subjects are told whose context is not one of the pool's."""
     cohort = folder / "outside"
     made = generate(study.config, range(FIRST_UNSEEN, FIRST_UNSEEN + len(OUTSIDE)))
@@ -116,7 +125,7 @@ def refused(study: Study, folder: Path) -> None:
         table.loc[row, name] = value
     table.to_csv(cohort / "subjects.csv", index=False)
     for subject, name in zip(table["subject"], OUTSIDE, strict=True):
-        seconds, done = answer(cohort, subject, folder / "none")
+        seconds, done = answer(cohort, subject, experiment, folder / "none")
         print(f"\n{subject} with another {name}: exit code {done.returncode} after {seconds:.1f} s")
         print(done.stderr.strip())
 
@@ -221,8 +230,8 @@ def main() -> None:
         network(study, results, options.experiment, options.network)
         return
     with tempfile.TemporaryDirectory() as folder:
-        answered(study, results, options.experiment, options.subjects, Path(folder))
-        refused(study, Path(folder))
+        answered(study, options.experiment, options.subjects, Path(folder))
+        refused(study, options.experiment, Path(folder))
     subjects = study.subjects_of(options.experiment)
     files = finished_study(results, options.experiment, subjects).misspecifications
     rule = study.config.speed_experiments[options.experiment].misspecification.rule

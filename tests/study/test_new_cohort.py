@@ -124,6 +124,11 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
     assert experiments == ("calibrated", "amortised")
     answerer = Answerer(study, experiments, "")
     assert answerer._network(GOOD, free=False)[0] == ""  # no study has been run
+    assert (
+        Answerer(study, ("amortised",), "")._network(GOOD, free=False)[0] == ""
+    )  # one runs, none must answer
+    with pytest.raises(FileNotFoundError, match="has not been run this far"):
+        Answerer(study, ("amortised",), "", required=True)._network(GOOD, free=False)
     monkeypatch.setattr(FinishedStudy, "is_there", True)
     monkeypatch.setattr(FinishedPopulation, "is_there", True)
     assert answerer._network(GOOD, free=False) == ("calibrated", "")
@@ -133,7 +138,7 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
     assert "the network of calibrated does not know such a heart (ivsd_cm = 1.05" in note
     assert Answerer(study, experiments, "", from_prior=True)._network(GOOD, free=False)[0] == ""
     with pytest.raises(ValueError, match="calibrated: .*\n.*ivsd_cm = 1.05 lies outside"):
-        Answerer(study, ("calibrated",), "")._network(THICK, free=False)
+        Answerer(study, ("calibrated",), "", required=True)._network(THICK, free=False)
     assert context_refusal(study, "amortised", THICK) == ""
 
 

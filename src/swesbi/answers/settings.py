@@ -72,6 +72,6 @@ class OneAnswerSettings(AnswerSettings):
     """The same of a subject outside the study, with the tests that only such a subject needs."""
 
     ingest: IngestSettings
-    noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the pool's")
+    noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is that of the others")
     clinical: ClinicalSettings
     shown: ShownSettings

@@ -31,7 +31,7 @@ class PlanChoiceSettings(PlanSettings):
 
 
 class NewSubjectsSettings(Settings):
-    """Recordings that the trained network answers without being trained on them."""
+    """Recordings outside the study, and how they are answered."""
 
     phases: int | None = Field(
         ge=8, le=60, description="Gated phases of their recordings; null: as many as recording.phases."
@@ -46,7 +46,7 @@ class NewSubjectsSettings(Settings):
     noise_level: float = Field(
         gt=0.0,
         lt=0.5,
-        description="False-alarm rate of the test that a recording has the noise of the pool. Chosen.",
+        description="False-alarm rate of the test that a recording has the noise of its folder. Chosen.",
     )
     noise_prior: NoisePriorSettings = Field(
         description="What is expected of the noise of their folder, before its repeats have told any."

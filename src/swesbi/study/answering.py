@@ -177,15 +177,17 @@ class Answerer:
 
     Attributes:
         study: With the recordings as its new cohort.
-        experiments: Those that may answer, the first first; of one alone the network must answer.
+        experiments: Those that may answer, the first first.
         options: What Snakemake is given for the same configuration.
         from_prior: Whether no network is asked, though there is one.
+        required: Whether gated recordings must be answered by the network of the first.
     """
 
     study: Study
     experiments: tuple[str, ...]
     options: str
     from_prior: bool = False
+    required: bool = False
     _known: dict[str, Knowledge] = field(default_factory=dict)
 
     @property
@@ -203,8 +205,8 @@ class Answerer:
 
         Raises:
             ConfigError: The folder does not have the subject.
-            ValueError: The recording cannot be used, or the only network asked cannot answer for its heart.
-            FileNotFoundError: The only experiment asked has not been run.
+            ValueError: The recording cannot be used, or the network that must answer does not know its heart.
+            FileNotFoundError: The experiment that must answer has not been run.
             OtherNetworkError: A network was trained under other settings.
         """
         check_new_subject(self.study, subject)
@@ -231,39 +233,43 @@ class Answerer:
         """Return the first experiment whose network can answer, or none, and why not those before it."""
         if self.from_prior:
             return "", "no network is asked"
-        only = len(self.experiments) == 1
         reasons: list[str] = []
         for name in self.experiments:
             reason = self._refusal(name, subject, free=free)
-            if not reason and not only and not finished_experiment(self.study, name).is_there:
-                reason = "has not been trained"
             if not reason:
                 return name, "; ".join(reasons)
-            if only and not free:
+            if self.required and not free:
                 raise ValueError(f"{name}: {reason}")
             reasons.append(f"the network of {name} {why_in_short(reason)}")
         return "", "; ".join(reasons)
 
     def _refusal(self, experiment: str, subject: str, *, free: bool) -> str:
-        """Return why a network cannot answer for a recording; empty where it can."""
+        """Return why a network cannot answer for a recording; empty where it can.
+
+        Raises:
+            FileNotFoundError: It must answer, and has not been trained.
+        """
         if free and experiment not in self.study.config.population_experiments:
             return "takes no pushes"
+        finished = finished_experiment(self.study, experiment)
+        if not finished.is_there:
+            if self.required and not free:
+                check_finished(finished, self.options)
+            return "has not been trained"
         return context_refusal(self.study, experiment, subject)
 
-    @property
+    @cached_property
     def _prior(self) -> Knowledge:
-        return self._known.setdefault("", knowledge_of_prior())
+        return knowledge_of_prior()
 
     def _knowledge(self, experiment: str, settings: OneAnswerSettings) -> Knowledge:
         """Return what an experiment knows, trained under the settings that it has now.
 
         Raises:
-            FileNotFoundError: It has not been run.
             OtherNetworkError: It was trained under other settings.
         """
         if experiment not in self._known:
             finished = finished_experiment(self.study, experiment)
-            check_finished(finished, self.options)
             trained = stage_settings(self.study, finished.trained_by, experiment=experiment)
             check_network(finished.estimator, trained)
             self._known[experiment] = finished.knowledge(settings.verdict.rule)

@@ -114,7 +114,7 @@ def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Ans
     """Return what answers the visits, or refuse an experiment that has not been run."""
     command = snakemake_options(options.config, options.overlay)
     check_finished(finished_experiment(study, experiment), command)
-    return Answerer(study, (experiment,), command)
+    return Answerer(study, (experiment,), command, required=True)
 
 
 def _folder_of(study: Study, experiment: str) -> Path:

@@ -71,7 +71,8 @@ def main(arguments: Sequence[str]) -> int:
     study = study_with(options)
     experiments = experiments_to_ask(study, options.experiment)
     command = snakemake_options(options.config, options.overlay)
-    answerer = Answerer(study, experiments, command, from_prior=options.from_prior)
+    required = options.experiment is not None
+    answerer = Answerer(study, experiments, command, options.from_prior, required)
     out = options.out or typed_in / ANSWERS / study.new_cohort_name
     request = Request(answerer, out, options.force)
     if subject := options.subject or named:
