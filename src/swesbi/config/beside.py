@@ -49,10 +49,10 @@ class NewSubjectsSettings(Settings):
         description="False-alarm rate of the test that a recording has the noise of its folder. Chosen.",
     )
     noise_prior: NoisePriorSettings = Field(
-        description="What is expected of the noise of their folder, before its repeats have told any."
+        description="What is expected of the noise of their folder, before its repeats are seen."
     )
     uninformative: UninformativeSettings = Field(
-        description="When a free-running recording has told nothing."
+        description="When a free-running recording counts as uninformative."
     )
 
 
