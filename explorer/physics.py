@@ -66,6 +66,7 @@ KNOWN_CLASSES: Final = (
     "swesbi.posterior.fitted.FittedProposal",
     "swesbi.posterior.fitted.PlacedDraws",
     "swesbi.posterior.space.LogitSpace",
+    "swesbi.posterior.student.StudentMixture",
     "swesbi.posterior.student.StudentProposal",
 )
 

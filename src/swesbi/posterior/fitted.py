@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import normalised
 from swesbi.posterior.space import Space
-from swesbi.posterior.student import StudentProposal, fitted_proposal
+from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_proposal
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ def placed_in(space: Space, phi: FloatArray) -> PlacedDraws:
 
 @dataclass(frozen=True)
 class FittedProposal:
-    """A Student distribution in a space, as a density over phi."""
+    """A Student distribution in a space, or a mixture of them, as a density over phi."""
 
-    student: StudentProposal
+    student: StudentProposal | StudentMixture
     space: Space
 
     def draw(self, draws: int, seed: int) -> FloatArray:
@@ -91,7 +91,7 @@ class FittedProposal:
 
 
 def fit_in_nearest(draws: Sequence[PlacedDraws], log_weight: FloatArray) -> FittedProposal:
-    """Fit a proposal to weighted draws in the space in which a Student distribution comes nearest to them.
+    """Fit a proposal to weighted draws in the space in which Student distributions come nearest to them.
 
     Nearest is the largest mean log density, which is the least divergence of the posterior from the proposal,
     up to a constant.
@@ -99,22 +99,25 @@ def fit_in_nearest(draws: Sequence[PlacedDraws], log_weight: FloatArray) -> Fitt
     Args:
         draws: The same draws in every space; the last is one that all have a place in.
         log_weight: Their log weights; shape (n,).
+
+    Raises:
+        LinAlgError: Their covariance is singular in double precision in every space.
     """
-    fits = [_fitted(placed, log_weight) for placed in draws]
-    best = max(range(len(fits)), key=lambda number: fits[number][1])
-    return fits[best][0]
+    fits = [fit for placed in draws if (fit := _fitted(placed, log_weight)) is not None]
+    if not fits:
+        raise np.linalg.LinAlgError("the draws' covariance is singular in every space")
+    return max(fits, key=lambda fit: fit[1])[0]
 
 
-def _fitted(placed: PlacedDraws, log_weight: FloatArray) -> tuple[FittedProposal, float]:
+def _fitted(placed: PlacedDraws, log_weight: FloatArray) -> tuple[FittedProposal, float] | None:
     """Return a proposal in one space, and its mean log density.
 
-    That is -inf where draws lie so far apart that their covariance is singular in double precision.
+    None where draws lie so far apart that their covariance is singular in double precision.
     """
     known = placed.known
     draws, log_weight = placed.of(known), log_weight[known]
-    proposal = FittedProposal(fitted_proposal(draws.u, log_weight), placed.space)
     try:
-        log_density = proposal.log_density_of(draws)
+        proposal = FittedProposal(fitted_proposal(draws.u, log_weight), placed.space)
+        return proposal, float(normalised(log_weight) @ proposal.log_density_of(draws))
     except np.linalg.LinAlgError:
-        return proposal, -np.inf
-    return proposal, float(normalised(log_weight) @ log_density)
+        return None
