@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
+from scipy.special import chdtrc
 
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, standardise
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.verdict import NO_VERDICT, STATUSES, VerdictTest
+from swesbi.verdict.verdict import STATUSES, VerdictTest
 from swesbi.verdict.volumes import volume_tests
 from swesbi.verdict.with_null import grade
-from swesbi.verdict.without_null import grade_of_residuals, tested_residuals
+
+NO_VERDICT: Final = "no verdict"
+"""Of a recording that nothing here speaks against: the page has no null distributions."""
 
 
 def judged_without_nulls(
@@ -34,9 +39,41 @@ def judged_without_nulls(
     beats = model.simulate(phi)
     predicted = model.predict_from(phi, beats).rows(np.flatnonzero(beats.status == Status.PERIODIC))
     found = standardise(predicted, model.recording, model.settings.discrepancy).chi_squared
-    residuals = tested_residuals(found, len(model.recording.phase), "phases", rule)
+    residuals = tested_residuals(found, len(model.recording.phase), rule)
     volumes = volume_tests(model, phi, beats, rule.volumes)
     measured = tuple(test for test in volumes if np.isfinite(test.statistic))
     status = grade(grade_of_residuals(residuals, rule), measured, (), rule.volumes.contradicted_abs_z)
     word = NO_VERDICT if status == Grade.NOT_CONTRADICTED else STATUSES[status]
     return word, (residuals, *measured)
+
+
+def tested_residuals(chi_squared: FloatArray, count: int, rule: RuleSettings) -> VerdictTest:
+    """Return the posterior predictive p-value of residuals that are independent normals at the true phi.
+
+    It is conservative: under the model, P(p <= a) <= 2 a (Meng 1994, Ann Stat 22:1142). So it is held
+    against half a level.
+
+    Args:
+        chi_squared: The sum of their squares at each of n equally weighted posterior draws; shape (n,).
+        count: How many phases there are.
+        rule: Levels of the verdict.
+    """
+    p_value = float(np.mean(chdtrc(count, chi_squared)))
+    level = 0.5 * rule.strained_level
+    return VerdictTest(
+        name="residuals",
+        statistic=float(np.median(chi_squared)),
+        p_value=p_value,
+        threshold=level,
+        flagged=p_value <= level,
+        detail=f"squared residuals {np.median(chi_squared):.1f} of {count} phases in the median, posterior "
+        f"predictive p-value {p_value:.2g}",
+    )
+
+
+def grade_of_residuals(test: VerdictTest, rule: RuleSettings) -> Grade:
+    """Return what the residuals amount to; their p-value is held against half a level."""
+    p_value = 1.0 if test.p_value is None else test.p_value
+    if p_value <= 0.5 * rule.contradicted_level:
+        return Grade.CONTRADICTED
+    return Grade.STRAINED if test.flagged else Grade.NOT_CONTRADICTED

@@ -16,8 +16,9 @@ from typing import Final
 
 from swesbi.answers.knowledge import SHIPPED_NULLS
 from swesbi.artefacts import Provenance, load, save
+from swesbi.artefacts.files import hdf5_provenance
 from swesbi.study.model_version import MODEL_VERSION
-from swesbi.verdict.pooled import KIND
+from swesbi.verdict.pooled import KIND, null_groups, read_null
 
 VERSION: Final = "model_version"
 """Key of the settings of the shipped file."""
@@ -30,12 +31,11 @@ def main(arguments: Sequence[str]) -> int:
         ArtefactError: The file holds no null recordings.
     """
     (source,) = arguments
-    nulls, provenance = load(Path(source), KIND)
+    null, provenance = read_null(Path(source)), hdf5_provenance(Path(source))
     shipped = replace(provenance, settings={VERSION: MODEL_VERSION}, code_hash="")
-    save(SHIPPED_NULLS, nulls, shipped)
-    print(
-        f"wrote {SHIPPED_NULLS}: {nulls.sizes['recording']} recordings, version {MODEL_VERSION} of the model"
-    )
+    save(SHIPPED_NULLS, null_groups(null), shipped)
+    counts = f"{len(null.contexts)} gated and {len(null.pushes.pushes)} free-running recordings"
+    print(f"wrote {SHIPPED_NULLS}: {counts}, version {MODEL_VERSION} of the model")
     return 0
 
 

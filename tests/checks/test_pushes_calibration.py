@@ -8,6 +8,7 @@ from pathlib import Path
 import exact_case
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from population_case import CONFIG, EXPERIMENT, FRESH, trained
 from scipy.stats import kstest
 from speed_case import shipped
@@ -15,12 +16,15 @@ from speed_case import shipped
 from swesbi.artefacts import Origin, save
 from swesbi.checks.calibration.pushes import (
     KIND,
+    STREAM,
     InferredPushes,
     PushesStudy,
     by_pushes,
     pushes_dataset,
     read_pushes,
 )
+from swesbi.measurement.instants import FreeModel
+from swesbi.population.recordings import record_pushes
 from swesbi.posterior.settings import asking
 
 BASE = shipped().speed_experiments["calibrated"]
@@ -30,7 +34,11 @@ SMALL = asking(exact_case.SETTINGS, 40).model_copy(update={"draws": 400})
 
 def study(pushes: tuple[int, ...] = (3, 20)) -> PushesStudy:
     asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": pushes})
-    return PushesStudy(FRESH, asked, SIZES, SMALL, BASE.misspecification.rule, seed=11)
+    return PushesStudy(FRESH, asked, SIZES, SMALL, 0.1, seed=11)
+
+
+def recorded(number: int, pushes: int) -> tuple[FreeModel, NDArray[np.float64]]:
+    return record_pushes(number, (pushes, pushes), FRESH, 11, STREAM, pushes)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +48,7 @@ def inferred() -> InferredPushes:
 
 def test_recordings_have_the_errors_that_their_model_says() -> None:
     """Residuals at the true phi are standard normal where the errors are known, and wider where declared."""
-    made = [study().recorded(number, 30) for number in range(60)]
+    made = [recorded(number, 30) for number in range(60)]
     known = [
         model.innovations(model.model.predict(phi[None])).z[0]
         for model, phi in made
@@ -52,11 +60,12 @@ def test_recordings_have_the_errors_that_their_model_says() -> None:
 
 
 def test_a_recording_depends_on_its_own_number_alone() -> None:
-    one, phi = study((30,)).recorded(5, 30)
-    other, again = study((2, 30)).recorded(5, 30)
+    one, phi = recorded(5, 30)
+    recorded(4, 30)
+    other, again = recorded(5, 30)
     np.testing.assert_array_equal(phi, again)
     np.testing.assert_array_equal(one.model.recording.speed_m_s, other.model.recording.speed_m_s)
-    assert one.model.recording.context != study().recorded(5, 3)[0].model.recording.context
+    assert one.model.recording.context != recorded(5, 3)[0].model.recording.context
 
 
 def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None:
@@ -64,17 +73,20 @@ def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None
         made = Origin(1, "", "0" * 64).provenance(KIND, CONFIG.acquisition)
         save(tmp_path / f"{number}.h5", {"/": pushes_dataset(inferred)}, made)
     read = read_pushes([tmp_path / "0.h5", tmp_path / "1.h5"])
-    assert read.pushes.tolist() == [3, 20, 3, 20] * 2
+    assert read.checks.pushes.tolist() == [3, 20, 3, 20] * 2
     np.testing.assert_array_equal(read.ranked.truth[:4], inferred.ranked.truth)
     assert read.contexts[:4] == inferred.contexts
 
 
 def test_coverage_is_told_by_the_number_of_pushes(inferred: InferredPushes) -> None:
-    prior = FRESH.model.prior.theta
-    table = by_pushes(inferred, prior, BASE.calibration.judgement, 0.05)
-    assert set(table["pushes"]) == {"all", "3", "20"}
+    rng, rule = np.random.default_rng(1), BASE.misspecification.rule
+    many = np.zeros(200, dtype=np.int64)
+    null = replace(inferred.checks.rows(many), residuals_p=rng.beta(3.0, 3.0, 200))
+    quiet = np.zeros_like(inferred.checks.bound_mass)
+    both = replace(null, errors_log_sd=np.where(np.arange(200) < 100, 0.0, 0.3))
+    surprised = replace(inferred.checks, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_mass=quiet)
+    asked = (both, FRESH.model.prior, BASE.calibration.judgement, rule, 0.1)
+    table = by_pushes(replace(inferred, checks=surprised), *asked).set_index("pushes")
+    assert set(table.index) == {"all", "3", "20"}
     assert set(table["n"]) == {2, 4}
-    surprised = replace(inferred, residual_p_value=np.array([0.01, 0.5, 0.02, 0.5]))
-    flagged = by_pushes(surprised, prior, BASE.calibration.judgement, 0.05).set_index("pushes")
-    assert flagged.loc["3", "residuals_flagged"].iloc[0] == 1.0
-    assert flagged.loc["20", "residuals_flagged"].iloc[0] == 0.0
+    assert table["false_alarms"].groupby(level=0).first().to_dict() == {"all": 0.5, "3": 1.0, "20": 0.0}

@@ -386,10 +386,10 @@ AFFECTED = {
     },
     "experiments__calibrated__misspecification__rule__neighbours": {
         "verdict",
+        "pushes_table",
         "misspecification_table",
         "population_null",
         "population_answers",
-        "pushes_calibration",
     },
     "clinical__sbp_sd_mmhg": {"pressures"},
     "clinical__stressed_volume_factor__log_sd": {"pressures"},
@@ -413,7 +413,9 @@ AFFECTED = {
     "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},
     "population_experiments__amortised__nulls__recordings": {"population_null"},
     "passive__exponent_b": {"passive", "recovery_acquisition"},
-    "experiments__calibrated__passive_stiffness_kpa__log_sd": OF_A_RECORDING | OF_THE_PRIOR,
+    "experiments__calibrated__passive_stiffness_kpa__log_sd": OF_A_RECORDING
+    | OF_THE_PRIOR
+    | {"pushes_table"},
     # of the measurement: no simulation depends on it
     "priors__calibrated__nuisances__passive_ratio__log_sd": OF_A_RECORDING
     | OF_THE_PRIOR

@@ -25,7 +25,8 @@ from swesbi.posterior.result import read_exact_posterior
 from swesbi.study.stages import answers as stage
 from swesbi.verdict.context import ContextRefusedError, check_declared
 from swesbi.verdict.pooled import KIND as NULL
-from swesbi.verdict.pooled import draw_null, read_null, to_dataset
+from swesbi.verdict.pooled import PopulationNull, draw_null, null_groups, read_null
+from swesbi.verdict.pushes import draw_pushes_null
 from swesbi.verdict.statistics import DISTANCES
 from swesbi.verdict.verdict import read_verdict
 
@@ -117,14 +118,19 @@ def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
     assert found["lvedv_ml 160 and more"].tolist() == [False, False, True]
 
 
+def drawn_null(gated: int, pushes: int) -> PopulationNull:
+    flow, rule = case.trained().flow, BASE.misspecification.rule
+    of_gated = draw_null(range(gated), flow, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7)
+    return PopulationNull(*of_gated, draw_pushes_null(range(pushes), flow, case.FRESH, FEW, EXACT, seed=7))
+
+
 def test_distances_of_null_recordings_have_uniform_levels(tmp_path: Path) -> None:
-    flow = case.trained().flow
-    rule = BASE.misspecification.rule
-    null = draw_null(range(60), flow, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7)
-    save(tmp_path / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
+    null = drawn_null(60, 20)
+    save(tmp_path / "null.h5", null_groups(null), Provenance(NULL, "", 1, {}, "0" * 16))
     read = read_null(tmp_path / "null.h5")
     assert read.contexts == null.contexts
     assert np.array_equal(read.pooled.distance_level, null.pooled.distance_level)
+    assert np.array_equal(read.pushes.bound_mass, null.pushes.bound_mass)
     levels = read.pooled.distance_level
     assert levels.shape == (60, len(DISTANCES))
     assert np.all(np.abs(levels.mean(axis=0) - 0.5) < 4.0 * np.sqrt(1.0 / 12.0 / 60.0))
@@ -144,9 +150,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Network, nulls, noise and two recordings of a cohort, as files."""
     folder = tmp_path_factory.mktemp("answers")
     save_flow(folder / "flow.pt", case.trained().flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    rule = BASE.misspecification.rule
-    null = draw_null(range(50), case.trained().flow, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7)
-    save(folder / "null.h5", to_dataset(null), Provenance(NULL, "", 1, {}, "0" * 16))
+    null = drawn_null(50, 50)
+    save(folder / "null.h5", null_groups(null), Provenance(NULL, "", 1, {}, "0" * 16))
     write_observed_cohort(folder, ("S", "T"))
     return {name: folder / f"{name}.h5" for name in ("null", "noise", "S", "T")} | {
         "estimator": folder / "flow.pt"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from swesbi.verdict.contraction import contractions
 from swesbi.verdict.settings import UninformativeSettings
+from swesbi.verdict.verdict import NOT_CONTRADICTED, STRAINED, UNINFORMATIVE, Verdict
 
 RULE = UninformativeSettings(sd_ratio=0.9, shift=0.25)
 RNG = np.random.default_rng(7)
@@ -44,3 +46,13 @@ def test_a_recording_is_uninformative_where_every_quantity_is() -> None:
     assert not one_told.uninformative
     assert one_told.in_words == "posterior over prior sd of the log: k_0 0.30; k_ATP 1.00, uninformative"
     assert [test.flagged for test in one_told.tests] == [False, False]
+
+
+@pytest.mark.parametrize(("status", "expected"), [(NOT_CONTRADICTED, UNINFORMATIVE), (STRAINED, STRAINED)])
+def test_only_a_recording_that_fits_is_called_uninformative(status: str, expected: str) -> None:
+    judged = Verdict(1.0, "", 1, 1, {}, status, f"{status}: so", ())
+    found = contractions(PRIOR, PRIOR, RULE).beside(judged)
+    assert found.status == expected
+    assert found.sentence.startswith(expected)
+    narrow = contractions({"k_atp_per_s": PRIOR["k_atp_per_s"] ** 0.3}, PRIOR, RULE).beside(judged)
+    assert (narrow.status, narrow.sentence, narrow.reasons) == (status, judged.sentence, ())

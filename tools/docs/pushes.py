@@ -22,7 +22,7 @@ NOT_COMPARED: Final = "Not compared yet: `studies/validation/gated_as_pushes.py`
 ALL: Final = "all"
 COLUMNS: Final = (
     "pushes", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n",
-    "median_efficiency", "by_mcmc", "residuals_flagged",
+    "median_efficiency", "by_mcmc", "false_alarms",
 )  # fmt: skip
 
 
@@ -63,7 +63,7 @@ def pushes_part(results: PushesResults) -> str:
 
 
 def pushes_table(table: pd.DataFrame, interval: float) -> Table:
-    """Return a row a number of pushes: coverage of each active parameter, efficiency, MCMC, residuals.
+    """Return a row a number of pushes: coverage of each active parameter, efficiency, MCMC, false alarms.
 
     Args:
         table: ``amortised_pushes.csv``.
@@ -75,7 +75,7 @@ def pushes_table(table: pd.DataFrame, interval: float) -> Table:
         Column("Recordings"),
         *(Column(f"{parameter.text} inside", "% (interval)") for parameter in THETA),
         Column("Efficiency", "%, median"),
-        *(Column(name, "%") for name in ("By MCMC", "Residuals speak against the model")),
+        *(Column(name, "%") for name in ("By MCMC", "False alarms")),
     )
     rows = [_row(str(pushes), group) for pushes, group in shown.groupby("pushes", sort=False)]
     return Table("Free-running recordings of fresh contexts.", columns, tuple(rows))
@@ -90,7 +90,7 @@ def _row(pushes: str, group: pd.DataFrame) -> Row:
         *(_coverage(by_parameter[parameter.name]) for parameter in THETA),
         percent(beside["median_efficiency"], 0),
         percent(beside["by_mcmc"]),
-        percent(beside["residuals_flagged"]),
+        percent(beside["false_alarms"]),
     )
     return Row(cells, muted=pushes == ALL)
 

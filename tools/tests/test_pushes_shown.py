@@ -24,7 +24,7 @@ def made_table(pushes: tuple[str, ...] = ("all", "2", "52")) -> pd.DataFrame:
         {
             "pushes": number, "parameter": name, "nominal": nominal,
             "coverage": nominal - 0.01 * i - 0.001 * j, "ci_low": 0.5, "ci_high": 0.97, "n": 400,
-            "median_efficiency": 0.163, "by_mcmc": 0.005, "residuals_flagged": 0.0125,
+            "median_efficiency": 0.163, "by_mcmc": 0.005, "false_alarms": 0.0125,
         }
         for i, number in enumerate(pushes)
         for j, name in enumerate(THETA_NAMES)

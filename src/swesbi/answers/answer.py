@@ -12,16 +12,19 @@ from typing import Final
 
 from swesbi.answers.free import FreeRecording
 from swesbi.answers.gated import GatedRecording
+from swesbi.answers.kept import prior_beside
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import ClinicalModel
+from swesbi.measurement.derived import told
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.exact import conditioned, exact_posterior
 from swesbi.posterior.extended import extended_proposal
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
+from swesbi.verdict.contraction import Contractions, contractions
 from swesbi.verdict.verdict import Verdict
 
 LOGGER: Final = logging.getLogger("swesbi")
@@ -66,13 +69,26 @@ def answered(
         ValueError: The network takes no such recording, or null distributions are missing.
     """
     exact, efficiency = inferred(recording, knowledge, settings, seed)
-    verdict = recording.judged(exact, efficiency, knowledge, settings, seed)
+    judged = recording.judged(exact, efficiency, knowledge, settings, seed)
+    verdict = _contractions(recording, exact, settings, seed).beside(judged)
     subject, found = recording.observation.subject, None
     LOGGER.info("subject %s: %s", subject, verdict.sentence)
     if pressures is not None and (model := recording.with_pressures(pressures)) is not None:
         network, sizes = recording.proposal(knowledge), settings.exact_posterior.exact
         found = informed(model, network, sizes, seed, recording.stream, "pressures", subject)
     return Answer(recording, exact, verdict, found)
+
+
+def _contractions(
+    recording: Recording, exact: ExactPosterior, settings: AnswerSettings, seed: int
+) -> Contractions:
+    """Compare the posterior of all that the answer tells with its prior."""
+    model = recording.speeds
+    after, before = (
+        told(model, phi, model.simulate(phi))
+        for phi in (exact.phi, prior_beside(model, settings, seed, recording.stream))
+    )
+    return contractions(after, before, settings.uninformative)
 
 
 def inferred(

@@ -9,22 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.answers.kept import Kept, Shown
+from swesbi.answers.kept import Kept, Shown, prior_beside
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts import to_groups
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.arrays import IntArray
 from swesbi.checks.free_predictive import KIND as PREDICTIVE
 from swesbi.checks.free_predictive import check_pushes
-from swesbi.heart.periodic import Status
-from swesbi.measurement.derived import told
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.result import ExactPosterior
-from swesbi.prior import draw_prior
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import (
     KIND,
@@ -35,11 +32,9 @@ from swesbi.recording.free_observation import (
 from swesbi.report.figures.free_predictive import draw_free_check
 from swesbi.report.sheet import curve_free, recorded_free
 from swesbi.seeds import generator
-from swesbi.verdict.contraction import contractions
-from swesbi.verdict.ejection import ejection_tests
+from swesbi.verdict.pushes import judge_pushes
 from swesbi.verdict.verdict import Verdict
-from swesbi.verdict.volumes import volume_tests
-from swesbi.verdict.without_null import residual_test, verdict_without_null
+from swesbi.verdict.with_null import network_test
 
 
 @dataclass(frozen=True)
@@ -88,21 +83,17 @@ class FreeRecording:
         settings: AnswerSettings,
         seed: int,
     ) -> Verdict:
-        """Say what can be said without null distributions."""
-        plain, judging, observed = self.speeds, settings.verdict, self.observation
-        rule = judging.rule
-        beats = plain.simulate(exact.phi)
-        works = beats.status == Status.PERIODIC
-        predicted = self.model.predict_from(exact.phi, beats).rows(works.nonzero()[0])
-        rng = generator(seed, self.stream, observed.subject, "residuals")
-        period_s, sd_ms = observed.context.period_s, judging.lvet_sd_ms
-        ejection = ejection_tests(beats, period_s, observed.clinical, sd_ms, judging.ejection_time)
-        volumes = volume_tests(plain, exact.phi, beats, rule.volumes)
-        residuals = residual_test(self.model, predicted, rule, rng)
-        answer, prior = told(plain, exact.phi, beats), self._prior(settings, seed)
-        contracted = contractions(answer, told(plain, prior, plain.simulate(prior)), settings.uninformative)
-        return verdict_without_null(
-            self.model, exact, predicted, residuals, volumes, ejection, contracted, answer, rule
+        """Judge the recording by null distributions, volumes, ejection and context.
+
+        Raises:
+            ValueError: The knowledge has no null distributions of pushes.
+        """
+        if knowledge.pushes is None:
+            raise ValueError("a free-running recording is judged by null distributions, and none are given")
+        clinical, hearts = self.observation.clinical, knowledge.hearts
+        further = () if knowledge.flow is None else (network_test(efficiency),)
+        return judge_pushes(
+            exact, self.model, hearts, knowledge.pushes, settings.verdict, seed, clinical, further
         )
 
     def with_pressures(self, settings: ClinicalSettings) -> None:
@@ -122,7 +113,7 @@ class FreeRecording:
         predictive, subject = settings.predictive_speeds.predictive, self.observation.subject
         points = self.model.settings.measurement.grid_points
         rng = generator(seed, self.stream, subject, "new pushes")
-        draws, prior = exact.phi[: predictive.draws], self._prior(settings, seed)
+        draws, prior = exact.phi[: predictive.draws], prior_beside(self.speeds, settings, seed, self.stream)
         check = check_pushes(self.model, draws, prior, predictive.interval, points, rng)
         errors = SOURCES[self.observation.noise_source]
         return Shown(
@@ -131,9 +122,3 @@ class FreeRecording:
             recorded=recorded_free(self.observation),
             curve=curve_free(check),
         )
-
-    def _prior(self, settings: AnswerSettings, seed: int) -> FloatArray:
-        """Draw from the prior, since what the posterior began with may be a network's."""
-        count = settings.predictive_speeds.predictive.draws
-        rng = generator(seed, self.stream, self.observation.subject, "prior curves")
-        return draw_prior(self.model.settings.prior, count, rng)

@@ -6,7 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from swesbi.answers.settings import AnswerSettings
+from swesbi.base.arrays import FloatArray
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.prior import draw_prior
 from swesbi.report.sheet import Recorded, ShownCurve
+from swesbi.seeds import generator
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,3 +46,12 @@ class Shown:
     draw: Callable[[str], Figure]
     recorded: Recorded
     curve: ShownCurve
+
+
+def prior_beside(model: SpeedModel, settings: AnswerSettings, seed: int, stream: str) -> FloatArray:
+    """Return draws phi (n, d) of the prior that an answer is compared with.
+
+    What the posterior began with may be a network's, so these are drawn anew.
+    """
+    count, subject = settings.predictive_speeds.predictive.draws, model.recording.context.subject
+    return draw_prior(model.settings.prior, count, generator(seed, stream, subject, "prior curves"))

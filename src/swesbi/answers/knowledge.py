@@ -17,7 +17,8 @@ from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal, 
 from swesbi.posterior.space import LogitSpace, Space
 from swesbi.recording.observation import read_observation
 from swesbi.verdict.context import nearest_known
-from swesbi.verdict.pooled import PooledNull, pool_subjects, read_null
+from swesbi.verdict.pooled import PooledNull, PopulationNull, pool_subjects, read_null
+from swesbi.verdict.pushes import PushChecks
 from swesbi.verdict.recordings import NULL, read_subject_checks
 from swesbi.verdict.settings import RuleSettings
 
@@ -37,7 +38,8 @@ class Knowledge:
         hearts: Contexts with which the subject's is compared.
         flow: The trained network; None: the inference begins with the prior.
         trained: Contexts that the network was trained on, if these are but some: it is shown the nearest.
-        null: Loads the null recordings that the tests compare with; None where there are none.
+        null: Loads the gated null recordings that the tests compare with; None where there are none.
+        pushes: Those of free-running recordings; None where there are none.
     """
 
     population: str = OF_PRIOR
@@ -45,6 +47,7 @@ class Knowledge:
     flow: TrainedFlow | None = None
     trained: Sequence[Context] = ()
     null: Callable[[], PooledNull] | None = None
+    pushes: PushChecks | None = None
 
     def of_phases(self, recording: SpeedRecording) -> FlowProposal | None:
         """Return the network's posterior of a gated recording."""
@@ -66,6 +69,11 @@ class Knowledge:
         return None if self.flow is None else free_proposal(self.flow, model)
 
 
+def of_population(whose: str, flow: TrainedFlow | None, null: PopulationNull) -> Knowledge:
+    """Return what is known by the null recordings of a population, and by a network where there is one."""
+    return Knowledge(whose, null.contexts, flow, null=lambda: null.pooled, pushes=null.pushes)
+
+
 def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:
     """Read what the network of a population knows.
 
@@ -80,7 +88,7 @@ def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:
     if not null.is_file():
         return Knowledge(OF_POPULATION, (), flow)
     population = read_null(null)
-    return Knowledge(OF_POPULATION, population.contexts, flow, null=lambda: population.pooled)
+    return of_population(OF_POPULATION, flow, population)
 
 
 def knowledge_of_study(
@@ -112,5 +120,4 @@ def knowledge_of_prior() -> Knowledge:
     Raises:
         ArtefactError: These are damaged.
     """
-    population = read_null(SHIPPED_NULLS)
-    return Knowledge(OF_PRIOR, population.contexts, null=lambda: population.pooled)
+    return of_population(OF_PRIOR, None, read_null(SHIPPED_NULLS))

@@ -59,7 +59,7 @@ def check_pushes(
     curves, predicted = _predicted(model, phi, grid)
     prior, _ = _predicted(model, prior_phi, grid)
     observed = youngs_modulus_kpa(recording.speed_m_s, density)
-    new = band(youngs_modulus_kpa(draw_pushes(model, predicted, rng), density), interval)
+    new = band(youngs_modulus_kpa(model.draw_speeds(predicted, rng), density), interval)
     return FreePredictiveCheck(
         grid=grid,
         prior=band(youngs_modulus_kpa(prior.speed_m_s, density), interval),
@@ -71,21 +71,6 @@ def check_pushes(
         interval=interval,
         coverage=coverage(observed, new),
     )
-
-
-def draw_pushes(model: FreeModel, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
-    """Draw the speeds (n, p) of new pushes at the recording's instants, one recording of each simulation.
-
-    The factor of the errors is drawn from its posterior, where it is not known; what the model misses is one
-    in each cell, as in the likelihood.
-    """
-    discrepancy, count = model.settings.discrepancy, len(predicted.log_speed)
-    _, place = np.unique(model.cell, return_inverse=True)
-    level, timing = rng.standard_normal((2, count, place.max() + 1))
-    own = rng.standard_normal(predicted.log_speed.shape) * model.model.recording.relative_se
-    missed = discrepancy.speed_fraction * level[:, place]
-    missed = missed + discrepancy.timing_cycle * predicted.slope * timing[:, place]
-    return np.asarray(np.exp(predicted.log_speed + missed + model.draw_factor(predicted, rng)[:, None] * own))
 
 
 def _predicted(

@@ -51,8 +51,9 @@ SOURCES: Final[Mapping[str, str]] = {
     "sizes=experiment.calibration.recordings fresh",
     "population_scores": "prior experiment.calibration.judgement population.calibration.strata",
     "pushes_calibration": "index=pushes_of_part population.calibration.free_running experiment.exact "
-    "sizes=experiment.calibration.recordings experiment.misspecification.rule fresh",
-    "pushes_table": "prior experiment.calibration.judgement experiment.misspecification.rule.strained_level",
+    "sizes=experiment.calibration.recordings fresh strip_fraction=population.nulls.strip_fraction",
+    "pushes_table": "prior=joint_prior experiment.calibration.judgement experiment.misspecification.rule "
+    "strip_fraction=population.nulls.strip_fraction",
     "population_null": "experiment.summary experiment.exact experiment.misspecification.rule fresh "
     "sizes=population.nulls",
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",

@@ -145,6 +145,21 @@ class FreeModel:
         below = np.cumsum(np.exp(joint - logsumexp(joint, axis=0)), axis=0) < rng.random(joint.shape[1])
         return np.asarray(factors[below.sum(axis=0).clip(max=len(factors) - 1)])
 
+    def draw_speeds(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+        """Draw the speeds (n, p) of new pushes at the recording's instants, one recording of each simulation.
+
+        The factor of the errors is drawn from its posterior, where it is not known; what the model misses is
+        one in each cell, as in the likelihood.
+        """
+        discrepancy, count = self.settings.discrepancy, len(predicted.log_speed)
+        _, place = np.unique(self.cell, return_inverse=True)
+        level, timing = rng.standard_normal((2, count, place.max() + 1))
+        own = rng.standard_normal(predicted.log_speed.shape) * self.model.recording.relative_se
+        missed = discrepancy.speed_fraction * level[:, place]
+        missed = missed + discrepancy.timing_cycle * predicted.slope * timing[:, place]
+        factor = self.draw_factor(predicted, rng)[:, None]
+        return np.asarray(np.exp(predicted.log_speed + missed + factor * own))
+
     def innovations(self, predicted: PredictedSpeeds, factor: FloatArray | float = 1.0) -> Innovations:
         """Return the standardised residuals of n simulations, (n, p), errors times a factor of each, (n,)."""
         recording = self.model.recording

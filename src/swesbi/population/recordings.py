@@ -1,4 +1,4 @@
-"""Fresh recordings of fresh contexts."""
+"""Fresh recordings of fresh contexts, gated and free-running."""
 
 from __future__ import annotations
 
@@ -7,14 +7,22 @@ from typing import Final
 
 import numpy as np
 
+from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
+from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.population.conditions import draw_conditions, protocol_noise, whole_phase_se
+from swesbi.population.conditions import draw_conditions, draw_pushes, protocol_noise, whole_phase_se
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import ConditionSettings, PopulationSettings
-from swesbi.population.synthetic import Acquisition, Synthetic, acquired_recordings, own_recordings
+from swesbi.population.synthetic import (
+    Acquisition,
+    Synthetic,
+    acquired_recordings,
+    fresh_beats,
+    own_recordings,
+)
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
@@ -92,6 +100,40 @@ def record_fresh(
 def recorded(subject: FreshSubject, made: Synthetic) -> SpeedModel:
     """Return the model of the one recording that was made."""
     return replace(subject.model, recording=made.recordings[0])
+
+
+def record_pushes(
+    number: int, pushes: tuple[int, int], settings: FreshSettings, seed: int, *name: str | int
+) -> tuple[FreeModel, FloatArray]:
+    """Draw context, instants, errors, phi and speeds of the free-running recording with this number.
+
+    Args:
+        number: Of the stream ``name``.
+        pushes: Fewest and most of its pushes; uniform in the logarithm between them.
+        settings: Population, conditions and model.
+        seed: The study's seed.
+        name: Names the stream.
+
+    Returns:
+        The recording under its model, and phi of shape (d,).
+
+    Raises:
+        ValueError: Its reference beat does not become periodic.
+    """
+    context = draw_contexts([number], settings.population, seed, "fresh", *name)[0]
+    rng = generator(seed, "population conditions", *name, number)
+    asked = settings.conditions.free_running.model_copy(update={"pushes": pushes})
+    drawn = draw_pushes(1, asked, rng)
+    order, count = np.argsort(drawn.phase, kind="stable"), len(drawn.phase)
+    phase, se = drawn.phase[order], drawn.relative_se[order]
+    blank = SpeedRecording(context, phase, np.ones(count), drawn.factor[0] * se, np.empty((count, 0)))
+    cells = settings.acquisition.phases
+    cell = np.minimum((phase * cells).astype(np.int64), cells - 1)
+    known = FreeModel(SpeedModel(blank, settings.model), cell, 0.0)
+    phi, beats = fresh_beats(known.model, 1, seed, *name)
+    speed = known.draw_speeds(known.model.predict_from(phi, beats), rng)[0]
+    seen = replace(known.model, recording=replace(blank, speed_m_s=speed, relative_se=se))
+    return FreeModel(seen, cell, float(drawn.errors_log_sd[0])), phi[0]
 
 
 def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:

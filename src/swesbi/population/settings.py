@@ -366,6 +366,11 @@ class NullSettings(Settings):
     recordings: int = Field(
         ge=50, description="Fresh recordings, each of a context of its own. As in the base experiment."
     )
+    free_running_recordings: int = Field(
+        ge=50,
+        description="Fresh free-running recordings likewise. Chosen: some 300 with known and with declared "
+        "errors each.",
+    )
     predictive_recordings: int = Field(
         ge=100,
         description="Prior predictive recordings of a subject: for the space, and again for distances. "

@@ -62,7 +62,7 @@ class StudentMixture:
         part_of = np.searchsorted(np.cumsum(self.share[:-1]), rng.random(count), side="right")
         eta = np.empty((count, len(self.parts[0].mean)))
         for number, part in enumerate(self.parts):
-            eta[part_of == number] = part.draw(np.count_nonzero(part_of == number), rng)
+            eta[part_of == number] = part.draw(int(np.count_nonzero(part_of == number)), rng)
         return eta
 
     def log_density(self, eta: FloatArray) -> FloatArray:

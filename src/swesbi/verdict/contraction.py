@@ -7,7 +7,7 @@ a shift of the median which of them they move; of what neither narrows nor moves
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import THETA, TOLD
 from swesbi.verdict.settings import UninformativeSettings
-from swesbi.verdict.verdict import VerdictTest
+from swesbi.verdict.verdict import NOT_CONTRADICTED, UNINFORMATIVE, Verdict, VerdictTest
 
 CONTRACTION: Final = "contraction_"
 """Before a quantity: the name of its entry in ``verdict.json``."""
@@ -75,6 +75,21 @@ class Contractions:
     def uninformative(self) -> bool:
         """Whether the recording leaves every quantity as the prior has it."""
         return all(one.uninformative for one in self.of_each)
+
+    def beside(self, verdict: Verdict) -> Verdict:
+        """Return a verdict with them; a recording that tells nothing, and fits, is uninformative."""
+        status, sentence = verdict.status, verdict.sentence
+        if self.uninformative and status == NOT_CONTRADICTED:
+            status = UNINFORMATIVE
+            sentence = f"{status}: the recording leaves every quantity as the prior has it"
+        untold = (self.in_words,) if any(one.uninformative for one in self.of_each) else ()
+        return replace(
+            verdict,
+            status=status,
+            sentence=sentence,
+            reasons=(*verdict.reasons, *untold),
+            tests=(*verdict.tests, *self.tests),
+        )
 
     @property
     def in_words(self) -> str:

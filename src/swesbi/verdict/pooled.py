@@ -37,6 +37,7 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.nulls import Reference, Statistics, fit_joint_null, score_scale, space_distances
+from swesbi.verdict.pushes import PushChecks
 from swesbi.verdict.recordings import NULL, SubjectChecks, posterior_draws
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import (
@@ -55,6 +56,8 @@ from swesbi.verdict.statistics import (
 FloatArray = NDArray[np.float64]
 STREAM = "population null"
 ALONG: Final = "recording"
+PUSHES: Final = "pushes"
+"""The group of free-running null recordings."""
 LABELS: Final[dict[str, Any]] = {
     "distance": list(DISTANCES),
     "bounded": list(WITH_STRIPS),
@@ -166,10 +169,17 @@ def _distance_level(subject: SubjectChecks, settings: RuleSettings) -> FloatArra
 
 @dataclass(frozen=True)
 class PopulationNull:
-    """Well-specified recordings of fresh contexts, n of them, and what the tests look at in each."""
+    """Well-specified recordings of fresh contexts, and what the tests look at in each.
+
+    Attributes:
+        contexts: Of n gated recordings.
+        pooled: What the tests look at in these.
+        pushes: The same of m free-running recordings.
+    """
 
     contexts: tuple[Context, ...]
     pooled: Annotated[PooledNull, artefacts.Part()]
+    pushes: Annotated[PushChecks, artefacts.Part(group=PUSHES)]
 
 
 def draw_null(
@@ -181,8 +191,8 @@ def draw_null(
     exact: ExactSettings,
     rule: RuleSettings,
     seed: int,
-) -> PopulationNull:
-    """Make and infer the numbered recordings of the null.
+) -> tuple[tuple[Context, ...], PooledNull]:
+    """Make and infer the numbered gated recordings of the null; return their contexts as well.
 
     Args:
         index: Numbers of the recordings.
@@ -209,7 +219,7 @@ def draw_null(
         progress.step()
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
-    return PopulationNull(tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass))
+    return tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass)
 
 
 def _levels(
@@ -228,31 +238,33 @@ def _levels(
     )
 
 
-SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationNull)["/"]
+SCHEMA: Final = artefacts.schema_of(PopulationNull)
+ROOT: Final = artefacts.schema_of(Context, ALONG)["/"] | SCHEMA["/"]
 KIND: Final = artefacts.register(
     "population_null",
-    {"/": SCHEMA},
+    {**SCHEMA, "/": ROOT},
     (*LABELS, *artefacts.labels_of(PopulationNull), artefacts.Labels(ALONG, "subject")),
 )
 
 
-def to_dataset(null: PopulationNull) -> xr.Dataset:
-    """Return the null recordings as a dataset with dimension recording."""
+def null_groups(null: PopulationNull) -> dict[str, xr.Dataset]:
+    """Return the null recordings, gated ones at the root, as datasets with dimension recording."""
     labels = {
         "subject": (ALONG, [context.subject for context in null.contexts]),
         "distance": LABELS["distance"],
         "feature": list(null.pooled.feature_names),
     }
-    return artefacts.build_dataset(
-        SCHEMA, artefacts.values_of(null)["/"] | context_values(null.contexts), labels | LABELS
-    )
+    values = artefacts.values_of(null)
+    root = artefacts.build_dataset(ROOT, values["/"] | context_values(null.contexts), labels | LABELS)
+    numbers = {"subject": (ALONG, [str(number) for number in range(len(null.pushes.pushes))])}
+    return {"/": root, PUSHES: artefacts.build_dataset(SCHEMA[PUSHES], values[PUSHES], numbers | LABELS)}
 
 
 def read_null(path: Path) -> PopulationNull:
-    """Read the null recordings with their contexts.
+    """Read the null recordings with the contexts of the gated ones.
 
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    dataset, _ = artefacts.load(path, KIND)
-    return artefacts.from_dataset(PopulationNull, dataset, contexts=contexts_of(dataset, ALONG))
+    groups = {group: artefacts.load(path, KIND, group)[0] for group in SCHEMA}
+    return artefacts.from_groups(PopulationNull, groups, {"contexts": contexts_of(groups["/"], ALONG)})

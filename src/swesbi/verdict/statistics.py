@@ -250,6 +250,11 @@ def tail_scores(tails: FloatArray) -> FloatArray:
     return np.asarray(np.abs(ndtri(np.clip(tails, LEAST_TAIL, 1.0 - LEAST_TAIL))))
 
 
+def misfit_score(p_value: FloatArray) -> FloatArray:
+    """Return the normal score of p-values of squared residuals, large where the misfit is; any shape."""
+    return np.asarray(-ndtri(np.clip(p_value, LEAST_TAIL**2, 1.0 - LEAST_TAIL)))
+
+
 class MisfitTest(NamedTuple):
     """A test with a null distribution: its name, what it asks, and the group that it belongs to."""
 
@@ -322,7 +327,7 @@ class Checks:
 
     def chi2_score(self) -> FloatArray:
         """Return the normal score of chi2's p-value, large where the misfit is; shape (n,)."""
-        return np.asarray(-ndtri(np.clip(self.chi2_p, LEAST_TAIL**2, 1.0 - LEAST_TAIL)))
+        return misfit_score(self.chi2_p)
 
 
 def check_recording(

@@ -13,10 +13,8 @@ from swesbi.artefacts import ArtefactError
 NOT_CONTRADICTED: Final = "not contradicted"
 STRAINED: Final = "strained"
 CONTRADICTED: Final = "contradicted"
-NO_VERDICT: Final = "no verdict"
-"""Of a recording without null distributions, where nothing else speaks against the model."""
 UNINFORMATIVE: Final = "uninformative"
-"""Of a free-running recording that leaves every quantity as the prior has it."""
+"""Of a recording that leaves every quantity as the prior has it, where nothing speaks against the model."""
 STATUSES: Final = (NOT_CONTRADICTED, STRAINED, CONTRADICTED)
 """Of experiments on measured speeds, from good to bad."""
 PRIOR_SUPPORTED: Final = "prior-supported"
@@ -60,7 +58,7 @@ class Verdict:
         candidate_draws: Candidates drawn.
         unfiltered_median: Median of all candidates, by parameter.
         status: The outcome in a word: of an experiment on speeds "not contradicted", "strained",
-            "contradicted", "no verdict" or "uninformative"; of one on features "prior-supported" or not.
+            "contradicted" or "uninformative"; of one on features "prior-supported" or not.
         sentence: The outcome in a sentence.
         reasons: What speaks against the model, or why the prior does not support the subject; may be empty.
         tests: The misspecification tests.

@@ -9,6 +9,7 @@ have no null distribution, and their distance is given in units of a stated tole
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -72,7 +73,7 @@ def network_test(efficiency: Sequence[float]) -> VerdictTest:
 
 
 class VerdictSettings(Settings):
-    """What the verdict on a gated recording depends on."""
+    """What the verdict on a recording depends on."""
 
     model: SpeedModelSettings
     summary: SummarySettings
@@ -85,6 +86,21 @@ class VerdictSettings(Settings):
     def conditioning(self) -> ConditioningSettings:
         """How measured speeds become features."""
         return conditioning_of(self.summary, self.model)
+
+
+@dataclass(frozen=True)
+class ByNull:
+    """What the tests with a null distribution amount to.
+
+    Attributes:
+        status: Their verdict.
+        overall_p: P-value of all together.
+        tests: Each of them.
+    """
+
+    status: Grade
+    overall_p: float
+    tests: tuple[VerdictTest, ...]
 
 
 def judge(
@@ -109,20 +125,48 @@ def judge(
         clinical: What was measured of the subject; an ejection time can strain it.
         further: Other tests, which can strain the subject.
     """
-    context, rule = model.recording.context, settings.rule
     beats = model.simulate(exact.phi)
     draws = _draws(model, exact, beats)
-    rng = generator(seed, "verdict", context.subject)
+    rng = generator(seed, "verdict", model.recording.context.subject)
     checks = check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
     judgement = reference.judge(checks)
+    tests = null_tests(reference, checks, judgement)
+    by_null = ByNull(Grade(judgement.status[0]), float(judgement.overall_p[0]), tests)
+    farthest = _farthest(exact, model, draws.predicted)
+    return together(by_null, exact, model, beats, others, settings, clinical, further, farthest)
+
+
+def together(
+    by_null: ByNull,
+    exact: ExactPosterior,
+    model: SpeedModel,
+    beats: Beats,
+    others: Sequence[Context],
+    settings: VerdictSettings,
+    clinical: ClinicalMeasures,
+    further: Sequence[VerdictTest],
+    farthest: tuple[float, str],
+) -> Verdict:
+    """Judge a recording of any kind by what its null tests say, its volumes, its ejection, its context.
+
+    Args:
+        by_null: What the tests with a null distribution amount to.
+        exact: The exact posterior of the recording.
+        model: What simulates the subject.
+        beats: Of the posterior's draws.
+        others: Contexts with which the subject's is compared.
+        settings: Of the tests.
+        clinical: What was measured of the subject.
+        further: Other tests, which can strain the subject.
+        farthest: What lies farthest out, in standard deviations, and its name.
+    """
+    context, rule = model.recording.context, settings.rule
     volumes = volume_tests(model, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
     contextual = (*ejection, *context_tests(context, others, rule.context), *further)
-    status = grade(Grade(judgement.status[0]), volumes, contextual, rule.volumes.contradicted_abs_z)
-    tests = (*null_tests(reference, checks, judgement), *volumes, *contextual)
-    overall_p = float(judgement.overall_p[0])
-    farthest = _farthest(exact, model, draws.predicted)
-    return make_verdict(status, overall_p, tests, exact, farthest, told(model, exact.phi, beats))
+    status = grade(by_null.status, volumes, contextual, rule.volumes.contradicted_abs_z)
+    tests = (*by_null.tests, *volumes, *contextual)
+    return make_verdict(status, by_null.overall_p, tests, exact, farthest, told(model, exact.phi, beats))
 
 
 def _draws(model: SpeedModel, exact: ExactPosterior, beats: Beats) -> PosteriorDraws:
@@ -252,9 +296,7 @@ def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
     return {
         "chi2": f"posterior predictive p-value of chi2 = {checks.chi2_p[0]:.3f}",
         "conditional_features": f"least likely given the recording: {features}",
-        "boundary_mass": _boundary_detail(
-            checks.bound_mass[0], statistics.prior_mass, statistics.strip_level
-        ),
+        "boundary_mass": boundary_detail(checks.bound_mass[0], statistics.prior_mass, statistics.strip_level),
         **{
             name: f"{feature} is larger than in "
             f"{checks.tails[0, statistics.feature_names.index(feature)]:.1%} of replicated recordings"
@@ -263,7 +305,8 @@ def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
     }
 
 
-def _boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> str:
+def boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> str:
+    """Say which strip contains the most, over what the prior has there."""
     ratio = np.where(prior_mass <= level, strip_ratios(mass, prior_mass), -np.inf)
     if not (mass[prior_mass <= level] > 0.0).any():
         return "no posterior mass at any bound where the prior has little"

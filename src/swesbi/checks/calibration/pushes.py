@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from swesbi import artefacts
-from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration.ranks import (
     Ranked,
@@ -24,30 +24,29 @@ from swesbi.checks.calibration.ranks import (
     stack_scores,
 )
 from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings, RecordingsSettings
-from swesbi.checks.free_predictive import draw_pushes as draw_speeds_of_pushes
 from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.instants import FreeModel
-from swesbi.measurement.likelihood import SpeedModel
-from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.flow import TrainedFlow, free_proposal
 from swesbi.parameters import PHI_NAMES
-from swesbi.population.conditions import draw_pushes
-from swesbi.population.contexts import draw_contexts
-from swesbi.population.recordings import FreshSettings
-from swesbi.population.synthetic import fresh_beats
+from swesbi.population.recordings import FreshSettings, record_pushes
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.prior import PriorSettings
+from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
+from swesbi.verdict.pushes import PushChecks, check_pushes, overall_p_values
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.without_null import residual_test
+from swesbi.verdict.statistics import BOUNDS, WITH_STRIPS, prior_strip_mass
 
 STREAM: Final = "pushes"
 ALONG: Final = "recording"
-LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES)}
+LABELS: Final[dict[str, Any]] = {
+    "parameter": list(PHI_NAMES),
+    "bounded": list(WITH_STRIPS),
+    "bound": list(BOUNDS),
+}
 RESIDUAL_DRAWS: Final = 200  # posterior draws behind a p-value
 
 
@@ -56,19 +55,12 @@ class InferredPushes:
     """n free-running recordings of fresh contexts, with what was inferred of each."""
 
     contexts: tuple[Context, ...]
-    pushes: Annotated[IntArray, artefacts.Variable("recording", "1", "accepted pushes")]
-    errors_log_sd: Annotated[
-        FloatArray,
-        artefacts.Variable("recording", "1", "prior sd of the log of a factor of all errors, 0 where known"),
-    ]
+    checks: Annotated[PushChecks, artefacts.Part()]
     k_hat: Annotated[FloatArray, artefacts.Variable("recording", "1", "Pareto shape of the weights")]
     efficiency: Annotated[
         FloatArray, artefacts.Variable("recording", "1", "effective share of the weighted draws")
     ]
     by_mcmc: Annotated[BoolArray, artefacts.Variable("recording", "1", "1 where MCMC took over")]
-    residual_p_value: Annotated[
-        FloatArray, artefacts.Variable("recording", "1", "posterior predictive p-value of the residuals")
-    ]
     ranked: Annotated[Ranked, artefacts.Part()]
 
 
@@ -81,7 +73,7 @@ class PushesStudy:
         pushes: How many recordings of how many pushes.
         sizes: Draws of each posterior.
         exact: The study's own settings of the exact posterior.
-        rule: Levels of the verdict.
+        strip_fraction: Width of the strip at a bound, over the box's.
         seed: The study's seed.
     """
 
@@ -89,7 +81,7 @@ class PushesStudy:
     pushes: PushesSettings
     sizes: RecordingsSettings
     exact: ExactSettings
-    rule: RuleSettings
+    strip_fraction: float
     seed: int
 
     def infer(self, index: Sequence[int], flow: TrainedFlow) -> InferredPushes:
@@ -106,44 +98,23 @@ class PushesStudy:
         return _joined(parts)
 
     def _infer(self, number: int, pushes: int, flow: TrainedFlow) -> InferredPushes:
-        model, phi = self.recorded(number, pushes)
+        model, phi = record_pushes(number, (pushes, pushes), self.fresh, self.seed, STREAM, pushes)
         seed = integer_seed(self.seed, "calibration", STREAM, pushes, number)
         network_posterior = free_proposal(flow, model)
         drawn, by_mcmc = weighted_posterior(
             model, network_posterior, self.sizes.effective_draws, self.exact, seed
         )
         rng = generator(seed, "residuals")
-        chosen = drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)]
-        test = residual_test(model, model.model.predict(chosen), self.rule, rng)
+        chosen = model.predict(drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)])
         network = flow_draws(flow, model, self.sizes.network_draws, seed)
         return InferredPushes(
             contexts=(model.model.recording.context,),
-            pushes=np.array([pushes]),
-            errors_log_sd=np.array([model.noise_log_sd]),
+            checks=check_pushes(model, drawn.phi, drawn.weight, chosen, self.strip_fraction, rng),
             k_hat=np.array([drawn.k_hat]),
             efficiency=np.array([drawn.efficiency]),
             by_mcmc=np.array([by_mcmc]),
-            residual_p_value=np.array([test.p_value]),
             ranked=_ranked(model, phi, network, (drawn.phi, drawn.weight, drawn.log_likelihood), seed),
         )
-
-    def recorded(self, number: int, pushes: int) -> tuple[FreeModel, FloatArray]:
-        """Draw context, instants, errors, phi of shape (d,) and speeds of one free-running recording."""
-        name = (STREAM, pushes)
-        context = draw_contexts([number], self.fresh.population, self.seed, "fresh", *name)[0]
-        rng = generator(self.seed, "population conditions", *name, number)
-        asked = self.fresh.conditions.free_running.model_copy(update={"pushes": (pushes, pushes)})
-        drawn = draw_pushes(1, asked, rng)
-        order = np.argsort(drawn.phase, kind="stable")
-        phase, se = drawn.phase[order], drawn.relative_se[order]
-        blank = SpeedRecording(context, phase, np.ones(pushes), drawn.factor[0] * se, np.empty((pushes, 0)))
-        cells = self.fresh.acquisition.phases
-        cell = np.minimum((phase * cells).astype(np.int64), cells - 1)
-        known = FreeModel(SpeedModel(blank, self.fresh.model), cell, 0.0)
-        phi, beats = fresh_beats(known.model, 1, self.seed, *name)
-        speed = draw_speeds_of_pushes(known, known.model.predict_from(phi, beats), rng)[0]
-        seen = replace(known.model, recording=replace(blank, speed_m_s=speed, relative_se=se))
-        return FreeModel(seen, cell, float(drawn.errors_log_sd[0])), phi[0]
 
 
 def flow_draws(flow: TrainedFlow, model: FreeModel, draws: int, seed: int) -> FloatArray:
@@ -211,27 +182,37 @@ def read_pushes(paths: Sequence[Path]) -> InferredPushes:
 
 
 def by_pushes(
-    inferred: InferredPushes, prior: PriorSettings, judgement: JudgementSettings, level: float
+    inferred: InferredPushes,
+    null: PushChecks,
+    prior: JointPriorSettings,
+    judgement: JudgementSettings,
+    rule: RuleSettings,
+    strip_fraction: float,
 ) -> pd.DataFrame:
     """Return coverage of each active parameter by number of pushes, and what sampler and tests did there.
 
     Args:
         inferred: The recordings.
-        prior: Prior of theta, against which contraction is taken.
+        null: Null recordings, against which they are held: the share that is strained is of false alarms.
+        prior: The prior.
         judgement: Nominal levels.
-        level: At which the residuals are held against the model: the share that is, is of false alarms.
+        rule: Levels of the verdict.
+        strip_fraction: Width of the strip at a bound, over the box's.
     """
     rows: list[dict[str, object]] = []
-    strata = {"all": np.ones(len(inferred.pushes), dtype=bool)}
-    strata |= {str(number): inferred.pushes == number for number in sorted(set(inferred.pushes.tolist()))}
+    pushes = inferred.checks.pushes
+    overall = overall_p_values(null, inferred.checks, prior_strip_mass(prior, strip_fraction), rule)
+    strata = {"all": np.ones(len(pushes), dtype=bool)}
+    strata |= {str(number): pushes == number for number in sorted(set(pushes.tolist()))}
     for name, chosen in strata.items():
         beside = {
             "median_efficiency": float(np.median(inferred.efficiency[chosen])),
             "by_mcmc": float(np.mean(inferred.by_mcmc[chosen])),
-            "residuals_flagged": float(np.mean(inferred.residual_p_value[chosen] <= 0.5 * level)),
+            "false_alarms": float(np.mean(overall[chosen] <= rule.strained_level)),
         }
         recovered = inferred.ranked.rows(chosen).recovered
         rows += [
-            {"pushes": name} | asdict(row) | beside for row in score_recovery(recovered, prior, judgement)
+            {"pushes": name} | asdict(row) | beside
+            for row in score_recovery(recovered, prior.theta, judgement)
         ]
     return pd.DataFrame(rows)

@@ -36,7 +36,6 @@ STRAINED: Final = "#B07000"
 NETWORK: Final = "#6A1B9A"
 STATUS_COLORS: Final = {
     "not contradicted": POSTERIOR,
-    "no verdict": POSTERIOR,
     "uninformative": POSTERIOR,
     "strained": STRAINED,
     "contradicted": EXCLUDED_POSTERIOR,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from swesbi.answers.answer import answered
 from swesbi.answers.gated import GatedRecording
-from swesbi.answers.knowledge import OF_POPULATION, Knowledge
+from swesbi.answers.knowledge import OF_POPULATION, of_population
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts import Origin, save, write_json
 from swesbi.measurement.likelihood import SpeedModel
@@ -49,12 +49,11 @@ def population_answers(
         NoLikelihoodError: Every simulation fails.
         ValueError: Every posterior draw failed in the simulator.
     """
-    observed, population = read_observation(observation), read_null(null)
+    observed = read_observation(observation)
     stage = settings.exact_posterior
     model = SpeedModel(measured_speeds(observed, read_noise(noise).components), stage.model)
     recording = GatedRecording(observed, model, stream=STREAM)
-    flow, hearts = load_flow(estimator)[0], population.contexts
-    knowledge = Knowledge(OF_POPULATION, hearts, flow, null=lambda: population.pooled)
+    knowledge = of_population(OF_POPULATION, load_flow(estimator)[0], read_null(null))
     answer = answered(recording, knowledge, settings, origin.seed)
     groups = exact_to_groups(answer.posterior, stage.model.prior)
     save(posterior, groups, origin.provenance(POSTERIOR, stage))

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from swesbi.artefacts import Origin, save
-from swesbi.base.settings import Level, Settings
+from swesbi.base.settings import Settings
 from swesbi.checks.calibration.pushes import (
     KIND,
     PushesStudy,
@@ -22,8 +22,9 @@ from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings
 from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import FreshSettings
 from swesbi.posterior.settings import ExactSettings
-from swesbi.prior import PriorSettings
+from swesbi.prior import JointPriorSettings
 from swesbi.report.csv import write_csv
+from swesbi.verdict.pooled import read_null
 from swesbi.verdict.settings import RuleSettings
 
 LOGGER = logging.getLogger("swesbi")
@@ -37,7 +38,7 @@ class PushesCalibrationStageSettings(Settings):
     fresh: FreshSettings
     sizes: RecordingsSettings
     exact: ExactSettings
-    rule: RuleSettings
+    strip_fraction: float
 
 
 def pushes_calibration(
@@ -50,8 +51,9 @@ def pushes_calibration(
     """
     flow, _ = load_flow(estimator)
     study = PushesStudy(
-        settings.fresh, settings.free_running, settings.sizes, settings.exact, settings.rule, origin.seed
-    )
+        settings.fresh, settings.free_running, settings.sizes, settings.exact, settings.strip_fraction,
+        origin.seed,
+    )  # fmt: skip
     inferred = study.infer(range(*settings.index), flow)
     save(part, {"/": pushes_dataset(inferred)}, origin.provenance(KIND, settings))
 
@@ -59,14 +61,16 @@ def pushes_calibration(
 class PushesTableStageSettings(Settings):
     """What is asked of the answers."""
 
-    prior: PriorSettings
+    prior: JointPriorSettings
     judgement: JudgementSettings
-    strained_level: Level
+    rule: RuleSettings
+    strip_fraction: float
 
 
 def pushes_table(
     *,
     parts: Sequence[Path],
+    null: Path,
     calibration: Path,
     table: Path,
     settings: PushesTableStageSettings,
@@ -76,16 +80,21 @@ def pushes_table(
 
     Args:
         parts: Free-running recordings of fresh contexts.
+        null: Null recordings, against which they are judged.
         calibration: Output, all of them together.
         table: Output, a row a number of pushes, parameter and nominal level.
 
     Raises:
-        ArtefactError: An input is no such part.
+        ArtefactError: An input is no such artefact.
     """
     inferred = read_pushes(parts)
     save(calibration, {"/": pushes_dataset(inferred)}, origin.provenance(KIND, settings))
-    write_csv(table, by_pushes(inferred, settings.prior, settings.judgement, settings.strained_level))
+    found = by_pushes(
+        inferred, read_null(null).pushes, settings.prior, settings.judgement, settings.rule,
+        settings.strip_fraction,
+    )  # fmt: skip
+    write_csv(table, found)
     LOGGER.info(
         "%d free-running recordings: median efficiency %.0f %%, %d by MCMC",
-        len(inferred.pushes), 100.0 * float(np.median(inferred.efficiency)), int(inferred.by_mcmc.sum()),
+        len(inferred.by_mcmc), 100.0 * float(np.median(inferred.efficiency)), int(inferred.by_mcmc.sum()),
     )  # fmt: skip

@@ -31,8 +31,9 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.csv import write_csv
 from swesbi.verdict.pooled import KIND as NULLS
-from swesbi.verdict.pooled import draw_null, to_dataset
+from swesbi.verdict.pooled import PopulationNull, draw_null, null_groups
 from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, alarm_rows
+from swesbi.verdict.pushes import draw_pushes_null
 from swesbi.verdict.recordings import (
     ACQUIRED,
     NULL,
@@ -171,11 +172,13 @@ def population_null(
     """
     conditioning = conditioning_of(settings.summary, settings.fresh.model)
     flow, _ = load_flow(estimator)
-    drawn = draw_null(
-        range(settings.sizes.recordings), flow, settings.fresh, conditioning, settings.sizes, settings.exact,
-        settings.rule, origin.seed,
-    )  # fmt: skip
-    save(null, to_dataset(drawn), origin.provenance(NULLS, settings))
+    fresh, sizes, exact, seed = settings.fresh, settings.sizes, settings.exact, origin.seed
+    contexts, pooled = draw_null(
+        range(sizes.recordings), flow, fresh, conditioning, sizes, exact, settings.rule, seed
+    )
+    pushes = draw_pushes_null(range(sizes.free_running_recordings), flow, fresh, sizes, exact, seed)
+    drawn = PopulationNull(contexts, pooled, pushes)
+    save(null, null_groups(drawn), origin.provenance(NULLS, settings))
 
 
 def verdict(
