@@ -33,7 +33,7 @@ from swesbi.report.figures.free_predictive import draw_free_check
 from swesbi.report.sheet import curve_free, recorded_free
 from swesbi.seeds import generator
 from swesbi.verdict.pushes import judge_pushes
-from swesbi.verdict.verdict import Verdict
+from swesbi.verdict.verdict import Verdict, VerdictTest
 from swesbi.verdict.with_null import network_test
 
 
@@ -44,11 +44,13 @@ class FreeRecording:
     Attributes:
         observation: The accepted pushes.
         model: Their likelihood.
+        tests: Of the recording alone, which can strain the subject.
         stream: Begins the names of the random streams of its answer.
     """
 
     observation: FreeObservation
     model: FreeModel
+    tests: tuple[VerdictTest, ...] = ()
     stream: str = "free subject"
 
     @property
@@ -91,7 +93,7 @@ class FreeRecording:
         if knowledge.pushes is None:
             raise ValueError("a free-running recording is judged by null distributions, and none are given")
         clinical, hearts = self.observation.clinical, knowledge.hearts
-        further = () if knowledge.flow is None else (network_test(efficiency),)
+        further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
         return judge_pushes(
             exact, self.model, hearts, knowledge.pushes, settings.verdict, seed, clinical, further
         )

@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from swesbi.artefacts.files import stated_checksum
 from swesbi.context import Context
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
@@ -40,6 +41,7 @@ class Knowledge:
         trained: Contexts that the network was trained on, if these are but some: it is shown the nearest.
         null: Loads the gated null recordings that the tests compare with; None where there are none.
         pushes: Those of free-running recordings; None where there are none.
+        made_from: Checksums of the files that all of this was read from.
     """
 
     population: str = OF_PRIOR
@@ -48,6 +50,7 @@ class Knowledge:
     trained: Sequence[Context] = ()
     null: Callable[[], PooledNull] | None = None
     pushes: PushChecks | None = None
+    made_from: tuple[str, ...] = ()
 
     def of_phases(self, recording: SpeedRecording) -> FlowProposal | None:
         """Return the network's posterior of a gated recording."""
@@ -88,7 +91,8 @@ def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:
     if not null.is_file():
         return Knowledge(OF_POPULATION, (), flow)
     population = read_null(null)
-    return of_population(OF_POPULATION, flow, population)
+    read = (stated_checksum(estimator), stated_checksum(null))
+    return replace(of_population(OF_POPULATION, flow, population), made_from=read)
 
 
 def knowledge_of_study(
@@ -111,7 +115,8 @@ def knowledge_of_study(
     def pooled() -> PooledNull:
         return pool_subjects([read_subject_checks(path, (NULL,)) for path in misspecifications], rule)
 
-    return Knowledge(OF_STUDY, trained, load_flow(estimator)[0], trained, pooled)
+    read = tuple(map(stated_checksum, (estimator, *observations, *misspecifications)))
+    return Knowledge(OF_STUDY, trained, load_flow(estimator)[0], trained, pooled, made_from=read)
 
 
 def knowledge_of_prior() -> Knowledge:
@@ -120,4 +125,5 @@ def knowledge_of_prior() -> Knowledge:
     Raises:
         ArtefactError: These are damaged.
     """
-    return of_population(OF_PRIOR, None, read_null(SHIPPED_NULLS))
+    known = of_population(OF_PRIOR, None, read_null(SHIPPED_NULLS))
+    return replace(known, made_from=(stated_checksum(SHIPPED_NULLS),))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.answer import Answer
+from swesbi.answers.answer import Answer, Recording
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import OneAnswerSettings, PressuresSettings
 from swesbi.answers.sheet import sheet_of
-from swesbi.artefacts import Origin, save, write_json
+from swesbi.artefacts import ArtefactError, Origin, save, write_json
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.truncated import POSTERIOR
@@ -18,6 +21,7 @@ from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Sheet
+from swesbi.verdict.verdict import Verdict, read_verdict
 
 OBSERVATION: Final = "observation.h5"
 POSTERIOR_FILE: Final = "posterior.h5"
@@ -29,6 +33,45 @@ OUTPUTS: Final = (
 WITH_PRESSURES: Final = "with_pressures.h5"
 """A further output, of a subject of whom the pressures of a cuff were taken."""
 PRIOR_DRAWS: Final = "prior, from which it began"
+MADE_FROM: Final = "made_from"
+"""Key of ``verdict.json``: the digest of all that the answer depends on."""
+
+
+def made_from(recording: Recording, knowledge: Knowledge, settings: OneAnswerSettings, origin: Origin) -> str:
+    """Return the digest of all that an answer depends on: the same digest, the same files."""
+    said = {
+        "settings": settings.to_plain(),
+        "origin": asdict(origin),
+        "knowledge": knowledge.made_from,
+        "noise": recording.noise,
+        "tests": [asdict(test) for test in recording.tests],
+    }
+    digest = sha256(json.dumps(said, sort_keys=True).encode())
+    errors = recording.speeds.recording
+    observed = [
+        values for group in recording.observed().groups.values() for values in group.variables.values()
+    ]
+    for array in (*(values.to_numpy() for values in observed), errors.relative_se, errors.shared):
+        digest.update(repr(array.tolist()).encode())
+    return digest.hexdigest()
+
+
+def kept_verdict(folder: Path, digest: str, *, pressures: bool) -> Verdict | None:
+    """Return the verdict of an answer that lies in a folder, whole and made from just this; else None.
+
+    Args:
+        folder: Of the answer.
+        digest: Of :func:`made_from`.
+        pressures: Whether an answer with pressures belongs to it.
+    """
+    path = folder / VERDICT
+    if not all((folder / name).is_file() for name in (*OUTPUTS, *([WITH_PRESSURES] if pressures else []))):
+        return None
+    try:
+        verdict, content = read_verdict(path), json.loads(path.read_text(encoding="utf-8"))
+    except ArtefactError:
+        return None
+    return verdict if content.get(MADE_FROM) == digest else None
 
 
 def save_answer(
@@ -53,7 +96,8 @@ def save_answer(
     stage = settings.exact_posterior
     prior = stage.model.prior
     save(folder / POSTERIOR_FILE, exact_to_groups(exact, prior), origin.provenance(POSTERIOR, stage))
-    write_json(folder / VERDICT, answer.verdict.to_json())
+    made = made_from(recording, knowledge, settings, origin)
+    write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: made})
     if answer.with_pressures is not None:
         clinical = PressuresSettings(exact_posterior=stage, clinical=settings.clinical)
         freed = with_stressed_volume(prior, settings.clinical.stressed_volume_factor)

@@ -121,10 +121,8 @@ def write_fault(error: BaseException) -> str | None:
 def _temporary(path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     prefix = f".{path.stem}-{socket.gethostname()}-"
-    for left in path.parent.glob(f"{_literal(prefix)}*{_literal(path.suffix)}"):
-        writer = left.name.removeprefix(prefix).split("-")[0]
-        if writer.isdecimal() and not is_alive(int(writer)):
-            left.unlink(missing_ok=True)
+    for left in left_behind(path.parent, prefix, path.suffix):
+        left.unlink(missing_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{prefix}{os.getpid()}-", suffix=path.suffix)
     os.close(handle)
     return Path(name)
@@ -161,19 +159,28 @@ def _settle(temporary: Path) -> None:
 
 
 @contextmanager
-def folder_made_whole(folder: Path) -> Iterator[Path]:
+def folder_made_whole(folder: Path, last: str = "") -> Iterator[Path]:
     """Yield a temporary folder whose files go into ``folder`` when the block ends without error.
 
-    What else lies there stays. After an error, or Ctrl-C, nothing is left behind.
+    What else lies there stays. After an error, or Ctrl-C, nothing is left behind. What a killed process left
+    of the same folder is removed first.
+
+    Args:
+        folder: Where the files go.
+        last: The file that goes last, so that where it lies all others do.
 
     Raises:
         ArtefactError: The folder cannot be written: disk full, folder read-only or not permitted.
     """
     existing = next(path for path in folder.absolute().parents if path.is_dir())
+    prefix = f".{folder.name}-{socket.gethostname()}-"
     try:
-        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=existing) as made:
+        for left in left_behind(existing, prefix):
+            shutil.rmtree(left)
+        with tempfile.TemporaryDirectory(prefix=f"{prefix}{os.getpid()}-", dir=existing) as made:
             yield Path(made)
-            for path in sorted(file for file in Path(made).rglob("*") if file.is_file()):
+            files = (file for file in Path(made).rglob("*") if file.is_file())
+            for path in sorted(files, key=lambda file: (file.name == last, file)):
                 kept = folder / path.relative_to(made)
                 kept.parent.mkdir(parents=True, exist_ok=True)
                 path.replace(kept)
@@ -181,3 +188,11 @@ def folder_made_whole(folder: Path) -> Iterator[Path]:
         if (reason := write_fault(error)) is None:
             raise
         raise ArtefactError(f"{folder}: cannot be written, {reason}; nothing was left behind") from error
+
+
+def left_behind(folder: Path, prefix: str, suffix: str = "") -> Iterator[Path]:
+    """Yield what processes that no longer run left in a folder, named by a prefix and their number."""
+    for left in list(folder.glob(f"{_literal(prefix)}*{_literal(suffix)}")):
+        writer = left.name.removeprefix(prefix).split("-")[0]
+        if writer.isdecimal() and not is_alive(int(writer)):
+            yield left

@@ -272,6 +272,11 @@ def append_checksum(path: Path) -> None:
         file.write(line)
 
 
+def stated_checksum(path: Path) -> str:
+    """Return the checksum that a file has at its end; empty where it has none."""
+    return (_stated(path) or b"").decode()
+
+
 def has_checksum(path: Path) -> bool:
     """Tell whether a file ends with a checksum, right or wrong."""
     return _stated(path) is not None

@@ -7,7 +7,8 @@ import io
 import re
 import stat
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -64,7 +65,7 @@ def text_of(path: Path) -> str:
     return _with_plain_names(text)
 
 
-def csv_rows(path: Path) -> tuple[Iterator[tuple[int, list[str]]], bool]:
+def csv_rows(path: Path) -> tuple[tuple[tuple[int, list[str]], ...], bool]:
     """Return the rows of a CSV file of unknown columns, and whether commas in it may be decimal.
 
     The delimiter is the one that splits most rows into equally many cells: behind semicolons decimal commas
@@ -99,21 +100,37 @@ def delimiter_of(text: str, names: Sequence[str]) -> str:
     return max(DELIMITERS, key=lambda sign: len(cells[sign] & set(names)))
 
 
-def records(path: Path, text: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows that are no comments, each with its place in the file."""
+def records(path: Path, text: str, delimiter: str) -> tuple[tuple[int, list[str]], ...]:
+    """Return the rows that are no comments, each with its place in the file.
+
+    Raises:
+        RecordingError: The text is no CSV.
+    """
+    rows, fault = parsed(text, delimiter)
+    if fault:
+        row, reason = fault
+        raise RecordingError(
+            Problem(str(path), f"cannot be read as UTF-8 CSV ({reason})", "save it as such", row=row)
+        )
+    return rows
+
+
+@lru_cache(maxsize=1)  # a recording is asked what it is before it is read
+def parsed(text: str, delimiter: str) -> tuple[tuple[tuple[int, list[str]], ...], tuple[int, str] | None]:
+    """Return the rows of a CSV text, up to the first that is none: with its place and why it is none."""
     places: list[int] = []
     lines: list[str] = []
     for place, line in enumerate(io.StringIO(text, newline=""), start=1):
         if not line.startswith(COMMENT):
             places.append(place)
             lines.append(line)
-    reader = csv.reader(lines, delimiter=delimiter)
+    reader, rows = csv.reader(lines, delimiter=delimiter), []
     try:
         for cells in reader:
-            yield places[reader.line_num - 1], cells
+            rows.append((places[reader.line_num - 1], cells))
     except csv.Error as error:
-        reason, row = f"cannot be read as UTF-8 CSV ({error})", places[reader.line_num - 1]
-        raise RecordingError(Problem(str(path), reason, "save it as such", row=row)) from error
+        return tuple(rows), (places[reader.line_num - 1], str(error))
+    return tuple(rows), None
 
 
 def _with_plain_names(text: str) -> str:

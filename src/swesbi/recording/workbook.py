@@ -6,6 +6,7 @@ import io
 import zipfile
 from collections.abc import Sequence
 from decimal import Decimal
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -33,7 +34,11 @@ def sheet_rows(path: Path, sheet: str | None) -> list[tuple[int, list[str]]]:
         RecordingError: The file is missing or no such workbook, has no such sheet or more than one, has
             hidden rows, or a formula without a computed value.
     """
-    content = read_bytes(path)
+    return _rows_of(path, read_bytes(path), sheet)
+
+
+@lru_cache(maxsize=1)  # a recording is asked what it is before it is read
+def _rows_of(path: Path, content: bytes, sheet: str | None) -> list[tuple[int, list[str]]]:
     values, formulas = (_opened(path, content, data_only) for data_only in (True, False))
     shown = values[_chosen(path, values, sheet)]
     _check_computed(path, shown, formulas[shown.title])

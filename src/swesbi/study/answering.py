@@ -11,9 +11,10 @@ from typing import Final
 
 from swesbi.answers.answer import Answer, Recording, answered
 from swesbi.answers.free import FreeRecording
+from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import Knowledge, knowledge_of_prior
 from swesbi.answers.settings import OneAnswerSettings
-from swesbi.answers.written import OBSERVATION, save_answer
+from swesbi.answers.written import OBSERVATION, VERDICT, kept_verdict, made_from, save_answer
 from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
 from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, add_options, in_words, merged_files, overlay, read_merged
@@ -27,6 +28,7 @@ from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.observing import Folder, observe_folder
 from swesbi.study.other_network import OtherNetworkError, check_network
 from swesbi.study.registry import stage_code
+from swesbi.verdict.verdict import Verdict
 
 EXIT_REFUSED: Final = 2
 """Of a command that goes on where a subject, or a person, of a folder is refused."""
@@ -154,6 +156,14 @@ class Asked:
     experiment: str
     note: str = ""
 
+    def kept_in(self, folder: Path) -> Verdict | None:
+        """Return the verdict of this very answer, where it lies in ``folder`` already, whole; else None."""
+        digest = made_from(self.recording, self.knowledge, self.settings, self.origin)
+        pressures = self.recording.observation.clinical.has_pressures and isinstance(
+            self.recording, GatedRecording
+        )
+        return kept_verdict(folder, digest, pressures=pressures)
+
     def answer_into(self, folder: Path, *, force: bool = False) -> tuple[Answer, Sheet]:
         """Answer the recording, put all files into ``folder``, or none, and return what its page shows.
 
@@ -166,7 +176,7 @@ class Asked:
             check_untouched(folder, self.recording)
         settings = self.settings
         answer = answered(self.recording, self.knowledge, settings, self.origin.seed, settings.clinical)
-        with folder_made_whole(folder) as made:
+        with folder_made_whole(folder, VERDICT) as made:
             page = save_answer(answer, self.knowledge, settings, self.origin, made)
         return answer, page
 

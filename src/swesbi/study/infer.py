@@ -100,11 +100,16 @@ def recordings_of(path: Path) -> tuple[Path, str]:
 
 
 def _given(request: Request, subject: str) -> Given:
-    """Answer one subject by the first that can."""
+    """Answer one subject by the first that can; an answer that is there, to just this, is kept."""
     from swesbi.study.answer_text import answer_text
     from swesbi.verdict.answers import told_of
 
     asked, folder = request.answerer.asked(subject), request.out / subject
+    if not request.force and (kept := asked.kept_in(folder)) is not None:
+        text = (
+            f"{subject}: {kept.sentence}\nanswered before, and nothing has changed since: {folder.resolve()}"
+        )
+        return Given(asked.experiment, text, told_of(kept), asked.recording.noise)
     answer, _ = asked.answer_into(folder, force=request.force)
     files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
     lines = [asked.note, answer_text(answer), f"written to {folder.resolve()}: {files}"]
