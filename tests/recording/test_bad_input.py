@@ -15,6 +15,7 @@ from swesbi.__main__ import main
 from swesbi.recording import content
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
+from swesbi.study.answering import Asked
 
 INGESTED = (
     "subjects: text in a number",
@@ -64,6 +65,31 @@ def test_validate_says_what_is_wrong(
     assert main(["validate", str(cohort), "--plot", str(tmp_path / "sheets")]) == 2
     shown_by(capsys, case.message)
     assert snapshot(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", list(CASES)[::2])
+def test_infer_says_what_is_wrong_and_answers_nothing(
+    name: str,
+    good: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Every second kind; all are read by the same functions. What is not wrong would be answered."""
+
+    def not_here(*_: object, **__: object) -> None:
+        raise ValueError("not answered in this test")
+
+    monkeypatch.setattr(Asked, "answer_into", not_here)
+    case, cohort = broken(name, good, tmp_path)
+    before = snapshot(cohort)
+    out = tmp_path / "out"
+    assert main(["infer", str(cohort), "--from-prior", "--out", str(out)]) == 2
+    shown = capsys.readouterr()
+    assert "Traceback" not in shown.err
+    assert re.search(case.message, shown.err + shown.out)
+    assert snapshot(cohort) == before
+    assert not list(out.rglob("*.h5"))
 
 
 @pytest.mark.parametrize("name", INGESTED)

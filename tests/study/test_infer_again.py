@@ -1,4 +1,4 @@
-"""`infer` once more: what is answered stays, what a kill left is made good, and nothing is read or written twice."""
+"""`infer` once more: answers stay, what a kill left is made good, nothing is read or written twice."""
 
 from __future__ import annotations
 
@@ -99,7 +99,9 @@ def test_a_recording_s_table_is_parsed_once_and_each_file_is_written_once(
 def count_parses(monkeypatch: pytest.MonkeyPatch) -> Callable[[], dict[str, int]]:
     """Count how often each recording's text is parsed, by its first row."""
     content.parsed.cache_clear()
-    texts = {(ROOT / "data" / "virtual_volunteers" / "swe" / f"{name}.csv").read_text(): name for name in SUBJECTS}
+    texts = {
+        (ROOT / "data" / "virtual_volunteers" / "swe" / f"{name}.csv").read_text(): name for name in SUBJECTS
+    }
     counts: Counter[str] = Counter()
     real = content.csv.reader
 

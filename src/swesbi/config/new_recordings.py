@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from swesbi.config.study import Study
-from swesbi.recording.protocol import read_noise_declaration, with_own_phases
+from swesbi.recording.protocol import read_noise_declaration, read_protocol, with_own_phases
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 
 
@@ -11,11 +11,13 @@ def quality_of(study: Study, subject: str) -> RecordingSettings:
     """Return quality control of a recording outside the study, with as many phases as it says it has.
 
     Raises:
-        RecordingError: The recording's own file cannot be used.
+        RecordingError: ``recording.yaml`` or the recording's own file cannot be used, or says otherwise.
     """
     settings, phases = study.config.recording, study.config.new_subjects.phases
     settings = settings.model_copy(update={"phases": phases or settings.phases})
-    return with_own_phases(study.new_protocol, subject, settings)
+    settings = with_own_phases(study.new_protocol, subject, settings)
+    read_protocol(study.new_cohort, settings, subject)
+    return settings
 
 
 def noise_declared(study: Study, subject: str) -> NoiseDeclaration:
