@@ -34,9 +34,9 @@ from swesbi.config.study import load_study
 from swesbi.measurement.likelihood import read_measured_subjects
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.pool import read_pool
-from swesbi.networks.paper.sbi_trainer import torch_prior
 from swesbi.networks.paper.training import trainer_of
 from swesbi.networks.settings import EstimatorSettings, Procedure
+from swesbi.networks.torch_prior import torch_prior
 from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
 from swesbi.study.stages.inference import RecoveryStageSettings, synthetic_recordings

@@ -20,8 +20,8 @@ from swesbi.networks.paper.estimator import CHECKPOINTS as KIND
 from swesbi.networks.paper.estimator import load_checkpoints, save_checkpoints, save_estimator
 from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import Pool, build_pool
-from swesbi.networks.paper.sbi_trainer import torch_prior
 from swesbi.networks.paper.training import Training, train
+from swesbi.networks.torch_prior import torch_prior
 
 OVERSHOOTING = {
     procedure: estimator_settings(procedure=procedure, learning_rate=0.05, max_num_epochs=12)

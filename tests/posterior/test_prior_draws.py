@@ -5,7 +5,7 @@ from inference_case import PAPER_PRIOR, WIDE_PRIOR
 from sbi.utils.sbiutils import mcmc_transform, within_support
 from scipy.stats import ks_1samp
 
-from swesbi.networks.paper.sbi_trainer import torch_prior
+from swesbi.networks.torch_prior import torch_prior
 from swesbi.prior import PriorSettings, bounds, log_density, quantile
 
 PRIORS = pytest.mark.parametrize("prior", [PAPER_PRIOR, WIDE_PRIOR], ids=["paper", "wide"])

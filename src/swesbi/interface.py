@@ -1,0 +1,272 @@
+"""What other programs use of this project: a beat, a recording, its likelihood, a prior, a posterior.
+
+``import swesbi`` offers these names. Each is loaded when it is first asked for, so that a job without torch
+loads none. Arrays of parameters have a row a draw, in the order of ``Recording.names``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.special import logsumexp
+
+from swesbi.answers.answer import answered
+from swesbi.answers.free import FreeRecording
+from swesbi.answers.kept import prior_beside
+from swesbi.base.arrays import FloatArray
+from swesbi.config.read import found_configuration, parse_config, read_merged
+from swesbi.config.study import load_study
+from swesbi.context import Context
+from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.derived import told
+from swesbi.measurement.likelihood import draw_speeds, log_likelihood
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
+from swesbi.parameters import PHI, TOLD
+from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.settings import asking
+from swesbi.prior import BoxPrior, ParameterPrior, SomeParameters
+from swesbi.seeds import generator
+from swesbi.study.answering import Answerer, Asked, experiments_to_ask
+from swesbi.study.infer import recordings_of
+
+if TYPE_CHECKING:
+    import arviz as az
+    import xarray as xr
+
+EXPERIMENT: Final = "calibrated"
+"""Whose heart and criteria are meant where no recording says otherwise."""
+UNITS: Final = {parameter.name: parameter.cf_unit for parameter in (*PHI, *TOLD)}
+BEAT_UNITS: Final = {
+    "active_stiffness_kpa": "kPa",
+    "stretch": "1",
+    "volume_ml": "mL",
+    "ventricular_pressure_mmhg": "mmHg",
+    "arterial_pressure_mmhg": "mmHg",
+    "aortic_flow_ml_s": "mL s-1",
+    "mitral_flow_ml_s": "mL s-1",
+}
+
+
+def simulate_beat(theta: FloatArray, context: Context) -> xr.Dataset:
+    """Simulate the periodic beat of a heart.
+
+    >>> import swesbi
+    >>> heart = swesbi.Context("X", "F", 30.0, 1.7, 64.0, 90.0, 34.0, 0.8)
+    >>> beat = swesbi.simulate_beat([[55.0, 6.0, 28.0]], heart)
+    >>> float(beat.active_stiffness_kpa.max()) > 5.0
+    True
+
+    Args:
+        theta: k_0 in kPa, k_ATP and k_SR in 1/s; shape (n, 3).
+        context: Whose heart it is.
+
+    Returns:
+        Curves with the dimensions draw and phase, from the R peak on; NaN where no beat becomes periodic.
+
+    Raises:
+        ValueError: A value lies outside the range in which the model is declared.
+    """
+    import xarray as xr
+
+    config = parse_config(read_merged(found_configuration(None)))
+    rows = np.atleast_2d(np.asarray(theta, dtype=np.float64))
+    beats = simulate(rows, context, config.forward_model)
+    curves = {
+        name: (("draw", "phase"), getattr(beats, name), {"units": unit}) for name, unit in BEAT_UNITS.items()
+    }
+    periodic = ("draw", beats.status == Status.PERIODIC)
+    phase = ("phase", beats.cycle_phase, {"units": "1"})
+    return xr.Dataset({**curves, "periodic": periodic}, {"phase": phase}, {"period_s": context.period_s})
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recording under the model, with all that an inference needs; :func:`read_recording` makes one.
+
+    Attributes:
+        asked: The recording, what answers it, and its settings.
+    """
+
+    asked: Asked
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the d parameters: those that are reported, nuisance parameters behind them."""
+        return self.asked.recording.speeds.settings.prior.names
+
+    @property
+    def prior(self) -> BoxPrior:
+        """The prior of the parameters."""
+        return self.asked.recording.model.settings.prior
+
+    @property
+    def speeds(self) -> SpeedRecording:
+        """The heart's context, and p phases with their speeds in m/s and relative errors; (p,) each."""
+        return self.asked.recording.speeds.recording
+
+    def predict(self, phi: FloatArray) -> PredictedSpeeds:
+        """Return noiseless log speeds of phi (n, d) and their slopes over the cycle; (n, p) each."""
+        return self.asked.recording.model.predict(phi)
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        """Return log p(speeds | phi) of phi (n, d); -inf where a simulation fails; shape (n,)."""
+        return self.asked.recording.model.log_likelihood(phi)
+
+    def log_density(self, log_speed: FloatArray, slope: FloatArray) -> FloatArray:
+        """Return log p(speeds) where another model predicts log speeds and their slopes (n, p); (n,)."""
+        predicted, recording = PredictedSpeeds(log_speed, slope), self.asked.recording
+        if isinstance(recording, FreeRecording):
+            return np.asarray(logsumexp(recording.model.log_joint(predicted), axis=0))
+        return log_likelihood(predicted, self.speeds, recording.model.settings.discrepancy)
+
+    def draw_speeds(self, phi: FloatArray, seed: int) -> FloatArray:
+        """Draw the speeds in m/s of a new recording of each phi (n, d); NaN where it fails; (n, p)."""
+        predicted, recording = self.predict(phi), self.asked.recording
+        rng = generator(seed, "new speeds", self.speeds.context.subject)
+        if isinstance(recording, FreeRecording):
+            return recording.model.draw_speeds(predicted, rng)
+        return draw_speeds(predicted, self.speeds.errors, recording.model.settings.discrepancy, rng)
+
+
+def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = False) -> Recording:
+    """Read a recording with the noise of its folder, as ``swesbi infer`` does.
+
+    >>> import swesbi
+    >>> recording = swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True)
+    >>> recording.speeds.speed_m_s.shape
+    (20,)
+
+    Args:
+        path: ``FOLDER/swe/SUBJECT.csv``, or FOLDER with ``subjects.csv`` and ``recording.yaml``.
+        subject: One of the folder; empty where the path says which.
+        from_prior: Whether no network is asked, though a study of this folder has one.
+
+    Raises:
+        ConfigError: The folder does not have the subject, or the configuration is wrong.
+        ValueError: The recording cannot be used; the message says where, and what to do.
+    """
+    folder, named = recordings_of(Path(path))
+    study = load_study(read_merged(found_configuration(None)), new_cohort=folder)
+    answerer = Answerer(study, experiments_to_ask(study, None), "", from_prior)
+    return Recording(answerer.asked(subject or named))
+
+
+def infer(recording: Recording, seed: int | None = None) -> az.InferenceData:
+    """Return the exact posterior of a recording, with its verdict.
+
+    >>> import swesbi
+    >>> found = swesbi.infer(swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True))
+    >>> found.attrs["status"]
+    'not contradicted'
+    >>> 40.0 < float(found.posterior.k0_kpa.median()) < 80.0
+    True
+
+    Args:
+        recording: Of :func:`read_recording`.
+        seed: Of all draws; None: that of the configuration.
+
+    Returns:
+        Groups ``posterior`` and ``prior``, with all that an answer tells beside the parameters, and
+        ``observed_data``. ``attrs`` has ``status`` and ``sentence`` of the verdict, and the certificate of
+        the draws: ``converged``, ``sampler``, ``k_hat``, ``efficiency``.
+
+    Raises:
+        NoLikelihoodError: Every simulation of the first round fails.
+        ValueError: The network takes no such recording.
+    """
+    asked, speeds = recording.asked, recording.speeds
+    chosen = asked.origin.seed if seed is None else seed
+    answer = answered(asked.recording, asked.knowledge, asked.settings, chosen)
+    exact, verdict = answer.posterior, answer.verdict
+    before = prior_beside(asked.recording.speeds, asked.settings, chosen, "interface")
+    certificate: dict[str, object] = {name: getattr(exact, name) for name in CERTIFICATE}
+    return _inference_data(
+        {"posterior": _quantities(recording, exact.phi), "prior": _quantities(recording, before)},
+        {"speed_m_s": ("phase", speeds.speed_m_s), "relative_se": ("phase", speeds.relative_se)},
+        {"phase": speeds.phase},
+        {"subject": speeds.context.subject, "status": verdict.status, "sentence": verdict.sentence}
+        | certificate,
+    )
+
+
+CERTIFICATE: Final = ("converged", "sampler", "k_hat", "efficiency")
+
+
+def sample_posterior(
+    log_likelihood: Callable[[FloatArray], FloatArray],
+    prior: Mapping[str, ParameterPrior],
+    seed: int,
+    effective_draws: int = 2000,
+) -> az.InferenceData:
+    """Sample the posterior of any model by adaptive importance sampling, and by MCMC where weights fail.
+
+    >>> import numpy as np, swesbi
+    >>> rate = {"rate": swesbi.ParameterPrior(centre=5.0, log_sd=1.0, low=0.1, high=100.0)}
+    >>> found = swesbi.sample_posterior(lambda phi: -0.5 * ((phi[:, 0] - 7.0) / 0.1) ** 2, rate, seed=1)
+    >>> abs(float(found.posterior.rate.mean()) - 7.0) < 0.02
+    True
+
+    Args:
+        log_likelihood: Of parameters (n, d), each within its bounds; shape (n,), -inf where a model fails.
+        prior: Of each parameter, by name, in order.
+        seed: Of all draws.
+        effective_draws: That are asked for.
+
+    Returns:
+        The group ``posterior``, and ``attrs`` with the certificate of the draws.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw of the first round.
+    """
+    config = parse_config(read_merged(found_configuration(None)))
+    settings = asking(config.speed_experiments[EXPERIMENT].exact, effective_draws)
+    model = _OwnModel(_OnlyPrior(SomeParameters(tuple(prior.values()))), log_likelihood)
+    exact, _ = exact_posterior(model, None, settings, seed, "own model")
+    drawn = dict(zip(prior, exact.phi.T, strict=True))
+    return _inference_data({"posterior": drawn}, {}, {}, {name: getattr(exact, name) for name in CERTIFICATE})
+
+
+@dataclass(frozen=True)
+class _OnlyPrior:
+    prior: BoxPrior
+
+
+@dataclass(frozen=True)
+class _OwnModel:
+    settings: _OnlyPrior
+    log_likelihood: Callable[[FloatArray], FloatArray]
+
+
+def _quantities(recording: Recording, phi: FloatArray) -> dict[str, FloatArray]:
+    """Return the parameters, and all else that an answer tells, of draws phi (n, d); (n,) each."""
+    model = recording.asked.recording.speeds
+    return told(model, phi, model.simulate(phi)) | dict(zip(recording.names, phi.T, strict=True))
+
+
+def _inference_data(
+    drawn: Mapping[str, Mapping[str, FloatArray]],
+    observed: Mapping[str, tuple[str, FloatArray]],
+    coordinates: Mapping[str, FloatArray],
+    attributes: Mapping[str, object],
+) -> az.InferenceData:
+    """Return groups of draws, in one chain, and what was observed, with units."""
+    import arviz as az
+    import xarray as xr
+
+    groups = {
+        group: xr.Dataset(
+            {
+                name: (("chain", "draw"), values[None], {"units": UNITS.get(name, "")})
+                for name, values in columns.items()
+            }
+        )
+        for group, columns in drawn.items()
+    }
+    if observed:
+        groups["observed_data"] = xr.Dataset(dict(observed), dict(coordinates))
+    return az.InferenceData(attrs=dict(attributes), **groups)  # type: ignore[arg-type]
