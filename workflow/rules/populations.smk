@@ -117,7 +117,7 @@ rule pushes_table:
         parts=expand(
             rules.pushes_calibration.output.part, part=PARTS, allow_missing=True
         ),
-        null=f"{RESULTS}/{{experiment}}/null.h5",
+        null=f"{CONFIG.networks or RESULTS}/{{experiment}}/null.h5",
     output:
         calibration=f"{RESULTS}/{{experiment}}/pushes.h5",
         table=f"{RESULTS}/{{experiment}}/pushes.csv",
