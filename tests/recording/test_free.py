@@ -25,7 +25,7 @@ from swesbi.recording.free_observation import (
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.protocol import read_layout, read_noise_declaration, read_repeats
+from swesbi.recording.protocol import read_protocol, said_of
 from swesbi.recording.reader import read_samples
 from swesbi.recording.settings import NoiseDeclaration
 
@@ -159,7 +159,7 @@ def test_the_error_by_the_fit_is_that_of_a_fitted_slope() -> None:
 def test_what_cannot_be_declared_is_refused(tmp_path: Path, noise: str, words: str) -> None:
     cohort = free_case.write_free_cohort(tmp_path / "c", {"T": free_case.train()}, noise)
     with pytest.raises(RecordingError) as refusal:
-        read_noise_declaration(cohort / "recording.yaml")
+        read_protocol(cohort, QUALITY)
     assert words in str(refusal.value)
     assert "recording.yaml" in str(refusal.value)
 
@@ -171,9 +171,12 @@ def test_protocols_stand_together_in_one_cohort(tmp_path: Path) -> None:
     assert [len(one.observation.phase) for one in report.subjects] == [20, 24]
     assert report.usable == ("S-1", "s_2x", "S-3")
     assert report.notes == ()
-    assert read_repeats(cohort / "recording.yaml") == "separate"
-    assert read_repeats(cohort / "recording.yaml", "s_2x") == "sweeps"
-    assert read_layout(cohort / "recording.yaml", "S-3") == TableLayout()
+    said = {name: said_of(cohort, name, QUALITY) for name in report.usable}
+    assert {name: one.protocol.repeats_are for name, one in said.items()} == {
+        "S-1": "separate", "s_2x": "sweeps", "S-3": "separate"
+    }  # fmt: skip
+    assert {name: one.settings.phases for name, one in said.items()} == {"S-1": 20, "s_2x": 24, "S-3": 20}
+    assert said["S-3"].protocol.layout == TableLayout()
 
 
 @pytest.mark.parametrize(

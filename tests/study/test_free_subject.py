@@ -14,7 +14,6 @@ from study_copy import ROOT
 
 from swesbi.answers.free import FreeRecording
 from swesbi.artefacts import Origin, save, to_groups
-from swesbi.config.new_recordings import is_free_running, noise_declared
 from swesbi.config.read import ConfigError, overlay, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
@@ -25,6 +24,7 @@ from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
+from swesbi.recording.checked import CheckedFree
 from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.problems import RecordingError
@@ -117,8 +117,10 @@ def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: St
     }
     assert [one["recording"]["phases"] for one in phases.values()] == [20, 24]
     observed = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
-    assert [isinstance(one, FreeObservation) for one in observed] == [False, False, True]
-    assert (observed[2].noise_source, observed[2].noise_log_sd) == ("declared", 0.3)
+    assert [isinstance(one, CheckedFree) for one in observed] == [False, False, True]
+    last = observed[2].observation
+    assert isinstance(last, FreeObservation)
+    assert (last.noise_source, last.noise_log_sd) == ("declared", 0.3)
 
 
 def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
@@ -130,7 +132,8 @@ def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
     population = next(iter(asked.config.population_experiments))
     experiments = asked.answering_experiments
     assert len(experiments) > 1
-    assert [is_free_running(asked, name) for name in ("S-1", "s_2x", "S-3")] == [False, False, True]
+    read = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
+    assert [isinstance(one, CheckedFree) for one in read] == [False, False, True]
     assert Answerer(asked, experiments, "")._network("S-3", free=True)[0] == population
     table = asked.new_cohort / "subjects.csv"
     table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,2.2"))
@@ -169,7 +172,7 @@ def test_a_study_on_a_cohort_with_a_protocol_of_one_recording_is_refused(asked: 
 
 
 def recording_of(asked: Study, subject: str) -> FreeRecording:
-    observed = observe(asked, subject)
+    observed = observe(asked, subject).observation
     assert isinstance(observed, FreeObservation)
     return FreeRecording(observed, FreeModel(speed_case.model(), observed.cell, 0.0))
 
@@ -177,9 +180,9 @@ def recording_of(asked: Study, subject: str) -> FreeRecording:
 def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: Path) -> None:
     folder = tmp_path / "answer"
     folder.mkdir()
-    path = asked.new_recording("S-3")
+    path = asked.new_cohort / "swe" / "S-3.csv"
     context = asked.new_rows["S-3"].to_context()
-    declared = noise_declared(asked, "S-3")
+    declared = asked.said_of_new("S-3").protocol.noise
     seen = ingest_free(read_free_samples(path, 1000.0), context, asked.config.recording, declared)
     made = Origin(1, "S-3", "0" * 64).provenance(KIND, declared)
     save(folder / "observation.h5", to_groups(seen), made)

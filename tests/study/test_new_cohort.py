@@ -21,6 +21,7 @@ from swesbi.config.read import ConfigError, add_options, parsed, read_merged
 from swesbi.config.refusals import context_refusal
 from swesbi.config.study import Study, load_study
 from swesbi.parameters import TOLD_NAMES
+from swesbi.recording.checked import Checked
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
@@ -31,7 +32,7 @@ from swesbi.study import answer_text, answering
 from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched, experiments_to_ask
 from swesbi.study.finished import FinishedPopulation, FinishedStudy
 from swesbi.study.infer import check_table
-from swesbi.study.observing import GatedObservation, observe
+from swesbi.study.observing import observe
 from swesbi.verdict import answers as answers_module
 from swesbi.verdict.answers import Answer
 
@@ -144,7 +145,7 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
 
 def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Path) -> None:
     observed = observe(study, GOOD)
-    assert isinstance(observed, GatedObservation)
+    assert isinstance(observed, Checked)
     good = GatedRecording(observed.observation, speed_case.model())
     check_untouched(tmp_path / "nowhere", good)
     (tmp_path / "mine").mkdir()
@@ -153,7 +154,7 @@ def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Pat
     with pytest.raises(OtherAnswerError, match="holds no answer; name another folder by --out, or .*--force"):
         check_untouched(tmp_path / "mine", good)
     quality = study.config.recording
-    samples = read_samples(study.new_recording(GOOD), quality.phases, quality.density_kg_m3)
+    samples = read_samples(study.new_cohort / "swe" / f"{GOOD}.csv", quality.phases, quality.density_kg_m3)
     context = study.new_rows[GOOD].to_context()
     one = ingest(samples, context, quality, 100)
     read_back = ClinicalMeasures(*(float("nan") for _ in range(3)))  # nothing was measured, of either

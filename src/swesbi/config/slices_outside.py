@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from swesbi.config.new_recordings import quality_of
 from swesbi.config.pairs import answered_pairs, left_out, visit_pair
 from swesbi.config.parts import Wildcards, named, wildcard
 from swesbi.config.read import ConfigError
@@ -25,8 +24,9 @@ def _one_answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str,
         "new_subjects.noise_level new_subjects.uninformative "
         "experiment.misspecification.synthetic.reference_recordings",
     )
-    parts["ingest"]["recording"] = quality_of(study, subject).to_plain()
-    parts["ingest"]["layout"] = study.new_layout_of(subject).to_plain()
+    said = study.said_of_new(subject)
+    parts["ingest"]["recording"] = said.settings.to_plain()
+    parts["ingest"]["layout"] = said.protocol.layout.to_plain()
     shown = "prior=joint_prior experiment.identifiability.difference_step"
     by = f"{shown} draws=experiment.identifiability.design.draws"
     return parts | {"shown": {"cohort_title": title} | fields(study, wildcards, by)}

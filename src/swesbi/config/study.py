@@ -23,7 +23,7 @@ from swesbi.recording.cohort import (
 )
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.problems import Problem, RecordingError, listed
-from swesbi.recording.protocol import own_protocol, read_layout, with_own_phases
+from swesbi.recording.protocol import Said, own_protocol, read_layout, said_of, with_own_phases
 from swesbi.recording.settings import ContextRow
 from swesbi.recording.visits import Person, Visit, persons_of
 
@@ -131,23 +131,14 @@ class Study:
         """
         return find_recording(self.cohort, subject, self.layout.table.file)
 
-    def new_recording(self, subject: str) -> Path:
-        """Return the path of the raw samples of a subject outside the cohort.
+    def said_of_new(self, subject: str) -> Said:
+        """Return what is said of how the recording of a subject outside the cohort was made.
 
         Raises:
-            RecordingError: There is no such file, more than one, or it leads out of its folder.
+            RecordingError: A file cannot be used, or says otherwise than the configuration.
         """
-        return find_recording(self.new_cohort, subject, self.new_layout_of(subject).table.file)
-
-    def new_layout_of(self, subject: str) -> TableLayout:
-        """Return how the table of a subject outside the cohort differs, by its own file where it has one.
-
-        Raises:
-            RecordingError: That file cannot be used.
-        """
-        if not own_protocol(self.new_cohort, subject).exists():
-            return self.new_layout
-        return read_layout(self.new_protocol, subject)
+        phases = self.config.new_subjects.phases or self.config.recording.phases
+        return said_of(self.new_cohort, subject, self.config.recording.model_copy(update={"phases": phases}))
 
     @property
     def new_cohort_name(self) -> str:
@@ -160,11 +151,6 @@ class Study:
         config = self.config
         on_speeds = (name for name in config.experiments_run if name in config.speed_experiments)
         return (*on_speeds, *config.populations_run)
-
-    @property
-    def new_protocol(self) -> Path:
-        """What is said of how the recordings of subjects outside the cohort were made."""
-        return self.new_cohort / PROTOCOL
 
     def answered(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects within the declared range of an experiment over a population."""

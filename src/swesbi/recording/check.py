@@ -10,32 +10,24 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from swesbi.base.arrays import IntArray
+from swesbi.recording.checked import Checked, CheckedFree, ingested, read_raw
 from swesbi.recording.cohort import (
-    PROTOCOL,
     RECORDINGS,
     SUBJECTS,
     SUFFIXES,
     SubjectTable,
     check_file,
     examine_subjects,
-    find_recording,
 )
-from swesbi.recording.components import RepeatLevels
-from swesbi.recording.foreign import is_free, rows_by_name
+from swesbi.recording.foreign import rows_by_name
 from swesbi.recording.free_noise import SOURCES
-from swesbi.recording.free_observation import FreeObservation, ingest_free
-from swesbi.recording.free_samples import FreeSamples, free_rejection, read_free_samples
-from swesbi.recording.ingest import ingest
+from swesbi.recording.free_observation import FreeObservation
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import check_together
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.protocol import Protocol, own_protocol, read_protocol, with_own_phases
-from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.protocol import Protocol, Said, own_protocol, read_protocol, said_of
 from swesbi.recording.settings import RecordingSettings, is_subject
-from swesbi.recording.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, is_crossed, levels_by
 from swesbi.recording.visits import Visit, persons_in_words
 
 Value = TypeVar("Value")
@@ -61,32 +53,6 @@ LEGEND: Final = (
     "largest. repeats, samples: relative standard deviation between repeats, and between samples of one.\n"
     "E: apparent Young's modulus of the measured phases, lowest to highest."
 )
-
-
-@dataclass(frozen=True)
-class Checked:
-    """One subject whose recording can be used.
-
-    Attributes:
-        samples: The raw recording, N samples.
-        verdict: Index of the reason for which each sample is rejected, -1 where accepted; shape (N,).
-        observation: The observed curve.
-        levels: Its repeats, by which the noise of the cohort is estimated.
-    """
-
-    samples: Samples
-    verdict: IntArray
-    observation: Observation
-    levels: RepeatLevels
-
-
-@dataclass(frozen=True)
-class CheckedFree:
-    """One subject whose free-running recording can be used; the verdict is as of :class:`Checked`."""
-
-    samples: FreeSamples
-    verdict: IntArray
-    observation: FreeObservation
 
 
 @dataclass(frozen=True)
@@ -163,35 +129,17 @@ def _check(
     settings: RecordingSettings,
     grid_points: int,
 ) -> Checked | CheckedFree | None:
-    """Read and ingest one recording; a subject whose row is wrong has its recording read all the same."""
-    if own_protocol(cohort, name).exists():
-        settings = with_own_phases(cohort / PROTOCOL, name, settings)
-        protocol = read_protocol(cohort, settings, name)
-    layout = protocol.layout
-    path = find_recording(cohort, name, layout.table.file)
-    if is_free(path, layout):
-        return _check_free(path, protocol, name, table, settings)
-    samples = read_samples(path, settings.phases, settings.density_kg_m3, layout, name)
+    """Read and ingest one recording; a subject whose row is wrong has its recording read all the same.
+
+    What is wrong with the cohort's own file is said once, and not here.
+    """
+    own = own_protocol(cohort, name).exists()
+    said = said_of(cohort, name, settings) if own else Said(settings, protocol)
+    raw = read_raw(cohort, name, said)
     if name not in table.rows:
         return None
     context, clinical = table.rows[name].to_context(), table.clinical[name].to_measures()
-    observation = ingest(samples, context, settings, grid_points, clinical)
-    verdict = rejection(samples, settings)
-    levels = levels_by(protocol.repeats_are, samples, verdict == ACCEPTED)
-    if isinstance(levels, SweepLevels) and not is_crossed(levels):
-        raise RecordingError(Problem(str(path), NOT_CROSSED, ONE_NUMBER, column="repeat"))
-    return Checked(samples, verdict, observation, levels)
-
-
-def _check_free(
-    path: Path, protocol: Protocol, name: str, table: SubjectTable, settings: RecordingSettings
-) -> CheckedFree | None:
-    samples = read_free_samples(path, settings.density_kg_m3, protocol.layout, name)
-    if name not in table.rows:
-        return None
-    context, clinical = table.rows[name].to_context(), table.clinical[name].to_measures()
-    observation = ingest_free(samples, context, settings, protocol.noise, clinical)
-    return CheckedFree(samples, free_rejection(samples, settings), observation)
+    return ingested(raw, said, context, clinical, grid_points)
 
 
 def _noise(cohort: Path, gated: Sequence[Checked]) -> list[Problem]:

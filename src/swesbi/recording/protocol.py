@@ -106,13 +106,27 @@ def with_own_phases(path: Path, subject: str, settings: RecordingSettings) -> Re
         raise RecordingError(Problem(file, reason, "correct it", value=str(phases))) from error
 
 
-def read_noise_declaration(path: Path, subject: str = "") -> NoiseDeclaration:
-    """Read what a cohort's ``recording.yaml``, or a recording's own, says of errors; arguments as below.
+@dataclass(frozen=True)
+class Said:
+    """What is said of how one recording was made: by its own file, or else by its cohort's.
+
+    Attributes:
+        settings: Quality control, with as many gated phases as the recording has.
+        protocol: Origin, repeats, layout and noise.
+    """
+
+    settings: RecordingSettings
+    protocol: Protocol
+
+
+def said_of(cohort: Path, subject: str, settings: RecordingSettings) -> Said:
+    """Return what is said of a recording, which must agree with the settings where both say the same.
 
     Raises:
-        RecordingError: A file is missing or no YAML mapping, or says what is not known.
+        RecordingError: A file cannot be used, or disagrees.
     """
-    return _noise(_of_recording(path, subject), _said_in(path, subject, "noise"))
+    settings = with_own_phases(cohort / PROTOCOL, subject, settings)
+    return Said(settings, read_protocol(cohort, settings, subject))
 
 
 def read_repeats(path: Path, subject: str = "") -> Repeats:

@@ -22,7 +22,7 @@ from swesbi.config.refusals import context_refusal, why_in_short
 from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.instants import free_model
-from swesbi.recording.free_observation import FreeObservation
+from swesbi.recording.checked import CheckedFree
 from swesbi.report.sheet import Sheet
 from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.observing import Folder, observe_folder
@@ -224,15 +224,14 @@ class Answerer:
         if subject in self.folder.refused:
             raise ValueError(self.folder.refused[subject])
         observed = self.folder.observed[subject]
-        network, why = self._network(subject, free=isinstance(observed, FreeObservation))
+        network, why = self._network(subject, free=isinstance(observed, CheckedFree))
         experiment = network or self.experiments[0]
         plain = stage_settings(self.study, ONE_ANSWER, experiment=experiment, subject=subject)
         settings = OneAnswerSettings.from_plain(plain)
         knowledge = self._knowledge(network, settings) if network else self._prior
-        if isinstance(observed, FreeObservation):
-            recording: Recording = FreeRecording(
-                observed, free_model(observed, settings.exact_posterior.model)
-            )
+        if isinstance(observed, CheckedFree):
+            model = free_model(observed.observation, settings.exact_posterior.model)
+            recording: Recording = FreeRecording(observed.observation, model)
         else:
             recording = self.folder.gated(observed, settings)
         origin = Origin(self.study.config.seed, subject, stage_code(CODE))

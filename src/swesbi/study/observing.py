@@ -7,34 +7,12 @@ from dataclasses import dataclass
 
 from swesbi.answers.gated import GatedRecording, noise_test
 from swesbi.answers.settings import OneAnswerSettings
-from swesbi.config.new_recordings import is_free_running, noise_declared, quality_of
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.components import RepeatLevels
+from swesbi.recording.checked import Checked, CheckedFree, ingested, read_raw
 from swesbi.recording.folder_noise import FolderRecordings
-from swesbi.recording.free_observation import FreeObservation, ingest_free
-from swesbi.recording.free_samples import read_free_samples
-from swesbi.recording.ingest import ingest
-from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.protocol import read_repeats
-from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import ACCEPTED, rejection
-from swesbi.recording.sweeps import levels_by
-
-
-@dataclass(frozen=True)
-class GatedObservation:
-    """A gated recording as it was read.
-
-    Attributes:
-        observation: What quality control makes of its samples.
-        levels: Its repeats, which tell its noise.
-    """
-
-    observation: Observation
-    levels: RepeatLevels
 
 
 @dataclass(frozen=True)
@@ -47,11 +25,11 @@ class Folder:
         repeats: Of the gated ones, with their noise.
     """
 
-    observed: Mapping[str, GatedObservation | FreeObservation]
+    observed: Mapping[str, Checked | CheckedFree]
     refused: Mapping[str, str]
     repeats: FolderRecordings
 
-    def gated(self, observed: GatedObservation, settings: OneAnswerSettings) -> GatedRecording:
+    def gated(self, observed: Checked, settings: OneAnswerSettings) -> GatedRecording:
         """Return a recording under a model, with the errors that the noise of the folder gives."""
         subject = observed.observation.subject
         noise = self.repeats.noise(subject)
@@ -65,30 +43,24 @@ class Folder:
 
 def observe_folder(study: Study) -> Folder:
     """Read and ingest every recording outside the study; one that cannot be used stops no other."""
-    observed: dict[str, GatedObservation | FreeObservation] = {}
+    observed: dict[str, Checked | CheckedFree] = {}
     refused = dict(study.new_refused)
     for subject in study.new_rows:
         try:
             observed[subject] = observe(study, subject)
         except RecordingError as error:
             refused[subject] = str(error)
-    levels = {name: each.levels for name, each in observed.items() if isinstance(each, GatedObservation)}
+    levels = {name: each.levels for name, each in observed.items() if isinstance(each, Checked)}
     return Folder(observed, refused, FolderRecordings(levels, study.config.new_subjects.noise_prior))
 
 
-def observe(study: Study, subject: str) -> GatedObservation | FreeObservation:
+def observe(study: Study, subject: str) -> Checked | CheckedFree:
     """Read and ingest the recording of a subject outside the study.
 
     Raises:
         RecordingError: It is malformed or too incomplete, or nothing tells its errors.
     """
-    settings, layout = quality_of(study, subject), study.new_layout_of(subject)
-    path, density = study.new_recording(subject), settings.density_kg_m3
+    said = study.said_of_new(subject)
+    raw = read_raw(study.new_cohort, subject, said)
     context, clinical = study.new_rows[subject].to_context(), study.outside.clinical_of(subject).to_measures()
-    if is_free_running(study, subject):
-        pushes = read_free_samples(path, density, layout, subject)
-        return ingest_free(pushes, context, settings, noise_declared(study, subject), clinical)
-    samples = read_samples(path, settings.phases, density, layout, subject)
-    observed = ingest(samples, context, settings, study.config.measurement.grid_points, clinical)
-    repeats = read_repeats(study.new_protocol, subject)
-    return GatedObservation(observed, levels_by(repeats, samples, rejection(samples, settings) == ACCEPTED))
+    return ingested(raw, said, context, clinical, study.config.measurement.grid_points)

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.recording.check import Checked
+from swesbi.recording.checked import Checked
 from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.noise import CohortNoise
 from swesbi.recording.samples import ACCEPTED, REASONS
