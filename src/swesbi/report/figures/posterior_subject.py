@@ -89,6 +89,7 @@ def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) 
     handles = [
         Line2D([], [], color=color, label=what),
         *_common_handles(mass),
+        _fit_handle(),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
 
@@ -177,6 +178,7 @@ def _exact_legend(figure: Figure, panel: ExactPanel, color: str) -> None:
         Line2D([], [], color=color, label=f"exact posterior ({panel.verdict.status})"),
         Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"{panel.start}, {mass} region"),
         *_common_handles(mass),
+        *(() if panel.fit_theta is None else (_fit_handle(),)),
     ]
     if panel.truth is not None:
         handles.append(
@@ -190,5 +192,8 @@ def _common_handles(mass: str) -> list[Line2D]:
         Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
         Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
         Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
-        Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)"),
     ]
+
+
+def _fit_handle() -> Line2D:
+    return Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)")
