@@ -13,6 +13,7 @@ from swesbi.measurement.instants import FreeModel
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.laplace import WIDER, ResidualModel, laplace_proposal
 from swesbi.posterior.space import ScoreSpace
+from swesbi.posterior.student import StudentMixture
 from swesbi.prior import JointPriorSettings
 
 
@@ -36,11 +37,35 @@ def linear(prior: JointPriorSettings) -> Linear:
 
 def test_mode_and_covariance_are_those_of_a_linear_model() -> None:
     model = linear(speed_case.settings("calibrated").prior)
-    student = laplace_proposal(model, 1).student
+    proposal = laplace_proposal(model, 1).student
+    assert isinstance(proposal, StudentMixture)
+    student = proposal.parts[0]
     precision = np.eye(model.slope.shape[1]) + model.slope.T @ model.slope
     covariance = np.linalg.inv(precision)
     np.testing.assert_allclose(student.scale / WIDER, covariance, atol=2e-3)
-    np.testing.assert_allclose(student.mean, -covariance @ model.slope.T @ model.offset, atol=1e-2)
+    for part in proposal.parts:  # every search ends there
+        np.testing.assert_allclose(part.mean, -covariance @ model.slope.T @ model.offset, atol=1e-2)
+    np.testing.assert_allclose(proposal.share, 1.0 / len(proposal.parts), atol=1e-3)
+
+
+@dataclass(frozen=True)
+class TwoModes(Linear):
+    """The same, but the first score is measured without its sign."""
+
+    def standardised(self, phi: FloatArray) -> FloatArray:
+        u, _ = ScoreSpace(self.settings.prior).place(phi)
+        return np.column_stack([5.0 * (np.abs(u[:, 0]) - 1.0), super().standardised(phi)])
+
+
+def test_each_of_two_modes_has_a_part() -> None:
+    plain = linear(speed_case.settings("calibrated").prior)
+    blind = plain.slope * (np.arange(plain.slope.shape[1]) > 0)
+    proposal = laplace_proposal(TwoModes(plain.settings, blind, plain.offset), 1).student
+    assert isinstance(proposal, StudentMixture)
+    first = np.array([part.mean[0] for part in proposal.parts])
+    share = proposal.share[first > 0.5].sum()
+    assert 0.1 < share < 0.9
+    assert proposal.share[np.abs(np.abs(first) - 1.0) < 0.1].sum() > 0.8
 
 
 def test_gated_recordings_and_pushes_have_residuals() -> None:
@@ -53,7 +78,9 @@ def test_it_begins_nearer_to_the_posterior_than_the_prior_and_than_a_wrong_mode(
     """Of the draws of the first round many times as many are effective."""
     model = speed_case.model(prior="calibrated")
     found = laplace_proposal(model, 1)
-    moved = replace(found, student=replace(found.student, mean=found.student.mean + 1.0))
+    assert isinstance(found.student, StudentMixture)
+    parts = tuple(replace(part, mean=part.mean + 1.0) for part in found.student.parts)
+    moved = replace(found, student=replace(found.student, parts=parts))
     settings = SETTINGS.model_copy(update={"max_rounds": 0})
     begun, wrong, prior = (
         next(adaptive_rounds(model, settings, 2, first)).weighted.efficiency for first in (found, moved, None)
@@ -65,5 +92,9 @@ def test_it_begins_nearer_to_the_posterior_than_the_prior_and_than_a_wrong_mode(
 def test_it_depends_on_its_seed_alone() -> None:
     model = speed_case.model(prior="calibrated")
     one, again = (laplace_proposal(model, 1).student for _ in range(2))
-    np.testing.assert_array_equal(one.mean, again.mean)
-    np.testing.assert_array_equal(one.scale, again.scale)
+    assert isinstance(one, StudentMixture)
+    assert isinstance(again, StudentMixture)
+    np.testing.assert_array_equal(one.share, again.share)
+    for part, same in zip(one.parts, again.parts, strict=True):
+        np.testing.assert_array_equal(part.mean, same.mean)
+        np.testing.assert_array_equal(part.scale, same.scale)

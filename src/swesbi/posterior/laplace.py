@@ -1,10 +1,11 @@
-"""The first proposal of a recording that no network knows: a normal approximation about its likeliest phi.
+"""The first proposal of a recording that no network knows: normal approximations about its likeliest phi.
 
 In normal scores the prior is N(0, I), and residuals z(u) of the speeds are independent standard normals at
 the true u. So -2 log p(u | data) is, but for a constant, the sum of squares of (z(u), u). Its least value is
 found by Gauss-Newton steps in a trust region (Levenberg and Marquardt; SciPy's ``least_squares``), and the
 covariance there is (I + J^T J)^-1 with J = dz / du (Laplace's approximation, with the Gauss-Newton Hessian).
-What it misses, later rounds of weighted draws make up for.
+Searches from several starts may end in several modes, which later rounds would not find: each has a part.
+What its normal approximation misses, later rounds of weighted draws make up for.
 """
 
 from __future__ import annotations
@@ -14,19 +15,21 @@ from typing import Final, Protocol, runtime_checkable
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.draws import normalised
 from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.importance import HasPrior
 from swesbi.posterior.space import ScoreSpace
-from swesbi.posterior.student import StudentProposal
+from swesbi.posterior.student import StudentMixture, StudentProposal
 from swesbi.prior import draw_prior
 from swesbi.seeds import generator
 
-TRIED: Final = 400  # draws of the prior; the search begins with the likeliest
-STARTS: Final = 2  # of these, beside the prior's centre
+TRIED: Final = 2000  # draws of the prior; the searches begin with the likeliest
+STARTS: Final = 11  # of these, beside the prior's centre
 STEP: Final = 1e-3  # of central differences, in normal scores
 EVALUATIONS: Final = 25  # of residuals by one search; most end after ten
 TOLERANCE: Final = 1e-4  # relative: a mode is needed no better than its width
 WIDER: Final = 1.5  # of the covariance, since the posterior's tails are not normal
+EVIDENCE_POWER: Final = 0.5  # below one, since the evidence of a mode is approximate as well
 FAILED: Final = 50.0  # a residual where the simulation failed, larger than any that is measured
 
 
@@ -43,9 +46,10 @@ class ResidualModel(Protocol):
 
 
 def laplace_proposal(model: ResidualModel, seed: int) -> FittedProposal:
-    """Return a wide Student distribution about the likeliest phi that is found, as a density over phi.
+    """Return wide Student distributions about the likeliest phi that are found, as a density over phi.
 
-    The search begins at the prior's centre and at the likeliest of some draws of the prior.
+    The searches begin at the prior's centre and at the likeliest of some draws of the prior. The share of
+    each is a power of the evidence that its approximation gives.
 
     Args:
         model: Prior and residuals of the recording.
@@ -56,11 +60,15 @@ def laplace_proposal(model: ResidualModel, seed: int) -> FittedProposal:
     tried = draw_prior(prior, TRIED, generator(seed, "laplace"))
     misfit = (_residuals(model, tried) ** 2).sum(axis=1)
     likeliest = tried[np.argsort(misfit, kind="stable")[:STARTS]]
-    starts = [np.zeros(d), *space.place(likeliest)[0]]
-    found = [_searched(model, space, start) for start in starts]
-    _, mode, jacobian = min(found, key=lambda one: one[0])
-    covariance = np.asarray(np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
-    return FittedProposal(StudentProposal(mode, WIDER * covariance), space)
+    found = [_searched(model, space, start) for start in (np.zeros(d), *space.place(likeliest)[0])]
+    precision = [jacobian.T @ jacobian for _, _, jacobian in found]
+    half_log_det = np.array([0.5 * np.linalg.slogdet(each)[1] for each in precision])
+    log_evidence = -np.array([cost for cost, _, _ in found]) - half_log_det
+    parts = tuple(
+        StudentProposal(mode, WIDER * np.asarray(np.linalg.inv(each), dtype=np.float64))
+        for (_, mode, _), each in zip(found, precision, strict=True)
+    )
+    return FittedProposal(StudentMixture(normalised(EVIDENCE_POWER * log_evidence), parts), space)
 
 
 def _searched(
