@@ -263,4 +263,4 @@ def test_a_bank_of_much_luck_plans_the_right_size_but_not_as_it_is() -> None:
     power, covered, as_it_is = planned_alone([1])
     assert np.abs(power - RULE[1]).max() < 0.12
     assert 0.85 < covered.mean() < 0.95
-    assert as_it_is.min() > RULE[1] + 0.12
+    assert as_it_is.min() > RULE[1] + 0.08  # some 3.5 standard errors of the share
