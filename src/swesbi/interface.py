@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 EXPERIMENT: Final = "calibrated"
 """Whose heart and criteria are meant where no recording says otherwise."""
+CERTIFICATE: Final = ("converged", "sampler", "k_hat", "efficiency")
+"""What is said of the draws of every posterior."""
 UNITS: Final = {parameter.name: parameter.cf_unit for parameter in (*PHI, *TOLD)}
 BEAT_UNITS: Final = {
     "active_stiffness_kpa": "kPa",
@@ -192,9 +194,6 @@ def infer(recording: Recording, seed: int | None = None) -> az.InferenceData:
         {"subject": speeds.context.subject, "status": verdict.status, "sentence": verdict.sentence}
         | certificate,
     )
-
-
-CERTIFICATE: Final = ("converged", "sampler", "k_hat", "efficiency")
 
 
 def sample_posterior(

@@ -51,9 +51,7 @@ class NewSubjectsSettings(Settings):
     noise_prior: NoisePriorSettings = Field(
         description="What is expected of the noise of their folder, before its repeats are seen."
     )
-    uninformative: UninformativeSettings = Field(
-        description="When a free-running recording counts as uninformative."
-    )
+    uninformative: UninformativeSettings = Field(description="When a recording counts as uninformative.")
 
 
 class ResourceSettings(Settings):

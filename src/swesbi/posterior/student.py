@@ -78,7 +78,8 @@ def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentMixture:
     """Return a wide proposal fitted to weighted draws (n, d).
 
     Where few draws carry the weight, it is flattened to a power below one until enough do. The parts of the
-    mixture begin as slices of the draws along their longest axis, and are fitted by expectation maximisation.
+    mixture begin as slices of the draws along the coordinate in which they vary most, and are fitted by
+    expectation maximisation.
     The covariance of a part with few draws is shrunk towards that of all.
 
     Raises:

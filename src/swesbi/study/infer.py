@@ -228,5 +228,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--workers", type=int, default=1, help="recordings answered side by side; default: 1")
     add_answering(parser, "answers/<folder>; a folder a subject")
-    parser.add_argument("--force", action="store_true", help="write over the answer to another recording")
+    parser.add_argument(
+        "--force", action="store_true", help="answer again, and write over the answer to another recording"
+    )
     return parser

@@ -218,7 +218,7 @@ class SupportSettings(Settings):
 class UninformativeSettings(Settings):
     """When a recording has left a quantity as the prior has it.
 
-    A free-running recording that leaves every quantity so is called uninformative.
+    A recording that leaves every quantity so, and fits, is called uninformative.
     """
 
     sd_ratio: float = Field(
