@@ -112,7 +112,7 @@ def seconds_of_a_subject(arguments: argparse.Namespace, subject: str) -> float:
     results, experiment = arguments.results, arguments.experiment
     with tempfile.TemporaryDirectory() as folder:
         command = [
-            *(sys.executable, "-m", "swesbi", "exact_posterior"),
+            *(sys.executable, "-m", "swesbi", "stages", "exact_posterior"),
             *("--config", str(arguments.config), "--subject", subject, "--experiment", experiment),
             *("--observation", str(results / "cohort" / subject / "observation.h5")),
             *("--noise", str(results / "cohort" / "noise.h5")),

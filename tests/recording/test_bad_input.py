@@ -101,7 +101,7 @@ def test_ingestion_refuses_it_and_writes_nothing(
     recording = next((path for path in cohort.glob("swe/S-1.*")), cohort / "swe" / "S-1.csv")
     before = snapshot(tmp_path)
     files = ["--recording", str(recording), "--observation", str(tmp_path / "results" / "observation.h5")]
-    assert main(["ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 2
+    assert main(["stages", "ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 2
     shown_by(capsys, case.message)
     assert snapshot(tmp_path) == before
 

@@ -105,7 +105,7 @@ def test_a_matlab_cohort_gives_the_observed_curves_of_its_twin_in_csv(tmp_path: 
             "--observation",
             str(cohort / "S-1.h5"),
         ]
-        assert main(["ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 0
+        assert main(["stages", "ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 0
     for group in ("/", "context"):
         twins = [load(cohort / "S-1.h5", "observation", group)[0] for cohort in cohorts]
         assert twins[0].identical(twins[1])

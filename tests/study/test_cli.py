@@ -10,6 +10,7 @@ from study_copy import ROOT
 from swesbi.__main__ import main
 from swesbi.artefacts import load
 from swesbi.study.registry import STAGES
+from swesbi.study.stages_command import listing
 
 RECORDING = "data/virtual_volunteers/swe/A.csv"
 
@@ -22,8 +23,8 @@ def in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_ingest_and_passive_run_by_hand(tmp_path: Path) -> None:
     observation, passive = tmp_path / "observation.h5", tmp_path / "passive.h5"
     common = ["--subject", "A", "--overlay", "tests/smoke.yaml", "--observation", str(observation)]
-    assert main(["ingest", *common, "--recording", RECORDING]) == 0
-    assert main(["passive", *common, "--passive", str(passive)]) == 0
+    assert main(["stages", "ingest", *common, "--recording", RECORDING]) == 0
+    assert main(["stages", "passive", *common, "--passive", str(passive)]) == 0
     _, provenance = load(passive, "passive")
     assert provenance.subject == "A"
     assert provenance.code_hash
@@ -34,14 +35,14 @@ def test_every_stage_s_options_are_distinct_and_a_shard_is_made_by_its_number(
 ) -> None:
     for stage in STAGES:
         with pytest.raises(SystemExit) as ended:
-            main([stage, "--help"])
+            main(["stages", stage, "--help"])
         assert ended.value.code == 0, stage
     assert "--shard-number NUMBER" in capsys.readouterr().out
     shard = tmp_path / "shard.h5"
     chosen = ["--subject", "A", "--prior", "paper", "--overlay", "tests/smoke.yaml", "--shard", str(shard)]
-    assert main(["simulate", *chosen]) == 2
+    assert main(["stages", "simulate", *chosen]) == 2
     assert "say which shard: --shard-number NUMBER" in capsys.readouterr().err
-    assert main(["simulate", *chosen, "--shard-number", "0"]) == 0
+    assert main(["stages", "simulate", *chosen, "--shard-number", "0"]) == 0
     assert load(shard, "simulations")[1].subject == "A"
 
 
@@ -58,6 +59,11 @@ def test_input_that_cannot_be_used_ends_with_one_message(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:
     output = tmp_path / "observation.h5"
-    assert main([*arguments, "--observation", str(output)]) == 2
+    assert main(["stages", *arguments, "--observation", str(output)]) == 2
     assert message in capsys.readouterr().err
     assert not output.exists()
+
+
+def test_the_list_of_stages_names_each_once() -> None:
+    named = [line.split()[0] for line in listing().splitlines() if line.startswith("  ")]
+    assert sorted(named) == sorted(STAGES)

@@ -378,7 +378,7 @@ def by_hand(stage: str, folder: Path) -> None:
         "ingest": ["--recording", str(ROOT / "data/virtual_volunteers/swe/A.csv")],
         "passive": ["--passive", str(folder / "passive.h5")],
     }
-    assert main([stage, *common, *own[stage]]) == 0
+    assert main(["stages", stage, *common, *own[stage]]) == 0
 
 
 def test_what_ingestion_runs_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

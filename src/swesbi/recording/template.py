@@ -111,8 +111,11 @@ def _optional() -> tuple[str, ...]:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi template",
-        description="Write an empty, commented cohort: subjects.csv, recording.yaml and the header of a "
-        "recording. Nothing is ever overwritten. Or propose how a table of another tool is to be read.",
+        description="Write an empty folder for recordings: subjects.csv, recording.yaml, a recording's header.\n"
+        "Comments explain every column. Nothing is overwritten.\n"
+        "With --like, propose how a table of another tool is read.",
+        epilog="examples:\n  swesbi template data/my_cohort\n  swesbi template --like export.csv",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("cohort", type=Path, nargs="?", help="folder to make; it must be new or empty")
     parser.add_argument(

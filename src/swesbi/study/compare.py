@@ -241,21 +241,23 @@ def _visit(made: Path, asked: Asked, visit: str, subject: str) -> tuple[AskedRec
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi compare",
-        description="Say what has changed between two visits of one person who is not in the study's cohort: "
-        "ratios of parameters with intervals, from the exact posterior of both recordings, which share what "
-        "a person keeps. Rows of subjects.csv of one `person` are the visits. Each is answered as "
-        "`infer` does; the configuration is that of the study. With --all, of every person who came "
-        "twice, and what has changed in groups of them.",
-        epilog="Exit code: 0 answered; 2 refused, or one of --all was: the others are answered all the same.",
+        description="Infer what has changed between two visits of a person, or of all persons of a folder.\n"
+        "The result is ratios of parameters with intervals, from the joint posterior of both recordings.\n"
+        "The two visits share the quantities that a person keeps.\n"
+        "Rows of subjects.csv with the same `person` are the visits. Each is also inferred as by `infer`.",
+        epilog="examples:\n  swesbi compare --cohort data/virtual_trial --person P01\n"
+        "  swesbi compare --cohort data/virtual_trial --all\n\n"
+        "Exit code: 0 all were inferred; 2 one was refused. The others of --all are still inferred.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")
     asked = parser.add_mutually_exclusive_group(required=True)
-    asked.add_argument("--person", help="which of its persons")
+    asked.add_argument("--person", help="one person of the folder")
     asked.add_argument(
         "--all",
         action="store_true",
-        help="every person who came twice, first visit to last, and their groups: changes.csv and "
-        "changes_groups.* in <results>/<experiment>/change/ or in --out",
+        help="every person with two visits, and groups of them; writes changes.csv and changes_groups.* to "
+        " <results>/<experiment>/change/ or in --out",
     )
     parser.add_argument("--from", dest="from_visit", metavar="VISIT", help="default: the first")
     parser.add_argument("--to", dest="to_visit", metavar="VISIT", help="default: the last")

@@ -32,9 +32,9 @@ def main(arguments: Sequence[str]) -> int:
     began, typed_in = time.monotonic(), Path.cwd()
     parser = argparse.ArgumentParser(
         prog="swesbi demo",
-        description="Answer a shipped recording of a virtual volunteer by the exact likelihood, from the "
-        "prior on: no study, no network, some ten seconds. The parameters that made it are printed beside "
-        "the answer.",
+        description="Infer a shipped recording of a virtual volunteer, whose true parameters are known. "
+        "It needs no study and no network, and takes about ten seconds. "
+        "The true parameters are printed beside the posterior.",
     )
     parser.add_argument("--out", type=Path, default=typed_in / OUT, help=f"folder; default: {OUT}")
     config = installation() / CONFIGURATION

@@ -207,14 +207,15 @@ def _write_table(request: Request, given: Mapping[str, Given], refused: Mapping[
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi infer",
-        description="Answer a recording, or a folder of them: exact posterior with its certificate, verdict, "
-        "figures, a page each, and a table of all. Where a study has been run, its networks propose, and an "
-        "answer takes seconds. Else the inference begins with the prior, and it takes some ten. The answer "
-        "is the same. Standard errors are estimated from the repeats of the folder. A recording is gated, "
-        "with a row a sample, or free-running, with a row a push.",
+        description="Infer one recording, or every recording of a folder.\n"
+        "Each has a posterior with diagnostics, a verdict, figures and a PDF sheet. A table lists all.\n"
+        "No study is needed: inference then starts from the prior and takes about ten seconds a recording.\n"
+        "Where a study has been run, its networks give the first proposal. The posterior is the same.\n"
+        "Standard errors are estimated from the repeats of the folder.\n"
+        "A gated recording has a row per sample, a free-running one a row per push.",
         epilog="examples:\n  swesbi infer data/virtual_volunteers/swe/A.csv\n"
         "  swesbi infer data/virtual_trial --workers 2\n\n"
-        "Exit code: 0 answered; 2 refused, or one of a folder was: the others are answered all the same.",
+        "Exit code: 0 all were inferred; 2 one was refused. The others of a folder are still inferred.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
@@ -222,13 +223,13 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         help="a recording in FOLDER/swe/, or FOLDER with subjects.csv and recording.yaml",
     )
-    parser.add_argument("--subject", help="one of the folder, where one table holds several")
+    parser.add_argument("--subject", help="one subject of the folder or table")
     parser.add_argument(
-        "--from-prior", action="store_true", help="begin with the prior, as where no study has been run"
+        "--from-prior", action="store_true", help="start from the prior although a study has been run"
     )
-    parser.add_argument("--workers", type=int, default=1, help="recordings answered side by side; default: 1")
-    add_answering(parser, "answers/<folder>; a folder a subject")
+    parser.add_argument("--workers", type=int, default=1, help="recordings inferred in parallel; default: 1")
+    add_answering(parser, "answers/<folder>, with a folder per subject")
     parser.add_argument(
-        "--force", action="store_true", help="answer again, and write over the answer to another recording"
+        "--force", action="store_true", help="infer again, and overwrite the answer to another recording"
     )
     return parser

@@ -224,11 +224,13 @@ def _written(planned: Planned, folder: Path) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi plan",
-        description="Say how many persons a study needs to find an effect, by number of repeats. Persons are "
-        "simulated, recorded and answered as `compare` and the study answer real ones, by the network of a "
-        "population; many studies are drawn from them. Answering a person (three recordings, two pairs) "
-        "takes one to two minutes of one core for each number of repeats; answered persons are kept under "
-        "<results>/<experiment>/plan/banks.",
+        description="Estimate how many persons a study needs to find an effect, by number of repeats.\n"
+        "Persons are simulated, recorded and inferred as real ones are. Many studies are drawn from them.\n"
+        "It needs the network of a population, so a finished study.\n"
+        "A person takes one to two minutes of one core for each number of repeats.\n"
+        "Inferred persons are kept in <results>/<experiment>/plan/banks.",
+        epilog="example:\n  swesbi plan --effect k_sr=-20%% --repeats 3,5",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--effect", required=True, help="of one parameter: k_sr=-20%% (k0, k_atp, k_sr)")
     parser.add_argument(
@@ -241,11 +243,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--noise", help="standard deviation of one repeat's speed at a phase, 3%%; default: as acquisition"
     )
-    parser.add_argument("--power", help="share of studies that are to find it; default: plan.power")
-    parser.add_argument("--persons", type=int, help="tell the power of so many, too")
+    parser.add_argument("--power", help="share of studies that must find the effect; default: plan.power")
+    parser.add_argument("--persons", type=int, help="also report the power of this number of persons")
     parser.add_argument("--bank", type=int, help="simulated persons; default: plan.persons.number")
     parser.add_argument("--experiment", help="one over a population; default: plan.experiment")
-    parser.add_argument("--processes", type=int, default=2, help="persons side by side; changes no answer")
+    parser.add_argument("--processes", type=int, default=2, help="persons inferred in parallel; default: 2")
     parser.add_argument(
         "--out", type=Path, help="folder; default: <results>/<experiment>/plan/<design>-<effect>"
     )

@@ -53,16 +53,17 @@ def main(arguments: Sequence[str]) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi validate",
-        description="Check a cohort before anything runs on it. Either every problem is listed, with file, "
-        "row, column, value and remedy, and the exit code is 2; or a table says for each subject how many "
-        "phases were measured, how many samples were rejected and why, and how large standard errors are; of "
-        "a free-running recording, how many pushes there are, and what their errors are estimated from. "
-        "Number of phases, density and limits of quality control are those of `recording` in config.yaml.",
+        description="Check a folder of recordings before inference.\n"
+        "If there are problems, all are listed with file, row, column, value and remedy; exit code 2.\n"
+        "If there are none, a table summarises each subject: phases, rejected samples with reasons, errors.\n"
+        "Number of phases, density and quality control are set in `recording` of config.yaml.",
+        epilog="example:\n  swesbi validate data/virtual_volunteers --plot sheets",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")
     parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
     parser.add_argument(
-        "--plot", type=Path, metavar="FOLDER", help="write a quality-control sheet per subject"
+        "--plot", type=Path, metavar="FOLDER", help="write a figure of quality control per subject"
     )
     add_options(parser)
     return parser
