@@ -111,8 +111,8 @@ def _optional() -> tuple[str, ...]:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi template",
-        description="Write an empty folder for recordings: subjects.csv, recording.yaml, a recording's header.\n"
-        "Comments explain every column. Nothing is overwritten.\n"
+        description="Write an empty folder for recordings, with comments that explain every column.\n"
+        "It contains subjects.csv, recording.yaml and the header of a recording. Nothing is overwritten.\n"
         "With --like, propose how a table of another tool is read.",
         epilog="examples:\n  swesbi template data/my_cohort\n  swesbi template --like export.csv",
         formatter_class=argparse.RawDescriptionHelpFormatter,
