@@ -231,7 +231,7 @@ async function infer() {
   element("infer").disabled = true;
   element("stop").disabled = false;
   element("answer").hidden = true;
-  certified("The first draws are being simulated.");
+  certified("Simulating the first draws.");
   try {
     const given = { context: { ...state.context }, recording: subject.recording, seed: 1 };
     await began.ready;
@@ -280,7 +280,7 @@ function answered(subject, found) {
 }
 
 function said({ word, tests }) { // by the tests that need no null distributions
-  const words = { "no verdict": "No verdict: what this page can test does not speak against the model", strained: "Strained", contradicted: "Contradicted" }[word];
+  const words = { "no verdict": "No verdict: the tests of this page do not contradict the model", strained: "Strained", contradicted: "Contradicted" }[word];
   element("judged").textContent = `${words}.`;
   element("tests").innerHTML = tests.map(({ name, flagged, detail }) => `<li${flagged ? ' class="wrong"' : ""}>${name}: ${detail}</li>`).join("");
 }

@@ -28,7 +28,7 @@ MEDIANS = np.array([OF_NAME.get(name, 50.0) for name in TOLD_NAMES])
 Q = len(TOLD_NAMES)
 LAST = ("k0_kpa", "k_atp_per_s", "bonds_kpa")
 VERDICT = Verdict(
-    1.0, "", 10, 10, {}, "not contradicted", "not contradicted: no test speaks against the model", (),
+    1.0, "", 10, 10, {}, "not contradicted", "not contradicted: no test contradicts the model", (),
     k_hat=0.3, efficiency=0.4, sampler="importance",
 )  # fmt: skip
 

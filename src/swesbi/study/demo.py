@@ -72,12 +72,12 @@ def demonstrated(config: Path, out: Path) -> list[str]:
 
 
 def _limit(page: Sheet) -> str:
-    """Say what more repeats would buy, and what they would not."""
+    """Return how much narrower more repeats would make the intervals, and what they would not change."""
     if page.more is None:
         return "the posterior has not converged; do not use it"
     rows = [number for number, line in enumerate(ANSWER) if line.parameter.name in THETA_NAMES]
     left = float(np.mean(page.more.width[-1, rows]))
     return (
-        f"with {page.more.times[-1]:g} times as many repeats the intervals would have {left:.0%} of their "
-        "width; the rest is what is not known of the heart and of the speeds' scale"
+        f"with {page.more.times[-1]:g} times as many repeats the intervals would keep {100.0 * left:.0f} % of "
+        "their width; the rest comes from unknown properties of the heart and the scale of the speeds"
     )

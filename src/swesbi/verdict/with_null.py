@@ -328,7 +328,7 @@ def _sentence(status: Grade, overall_p: float, flagged: Sequence[VerdictTest]) -
     """Say the verdict, the test that speaks loudest with what it found, and the names of the others."""
     together = f"overall p = {overall_p:.2g}"
     if not flagged:
-        return f"{status.word}: no test speaks against the model, {together}"
+        return f"{status.word}: no test contradicts the model, {together}"
     also = f"; also {', '.join(map(_words, flagged[1:]))}" if len(flagged) > 1 else ""
     return f"{status.word}: {_words(flagged[0])}: {flagged[0].detail}{also}; {together}"
 

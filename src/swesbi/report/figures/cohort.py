@@ -226,7 +226,7 @@ def _draw_counts(panels: Sequence[Axes], table: pd.DataFrame) -> None:
     panels[0].set_xlabel("subjects")
     reasons = counted_reasons(table)
     _bars(panels[1], dict(list(reasons.items())[:MOST_TESTS]) or {"none": 0}, [PRIOR])
-    panels[1].set_title("what speaks against the model")
+    panels[1].set_title("tests that contradict the model")
     panels[1].set_xlabel("subjects")
     _efficiency(panels[2], table)
 
