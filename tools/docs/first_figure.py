@@ -41,11 +41,11 @@ def write_first_figure(results: Path, truth: Path, docs: Path) -> None:
         axes = figure.subplot_mosaic([["recording"] * 3, list(PARAMETERS)], height_ratios=(1.3, 1.0))
         with xr.open_datatree(folder / "predictive.h5", engine="h5netcdf") as predictive:
             _draw_recording(axes["recording"], predictive)
-        true = pd.read_csv(truth, index_col="subject").loc[SUBJECT]
+        table = pd.read_csv(truth, index_col="subject")
         with xr.open_datatree(folder / "posterior.h5", engine="h5netcdf") as posterior:
             for name, label in PARAMETERS.items():
                 draws = posterior["posterior"][name].to_numpy().ravel()
-                _draw_posterior(axes[name], draws, float(true[name]), label)
+                _draw_posterior(axes[name], draws, float(table[name][SUBJECT]), label)
         shown = axes["k0_kpa"].get_legend_handles_labels()
         figure.legend(*shown, loc="outside lower center", ncols=3)
         save_figure(figure, docs / "figures" / "first.png")
@@ -76,8 +76,8 @@ def _draw_recording(axes: Axes, predictive: xr.DataTree) -> None:
 
 def _draw_posterior(axes: Axes, draws: FloatArray, true: float, label: str) -> None:
     density = gaussian_kde(draws)
-    at = np.linspace(*np.percentile(draws, (0.2, 99.8)), 300)
-    low, high = np.percentile(draws, INTERVAL)
+    first, low, high, last = np.percentile(draws, (0.2, *INTERVAL, 99.8))
+    at = np.linspace(first, last, 300)
     inside = (at >= low) & (at <= high)
     axes.plot(at, density(at), color=POSTERIOR, label="posterior")
     axes.fill_between(

@@ -78,6 +78,6 @@ def _limit(page: Sheet) -> str:
     rows = [number for number, line in enumerate(ANSWER) if line.parameter.name in THETA_NAMES]
     left = float(np.mean(page.more.width[-1, rows]))
     return (
-        f"with {page.more.times[-1]:g} times as many repeats the intervals would keep {100.0 * left:.0f} % of "
-        "their width; the rest comes from unknown properties of the heart and the scale of the speeds"
+        f"with {page.more.times[-1]:g} times as many repeats the intervals would keep {100.0 * left:.0f} % "
+        "of their width; the rest comes from unknown properties of the heart and the scale of the speeds"
     )
