@@ -1,4 +1,4 @@
-"""Store the first screens of the results, on a desktop and on a phone, as figures of the documentation.
+"""Store the first screens of README, results and interactive model as figures of the documentation.
 
 ``python benchmarks/first_screens.py [results]`` needs Chromium and a finished study.
 """
@@ -12,23 +12,43 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
+from markdown_it import MarkdownIt
+
 SIZES: Final = {"desktop": (1400, 900), "phone": (400, 800)}
-FIGURES: Final = Path(__file__).resolve().parent.parent / "docs" / "figures"
+ROOT: Final = Path(__file__).resolve().parent.parent
+STYLE: Final = (
+    "body{font:16px/1.5 sans-serif;max-width:900px;margin:1.5em auto;padding:0 1em}img{max-width:100%}"
+    "pre{background:#f4f4f4;padding:.8em;overflow:auto}td,th{border:1px solid #ccc;padding:.3em .6em}"
+    "table{border-collapse:collapse;display:block;overflow:auto}"
+)
 
 
 def main(results: Path) -> None:
-    """Write ``docs/figures/first-screen-*.png``.
+    """Write ``docs/figures/screen-*.png``.
 
     Raises:
         SystemExit: There is no browser, or no page.
     """
-    program, page = shutil.which("chromium"), results / "index.html"
+    program = shutil.which("chromium")
     if program is None:
         raise SystemExit("no browser found (chromium); on Debian: apt-get install chromium")
-    if not page.is_file():
-        raise SystemExit(f"{page} does not exist: finish the study first (make study)")
-    for name, (width_px, height_px) in SIZES.items():
-        take(program, page, FIGURES / f"first-screen-{name}.png", width_px, height_px)
+    with tempfile.TemporaryDirectory() as folder:
+        pages = {"results": results / "index.html", "explorer": results / "explorer.html"}
+        if absent := [page for page in pages.values() if not page.is_file()]:
+            raise SystemExit(f"{absent[0]} does not exist: finish the study first (make study)")
+        pages["readme"] = rendered(ROOT / "README.md", Path(folder) / "readme.html")
+        for name, page in pages.items():
+            for size, (width_px, height_px) in SIZES.items():
+                png = ROOT / "docs" / "figures" / f"screen-{name}-{size}.png"
+                take(program, page, png, width_px, height_px)
+
+
+def rendered(markdown: Path, html: Path) -> Path:
+    """Write a page of Markdown as HTML, with its pictures where they lie, and return its path."""
+    body = MarkdownIt("commonmark").enable("table").render(markdown.read_text(encoding="utf-8"))
+    head = f'<!doctype html><meta charset="utf-8"><base href="{ROOT.as_uri()}/"><style>{STYLE}</style>'
+    html.write_text(f"{head}<body>{body}", encoding="utf-8")
+    return html
 
 
 def take(program: str, page: Path, png: Path, width_px: int, height_px: int) -> None:
@@ -45,7 +65,8 @@ def take(program: str, page: Path, png: Path, width_px: int, height_px: int) -> 
         outer = Path(folder) / "frame.html"
         outer.write_text(frame, encoding="utf-8")
         options = ("--headless=new", "--no-sandbox", "--hide-scrollbars", f"--user-data-dir={folder}/profile")
-        where = (f"--window-size={width_px},{height_px}", f"--screenshot={png}", outer.as_uri())
+        budget = "--virtual-time-budget=15000"  # the interactive model compiles and runs before it shows
+        where = (budget, f"--window-size={width_px},{height_px}", f"--screenshot={png}", outer.as_uri())
         subprocess.run([program, *options, *where], check=True, capture_output=True)
     print(f"wrote {png}")
 

@@ -24,7 +24,7 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.answers import verdict_numbers, weights_in_words
+from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.prior_support import support_numbers
 
 FloatArray = NDArray[np.float64]
@@ -157,19 +157,12 @@ def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
 
 
 def _exact_title(panel: ExactPanel, cohort_title: str) -> str:
-    """Say what is shown, the verdict, and how the draws were obtained."""
-    result, verdict = panel.result, panel.verdict
-    made = "MCMC" if result.by_mcmc else "importance weights"
-    certificate = f", R-hat {result.largest_r_hat:.3f}" if result.by_mcmc else ""
-    doubt = "" if result.converged else ", NOT CONVERGED"
+    """Return what is shown, the verdict, and a warning where the sampler has not converged."""
+    verdict = panel.verdict
     reasons = ": ".join([verdict.status, ", ".join(verdict_numbers(verdict))]).removesuffix(": ")
-    return "\n".join(
-        [
-            titled(f"{panel.subject}, exact posterior", cohort_title),
-            reasons,
-            f"draws by {made}{certificate}{doubt}; weights: {weights_in_words(verdict)}",
-        ]
-    )
+    doubt = () if panel.result.converged else ("NOT CONVERGED: do not use this posterior",)
+    title = titled(f"{panel.subject}, exact posterior", cohort_title)
+    return "\n".join([title, f"verdict: {reasons}", *doubt])
 
 
 def _exact_legend(figure: Figure, panel: ExactPanel, color: str) -> None:
