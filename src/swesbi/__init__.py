@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from swesbi.context import Context
@@ -22,15 +21,16 @@ __all__ = [
     "simulate_beat",
     "torch_prior",
 ]
-FROM: Final = {
-    "Context": "swesbi.context",
-    "ParameterPrior": "swesbi.prior",
-    "torch_prior": "swesbi.networks.torch_prior",
-}
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401
-    """Load a public name when it is first asked for."""
-    if name not in __all__:
-        raise AttributeError(f"module 'swesbi' has no attribute {name!r}")
-    return getattr(import_module(FROM.get(name, "swesbi.interface")), name)
+    """Load a public name when it is first asked for: a beat needs no torch."""
+    if name == "torch_prior":
+        from swesbi.networks.torch_prior import torch_prior
+
+        return torch_prior
+    if name in __all__:
+        from swesbi import interface
+
+        return getattr(interface, name)
+    raise AttributeError(f"module 'swesbi' has no attribute {name!r}")

@@ -357,6 +357,7 @@ def test_stages_reach_their_science_and_no_other() -> None:
     for stage in ("ingest", "passive", "simulate", "predictive", "cmaes", "cohort_figures", "tables"):
         modules = {place.module for place in PACKAGE.followed(*entry(stage))}
         assert not any(module.startswith("swesbi.networks.paper.training") for module in modules)
+        assert not modules & {"swesbi.study.compare", "swesbi.interface"}
 
 
 def test_every_stage_has_a_hash_of_its_own() -> None:
