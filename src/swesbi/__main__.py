@@ -32,7 +32,7 @@ COMMANDS = {
     "infer": "swesbi.study.infer",
     "compare": "swesbi.study.compare",
     "plan": "swesbi.study.plan",
-    "inspect": "swesbi.study.inspect.command",
+    "inspect": "swesbi.study.inspect",
 }
 
 

@@ -145,6 +145,14 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
                 LOGGER.removeHandler(handler)
 
 
+def options_of(result: Path) -> str:
+    """Return what Snakemake was given beside its targets, as the newest log of a result's study states."""
+    folder = next(above / "logs" for above in result.parents if (above / "logs").is_dir())
+    logs = sorted(folder.rglob("*.log"), key=lambda log: log.stat().st_mtime)
+    lines = logs[-1].read_text(encoding="utf-8").splitlines() if logs else []
+    return next((line.removeprefix(RUN_WITH) for line in lines if line.startswith(RUN_WITH)), "")
+
+
 def _message(error: Exception, options: str) -> str:
     return error.message(options) if isinstance(error, DamagedArtefactError) else str(error)
 
