@@ -172,8 +172,7 @@ def _changes(first: Content, second: Content) -> Iterator[tuple[str, str]]:
 def array_difference(one: xr.Variable, two: xr.Variable) -> str:
     """Return how two arrays of one name differ; empty where they do not.
 
-    The relative difference is |a - b| / max(|a|, |b|), so it is at most 2; missing values are equal to
-    missing values.
+    The relative difference is |a - b| / max(|a|, |b|), at most 2; missing values equal missing values.
     """
     shapes = [f"{dict(each.sizes)} {each.attrs.get('units', '')}".rstrip() for each in (one, two)]
     if shapes[0] != shapes[1]:
@@ -190,6 +189,5 @@ def array_difference(one: xr.Variable, two: xr.Variable) -> str:
         return f"{missing} values are missing in one alone"
     gap = np.abs(a - b)[different]
     relative = gap / np.maximum(np.abs(a), np.abs(b))[different]
-    return (
-        f"max abs {gap.max():.3g} {one.attrs.get('units', '')}".rstrip() + f", max rel {relative.max():.3g}"
-    )
+    largest = f"{gap.max():.3g} {one.attrs.get('units', '')}".rstrip()
+    return f"max abs {largest}, max rel {relative.max():.3g}"

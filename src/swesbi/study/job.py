@@ -132,7 +132,10 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
     terminal = sys.stderr
     with path.open("w", encoding="utf-8") as file:
         handlers = [_handler(file), _handler(terminal)]
-        _configure(handlers)
+        LOGGER.setLevel(logging.INFO)
+        LOGGER.propagate = False
+        for handler in handlers:
+            LOGGER.addHandler(handler)
         try:
             with contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
                 yield
@@ -161,10 +164,3 @@ def _handler(stream: TextIO) -> logging.Handler:
     handler = logging.StreamHandler(stream)
     handler.setFormatter(logging.Formatter("%(message)s"))
     return handler
-
-
-def _configure(handlers: list[logging.Handler]) -> None:
-    LOGGER.setLevel(logging.INFO)
-    LOGGER.propagate = False
-    for handler in handlers:
-        LOGGER.addHandler(handler)
