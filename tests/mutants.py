@@ -235,7 +235,7 @@ MUTANTS: Final = (
            '(table["ci_high"] < nominal)', '(table["ci_low"] < nominal)'),
     Mutant("predicted volume above the measured is called below", "report/tables/subjects.py",
            'row["ci_low"] > row["measured"]', 'row["ci_low"] < row["measured"]'),
-    Mutant("relative difference of two runs by the smaller value", "study/inspect/diff.py",
+    Mutant("relative difference of two runs by the smaller value", "study/inspect.py",
            "np.maximum(np.abs(a), np.abs(b))", "np.minimum(np.abs(a), np.abs(b))"),
     Mutant("error of a planned mean does not fall with the root of repeats", "study/plan.py",
            "/ repeats) ** 0.5", "/ repeats)"),

@@ -59,7 +59,7 @@ COMMANDS: Final = {
         "swesbi plan --effect k_sr=-20% --repeats 3,5",
     ),
     "inspect": Command(
-        "swesbi.study.inspect.command",
+        "swesbi.study.inspect",
         "Summarise result files, verify their checksums, or compare two runs.",
         "swesbi inspect --check results",
     ),

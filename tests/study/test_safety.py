@@ -19,7 +19,7 @@ from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance
 from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.config.read import ConfigError, read_yaml
 from swesbi.networks.paper.estimator import load_checkpoints, load_estimator
-from swesbi.study.inspect.read import read
+from swesbi.study.contents import read
 
 FORBIDDEN = {
     "eval": "executes text",

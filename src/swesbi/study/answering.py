@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -82,9 +81,10 @@ def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
     if asked is not None:
         named(study, {"experiment": asked}, "experiment")
         if asked not in able:
+            names = (*study.config.experiments, *study.config.population_experiments)
             raise ConfigError(
                 f"--experiment = {asked!r}: infers from features of the curve, and answers no recording "
-                f"outside its own cohort; {' and '.join(name for name in _names(study) if name in able)} can"
+                f"outside its own cohort; {' and '.join(name for name in names if name in able)} can"
             )
         return (asked,)
     if not study.answering_experiments:
@@ -92,10 +92,6 @@ def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
             "run: no experiment of kind speeds or over a population runs, and no other answers a new subject"
         )
     return study.answering_experiments
-
-
-def _names(study: Study) -> Sequence[str]:
-    return (*study.config.experiments, *study.config.population_experiments)
 
 
 def is_everyones(error: Exception) -> bool:

@@ -33,6 +33,8 @@ from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.registry import stage_code, stage_function
 
 LOGGER: Final = logging.getLogger("swesbi")
+CHANGES: Final = "change"
+"""The folder of the changes, in that of an experiment; one below it for each person."""
 STAGE: Final = "person_change"
 CODE: Final = "swesbi.answers.compared:save_change"
 STAGE_OF_GROUPS: Final = "change_groups"
@@ -119,7 +121,7 @@ def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Ans
 
 def _folder_of(study: Study, experiment: str) -> Path:
     """Return where the changes of persons lie, a folder a person."""
-    return Path(study.config.results) / experiment / "change"
+    return Path(study.config.results) / experiment / CHANGES
 
 
 def _answer_all(study: Study, options: argparse.Namespace) -> int:

@@ -132,7 +132,10 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
     terminal = sys.stderr
     with path.open("w", encoding="utf-8") as file:
         handlers = [_handler(file), _handler(terminal)]
-        _configure(handlers)
+        LOGGER.setLevel(logging.INFO)
+        LOGGER.propagate = False
+        for handler in handlers:
+            LOGGER.addHandler(handler)
         try:
             with contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
                 yield
@@ -145,6 +148,14 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
                 LOGGER.removeHandler(handler)
 
 
+def options_of(result: Path) -> str:
+    """Return what Snakemake was given beside its targets, as the newest log of a result's study states."""
+    folder = next(above / "logs" for above in result.parents if (above / "logs").is_dir())
+    logs = sorted(folder.rglob("*.log"), key=lambda log: log.stat().st_mtime)
+    lines = logs[-1].read_text(encoding="utf-8").splitlines() if logs else []
+    return next((line.removeprefix(RUN_WITH) for line in lines if line.startswith(RUN_WITH)), "")
+
+
 def _message(error: Exception, options: str) -> str:
     return error.message(options) if isinstance(error, DamagedArtefactError) else str(error)
 
@@ -153,10 +164,3 @@ def _handler(stream: TextIO) -> logging.Handler:
     handler = logging.StreamHandler(stream)
     handler.setFormatter(logging.Formatter("%(message)s"))
     return handler
-
-
-def _configure(handlers: list[logging.Handler]) -> None:
-    LOGGER.setLevel(logging.INFO)
-    LOGGER.propagate = False
-    for handler in handlers:
-        LOGGER.addHandler(handler)

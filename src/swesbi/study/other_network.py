@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from swesbi.networks.flow.files import load_flow_provenance
-from swesbi.study.inspect.read import flatten
+from swesbi.study.contents import flatten
 
 ABSENT: Final = str(None)
 

@@ -8,8 +8,7 @@ before anything heavy is imported, so the modules are parsed alone.
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -24,26 +23,23 @@ _NO_FILES: Final = (FILES, _SETTINGS, _ORIGIN, "return")
 _FOLDER: Final = Path(__file__).parent / "stages"
 
 
-@dataclass(frozen=True)
-class _Stage:
-    """Where a stage lies, and the first line of what its function says of itself."""
-
-    module: str
-    line: str
-
-
-def _found() -> Iterator[tuple[str, _Stage]]:
-    """Yield the stages by name, module by module; the modules are read, not imported.
+def _found() -> dict[str, tuple[str, str]]:
+    """Return the module of each stage and the first line of its docstring; no module is imported.
 
     Raises:
-        ValueError: A stage has no docstring.
+        ValueError: A stage has no docstring, or two have one name.
     """
+    stages: dict[str, tuple[str, str]] = {}
     for path in sorted(_FOLDER.glob("*.py")):
         for node in ast.parse(path.read_text(encoding="utf-8"), str(path)).body:
             if isinstance(node, ast.FunctionDef) and _is_stage(node):
+                module, name = f"swesbi.study.stages.{path.stem}", node.name
                 if not (text := ast.get_docstring(node)):
-                    raise ValueError(f"{path}:{node.lineno}: the stage {node.name} says nothing of itself")
-                yield node.name, _Stage(f"swesbi.study.stages.{path.stem}", text.splitlines()[0])
+                    raise ValueError(f"{path}:{node.lineno}: the stage {name} says nothing of itself")
+                if name in stages:
+                    raise ValueError(f"two stages are named {name}: in {stages[name][0]} and {module}")
+                stages[name] = module, text.splitlines()[0]
+    return stages
 
 
 def _is_stage(function: ast.FunctionDef) -> bool:
@@ -52,17 +48,8 @@ def _is_stage(function: ast.FunctionDef) -> bool:
     return not function.name.startswith("_") and {_SETTINGS, _ORIGIN} <= named
 
 
-def _by_name(found: Iterable[tuple[str, _Stage]]) -> dict[str, _Stage]:
-    stages: dict[str, _Stage] = {}
-    for name, stage in found:
-        if name in stages:
-            raise ValueError(f"two stages are named {name}: in {stages[name].module} and {stage.module}")
-        stages[name] = stage
-    return stages
-
-
-_STAGES: Final = MappingProxyType(_by_name(_found()))
-STAGES: Final[Mapping[str, str]] = MappingProxyType({name: stage.line for name, stage in _STAGES.items()})
+_STAGES: Final = MappingProxyType(_found())
+STAGES: Final[Mapping[str, str]] = MappingProxyType({name: line for name, (_, line) in _STAGES.items()})
 """What each stage is for."""
 
 
@@ -102,7 +89,7 @@ def stage_place(name: str) -> tuple[str, str]:
         KeyError: The study has no such stage.
     """
     module, _, function = name.rpartition(":")
-    return (module, function) if module else (_STAGES[name].module, name)
+    return (module, function) if module else (_STAGES[name][0], name)
 
 
 def job_params(name: str, settings: Mapping[str, Any], seed: int, subject: str = "") -> dict[str, Any]:

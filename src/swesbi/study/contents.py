@@ -1,0 +1,107 @@
+"""What a file of a study contains, whatever its format: what made it, its settings, its facts, its arrays."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import pandas as pd
+import xarray as xr
+import yaml
+
+from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, files
+
+ORIGIN: Final = "code and origin"
+SETTINGS: Final = "settings"
+VERDICTS: Final = "verdicts"
+FACTS: Final = "facts"
+Sections = dict[str, dict[str, str]]
+"""Text by key, below the titles above."""
+Content = tuple[Sections, dict[str, xr.Variable]]
+
+
+def read(path: Path) -> Content:
+    """Return what a file contains, once its checksum, if it has one, is known to be right.
+
+    Raises:
+        DamagedArtefactError: It is damaged, or not of the format that its name ends with.
+        ArtefactError: It cannot be opened, or is of a format that is not read.
+    """
+    try:
+        path.open("rb").close()
+        if path.suffix not in READERS:
+            raise ArtefactError(f"{path}: is of none of the formats shown: {', '.join(READERS)}")
+        return READERS[path.suffix](path)
+    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
+        raise ArtefactError(f"{path}: cannot be read ({error.strerror})") from error
+    except ArtefactError:
+        raise
+    except (*files.UNREADABLE, yaml.YAMLError) as error:
+        raise DamagedArtefactError(path, f"cannot be read as {path.suffix} ({error})") from error
+
+
+def flatten(plain: object) -> dict[str, str]:
+    """Return nested plain data as text by key: ``{"prior": {"low": 2}}`` becomes ``{"prior.low": "2"}``."""
+    leaves = _leaves(plain if isinstance(plain, Mapping) else {"": plain}, ".")
+    return {key: ", ".join(map(str, one if isinstance(one, list | tuple) else [one])) for key, one in leaves}
+
+
+def _leaves(nested: Mapping[str, Any], joint: str, above: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in nested.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, joint, f"{above}{key}{joint}")
+        else:
+            yield f"{above}{key}", value
+
+
+def _artefact(provenance: Provenance) -> Sections:
+    made = {key: str(value) for key, value in provenance.attributes().items() if key != SETTINGS}
+    made["subject"] = provenance.subject or "whole cohort"
+    return {ORIGIN: made, SETTINGS: flatten(provenance.settings)}
+
+
+def _hdf5(path: Path) -> Content:
+    files.check_whole(path)
+    files.check_self_contained(path)
+    arrays: dict[str, xr.Variable] = {}
+    # not as a tree, of which a group must not differ from its parent in the length of a dimension
+    for group, dataset in xr.open_groups(path, engine="h5netcdf").items():
+        with dataset:
+            arrays |= {f"{group}/{name}".strip("/"): one.load() for name, one in dataset.variables.items()}
+    return _artefact(files.hdf5_provenance(path)), arrays
+
+
+def _weights(path: Path) -> Content:
+    # torch takes seconds to import, and most files need none of it
+    from swesbi.networks.files import METADATA, plain_provenance, read_plain
+
+    files.check_whole(path)
+    content, provenance = read_plain(path, plain_provenance(path).kind, dict)
+    tensors = _leaves({name: part for name, part in content.items() if name != METADATA}, "/")
+    arrays = {key: xr.Variable([f"d{n}" for n in range(one.ndim)], one.numpy()) for key, one in tensors}
+    return _artefact(provenance), arrays
+
+
+def _table(path: Path) -> Content:
+    return {}, {
+        str(name): xr.Variable("row", column.to_numpy()) for name, column in pd.read_csv(path).items()
+    }
+
+
+def _plain(path: Path) -> Content:
+    text = path.read_text(encoding="utf-8")
+    content = json.loads(text) if path.suffix == ".json" else yaml.safe_load(text)
+    if isinstance(content, dict) and content.pop(files.CHECKSUM, None):
+        files.check_json(path)
+    return {VERDICTS if path.name == "verdict.json" else FACTS: flatten(content)}, {}
+
+
+READERS: Final[Mapping[str, Callable[[Path], Content]]] = {
+    ".h5": _hdf5,
+    ".pt": _weights,
+    ".csv": _table,
+    ".json": _plain,
+    ".yaml": _plain,
+}

@@ -1,1 +1,0 @@
-"""Looking into the files of a study, and comparing two runs of it."""
