@@ -1,13 +1,13 @@
-"""Draw the figures of docs/forward-model.md.
+"""Draw the forward model beside other simulators, and store how far it lies from them.
 
-python benchmarks/forward_model_figures.py docs/figures
+python benchmarks/forward_model_figures.py docs/figures --table docs/tables/other_simulators.csv
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -163,17 +163,40 @@ def _best_of(repeats: int, work: Callable[[], object]) -> float:
     return min(times)
 
 
+def distances(comparisons: Sequence[Comparison]) -> pd.DataFrame:
+    """Return a row for each program and quantity: root mean square difference, and the range of theirs."""
+    rows = [
+        {
+            "program": each.program,
+            "quantity": LABELS[name].rpartition(" (")[0].replace("$k_c$", "k_c"),
+            "unit": LABELS[name].rpartition(" (")[2].rstrip(")"),
+            "rmse": float(f"{each.rmse(name):.2g}"),
+            "range": float(f"{np.ptp(theirs):.3g}"),
+            "rmse_of_range": float(f"{each.rmse(name) / np.ptp(theirs):.2g}"),
+        }
+        for each in comparisons
+        for name, theirs in each.theirs.items()
+    ]
+    return pd.DataFrame(rows)
+
+
 def main() -> None:
-    """Write the figures into the folder of the first argument."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    """Write the figures into the folder of the first argument, and the table where one is named."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
-    folder = parser.parse_args().folder
+    parser.add_argument("--table", type=Path, help="CSV to write: distances from the other programs")
+    options = parser.parse_args()
+    folder = options.folder
     folder.mkdir(parents=True, exist_ok=True)
-    physioblocks = pd.read_csv(REFERENCE / "physioblocks_spherical_heart.csv.gz")
-    svzerod = pd.read_csv(REFERENCE / "svzerod_chamber_sphere.csv.gz")
+    physioblocks = compare_with_physioblocks(pd.read_csv(REFERENCE / "physioblocks_spherical_heart.csv.gz"))
+    svzerod = compare_with_svzerod(pd.read_csv(REFERENCE / "svzerod_chamber_sphere.csv.gz"))
+    if options.table:
+        distances((physioblocks, svzerod)).to_csv(options.table, index=False, lineterminator="\n")
     figures = {
-        "physioblocks": overlay(compare_with_physioblocks(physioblocks), columns=3),
-        "svzerod": overlay(compare_with_svzerod(svzerod), columns=3),
+        "physioblocks": overlay(physioblocks, columns=3),
+        "svzerod": overlay(svzerod, columns=3),
         "six-subjects": six_subjects(load_cases(1)),
         "accuracy-cost": accuracy_cost(load_cases(1_000), lsoda_draws=3),
     }
