@@ -2,6 +2,7 @@
 
     python benchmarks/simulator.py
     python benchmarks/simulator.py --physioblocks /path/to/python --largest 1000000
+    python benchmarks/simulator.py --table docs/tables/simulator.csv
 
 PhysioBlocks is optional and pins other versions than this project, so it runs in an environment of its own:
 
@@ -12,11 +13,12 @@ PhysioBlocks is optional and pins other versions than this project, so it runs i
 from __future__ import annotations
 
 import argparse
+import csv
 import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
@@ -74,7 +76,7 @@ def this_model(cases: Cases, errors: NDArray[np.float64]) -> Row:
     ]
     simulation_s = float(np.mean(per_subject)) / cases.theta.shape[0]
     error_95, worst = np.percentile(errors, 95), errors.max()
-    return Row("this model, shipped setting", 1e3 * beat_s, 1e3 * simulation_s, error_95, worst)
+    return Row("this model", 1e3 * beat_s, 1e3 * simulation_s, error_95, worst)
 
 
 def scipy_lsoda(cases: Cases, exact: list[NDArray[np.float64]], draws: int) -> Row:
@@ -123,6 +125,18 @@ def print_table(rows: list[Row]) -> None:
     )
 
 
+def write_table(rows: list[Row], path: Path) -> None:
+    """Write the rows as CSV, numbers with three significant digits."""
+    plain = [
+        {name: f"{value:.3g}" if isinstance(value, float) else value for name, value in asdict(row).items()}
+        for row in rows
+    ]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, plain[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(plain)
+
+
 def print_growth(cases: Cases, largest: int) -> None:
     """Print simulations per second to the periodic state for growing batches."""
     print(f"{'simulations':>12s}{'seconds':>10s}{'per second':>12s}")
@@ -148,6 +162,7 @@ def main() -> None:
     parser.add_argument("--physioblocks", default=sys.executable, help="interpreter that has physioblocks")
     parser.add_argument("--largest", type=int, default=1_000_000, help="largest batch of the growth table")
     parser.add_argument("--draws", type=int, default=1_000, help="prior draws a subject")
+    parser.add_argument("--table", type=Path, help="CSV to write")
     arguments = parser.parse_args()
     cases = load_cases(arguments.draws)
     exact = converged_beats(cases)
@@ -160,7 +175,10 @@ def main() -> None:
     rows = [this_model(cases, errors), scipy_lsoda(cases, [e.active_stiffness_kpa for e in exact], draws=3)]
     other = physioblocks(arguments.physioblocks, beats=3)
     print(f"{arguments.draws} prior draws x {len(cases.contexts)} virtual volunteers, one core\n")
-    print_table([*rows, other] if other else rows)
+    rows += [other] if other else []
+    print_table(rows)
+    if arguments.table:
+        write_table(rows, arguments.table)
     print_growth(cases, arguments.largest)
 
 

@@ -2,7 +2,7 @@
 
     python benchmarks/study.py
     python benchmarks/study.py --profile workflow/profiles/slurm
-    python benchmarks/study.py --table docs/tables/study_cost.csv --figure docs/figures/study_cost.png
+    python benchmarks/study.py --table docs/tables/study_cost.csv
 
 Adds up what the jobs of a run say in their logs. Start-up is what each job took until its stage began:
 interpreter, Snakemake's preamble, imports.

@@ -66,8 +66,7 @@ class SpeedExperimentSettings(Settings):
     prior: Name = Field(description="Name of one of the priors.")
     simulations_per_subject: int = Field(
         ge=10,
-        description="Successful simulations from the prior. Chosen by the learning curve "
-        "(docs/calibration.md).",
+        description="Successful simulations from the prior. Chosen by the learning curve.",
     )
     passive_stiffness_kpa: ParameterPrior = Field(
         description="Prior of the passive stiffness a at the largest stretch of the beat, a nuisance "
@@ -80,7 +79,7 @@ class SpeedExperimentSettings(Settings):
     observation_model: SpeedObservationSettings = Field(description="Noise on the measured speeds.")
     estimator: SplineSettings = Field(
         description="The network. Its architecture was chosen by held-out log-probability and importance "
-        "efficiency (docs/calibration.md)."
+        "efficiency."
     )
     exact: ExactSettings = Field(
         description="Exact posteriors: rounds of draws, the network's first, weighted with the simulator. "

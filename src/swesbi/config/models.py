@@ -296,7 +296,7 @@ class Config(Settings):
     )
     population_experiments: dict[Name, PopulationExperimentSettings] = Field(
         description="Experiments whose network is trained over a population instead of the cohort "
-        "(docs/population.md). `amortised` has one network for any heart within the declared range."
+        "(docs/model-and-inference.md). `amortised` has one network for any heart within the declared range."
     )
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments.")
     main_experiment: Name = Field(description="The experiment whose figures 2 and 3 are drawn.")
@@ -308,7 +308,7 @@ class Config(Settings):
     cmaes: CmaesStudySettings = Field(description="Fits by optimisation, which belong to no experiment.")
     cohort_posterior: HierarchySettings = Field(
         description="The cohort as a posterior, of each experiment with exact posteriors "
-        "(docs/cohort-posterior.md)."
+        "(docs/model-and-inference.md)."
     )
     changes: ChangeSettings = Field(
         description="Two visits of one person, inferred together (docs/own-data.md)."

@@ -134,7 +134,7 @@ class SpeedObservationSettings(Settings):
 
     discrepancy: DiscrepancySettings = Field(
         description="What the model may miss. It was chosen on 50 generated subjects with known model "
-        "error, none of them in the cohort (studies/discrepancy, docs/calibration.md)."
+        "error, none of them in the cohort (studies/discrepancy)."
     )
 
 

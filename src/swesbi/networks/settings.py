@@ -28,7 +28,7 @@ class SplineSettings(Settings):
     transforms: int = Field(
         ge=1,
         description="Autoregressive transforms, of affine maps. Chosen by held-out log-probability and "
-        "importance efficiency (docs/calibration.md).",
+        "importance efficiency.",
     )
     hidden_features: int = Field(ge=1, description="Hidden units a layer. Chosen likewise.")
     hidden_layers: int = Field(ge=1, description="Hidden layers a transform. Chosen likewise.")
@@ -46,7 +46,7 @@ class SplineSettings(Settings):
         ge=1,
         description="Passes over the training theta, each with fresh noise. Chosen on the cohort: a "
         "recording takes a few per cent more draws than after 50, and half the training. Chosen over the "
-        "population: a sixth more draws than after 60, and a third of the training (docs/training.md).",
+        "population: a sixth more draws than after 60, and a third of the training.",
     )
     validation_fraction: float = Field(gt=0.0, lt=1.0, description="Share of the theta held out. Chosen.")
     clip_max_norm: float = Field(gt=0.0, description="Gradients are clipped to this norm. Chosen, as in sbi.")
@@ -72,7 +72,8 @@ class EstimatorSettings(Settings):
     )
     procedure: Procedure = Field(
         description="How training is run. fast: sbi's procedure and results, several times faster "
-        "(docs/training.md). sbi: sbi's own loop, to the bit. Either keeps the weights of the best epoch."
+        "(docs/model-and-inference.md). sbi: sbi's own loop, to the bit. Either keeps the weights of the "
+        "best epoch."
     )
     transforms: int = Field(ge=1, description="Autoregressive transforms (paper, Sec. 2.3).")
     hidden_features: int = Field(ge=1, description="Hidden units a layer (paper, Sec. 2.3).")

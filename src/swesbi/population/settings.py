@@ -170,7 +170,7 @@ class DeclaredRange(Settings):
     ivsd_cm: Range = Field(description="End-diastolic thickness of the septum. Chosen.")
     relative_thickness: Range = Field(
         description="Septal thickness over the radius of a sphere of volume LVEDV, what both allow "
-        "together. Chosen (docs/population.md): thinner walls eject next to nothing at any LVEDV of the "
+        "together. Chosen: thinner walls eject next to nothing at any LVEDV of the "
         "range. Thicker ones leave less than half of LVEDV for the cavity."
     )
 

@@ -2,7 +2,7 @@
 
 What the posterior is asked (normal scores and ratios of masses) hardly depends on the subject in its null
 distribution. The whitened space and the distances in it do, and are made anew for the subject. How well that
-holds is measured by judging each subject with the nulls of the others (docs/calibration.md).
+holds is measured by judging each subject with the nulls of the others.
 """
 
 from __future__ import annotations

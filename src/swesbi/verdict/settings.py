@@ -23,9 +23,9 @@ def strained_abs_z(level: float, tests: int) -> float:
 class VolumeSettings(Settings):
     """How far predicted volumes, which nobody fitted, may lie from the measured ones.
 
-    The prior says nothing of their error, so tolerances are stated (docs/calibration.md). Repeatability
-    by two-dimensional echocardiography is 15 % of LVEDV and 25 % of LVESV, as 95 % limits (Gordon et
-    al., J Am Coll Cardiol 1983;2:506-513). These are standard deviations of 7.7 and 12.8 %.
+    The prior says nothing of their error, so tolerances are stated. Repeatability by two-dimensional
+    echocardiography is 15 % of LVEDV and 25 % of LVESV, as 95 % limits (Gordon et al., J Am Coll Cardiol
+    1983;2:506-513). These are standard deviations of 7.7 and 12.8 %.
     """
 
     lvedv_tolerance_fraction: Positive = Field(
