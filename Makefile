@@ -15,7 +15,7 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help demo mutants lock cluster study smoke report full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help demo mutants lock cluster study smoke report full verify container docs docs-site test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: # list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
@@ -64,6 +64,10 @@ docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished stud
 	$(BIN)/python -m tools.docs
 	$(BIN)/python -m tools.settings
 
+docs-site: $(INSTALLED) environment-site.txt ## the pages with settings, commands and interface as a site to search, under build/docs-site/
+	$(LOCKED) --requirement environment-site.txt
+	$(BIN)/python -m tools.site
+
 test: $(INSTALLED) ## the fast tests
 	$(PYTEST) -m "$(TESTS)" $(OF)
 
@@ -105,4 +109,4 @@ format: $(INSTALLED) # format the code in place
 	$(BIN)/snakefmt Snakefile workflow/rules studies explorer
 
 clean: ## remove the virtual environment, caches and the smoke study; results/ stays
-	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info
+	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache build src/*.egg-info

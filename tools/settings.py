@@ -108,14 +108,15 @@ def _note(walked: Iterator[Row], behind: Mapping[str, str], found: dict[str, Row
 
 
 def sources(path: Path) -> dict[str, str]:
-    """Return the comment behind each value of a file, by key."""
+    """Return the source behind each value of a file, by key; other values to choose stand there too."""
     text = path.read_text(encoding="utf-8")
     lines = text.splitlines()
 
     def below(node: yaml.Node | None, place: str) -> Iterator[tuple[str, str]]:
         for name, value in node.value if isinstance(node, yaml.MappingNode) else []:
             inside = f"{place}.{name.value}".removeprefix(".")
-            yield inside, lines[name.start_mark.line].partition(" # ")[2]
+            comment = lines[name.start_mark.line].partition(" # ")[2]
+            yield inside, "" if comment.startswith("or ") else comment
             yield from below(value, inside)
 
     return dict(below(yaml.compose(text), ""))
