@@ -81,10 +81,11 @@ test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on cluster
 mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
 	$(BIN)/python tests/mutants.py --compare tests/reference/mutants.csv
 
-lint: $(INSTALLED) ## ruff and snakefmt
+lint: $(INSTALLED) ## ruff and snakefmt; words of README.md and docs/ that only this project uses
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules studies explorer
+	$(BIN)/python -m tools.prose
 
 types: $(INSTALLED) # mypy in strict mode
 	$(BIN)/mypy
