@@ -41,14 +41,15 @@ def inline_math(writer: HTML5Translator, node: nodes.math) -> None:
 
 def block_math(writer: HTML5Translator, node: nodes.math_block) -> None:
     """Write a formula of its own as MathML."""
-    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>\n')
+    formula = convert(node.astext(), display="block")
+    writer.body.append(f'<div style="overflow-x: auto; padding: 0.5em 0">{formula}</div>\n')
     raise nodes.SkipNode
 
 
 def unlink_unpaged(app: Sphinx, page: nodes.document) -> None:
     """Show a link to a folder, or to what is left out, as text: a site has no page for it."""
     here = Path(app.srcdir, app.env.docname).parent
-    for link in list(page.findall(pending_xref)):
+    for link in [link for link in page.findall(pending_xref) if link["reftype"] == "myst"]:
         left_out = link["refdomain"] == "doc" and link["reftarget"] not in app.env.found_docs
         if left_out or (here / link["reftarget"]).is_dir():
             link.replace_self(link.children)
