@@ -6,6 +6,8 @@ OF ?= tests tools
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+LOCKED = $(PIP) --no-deps --require-hashes
 # workers side by side must not fight for threads; idle ones take over what others have not begun
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
@@ -13,19 +15,27 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help demo mutants cluster study smoke report full verify container docs test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help demo mutants lock cluster study smoke report full verify container docs docs-site test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: # list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
 
-$(INSTALLED): environment.txt pyproject.toml
+# torch comes after the lock, which has what every build of torch needs; the build for CUDA adds libraries of its own
+$(INSTALLED): environment.txt environment-torch.txt pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "swesbi needs Python >= 3.11; set PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement environment.txt
+	$(LOCKED) --requirement environment.txt
+	$(PIP) --requirement environment-torch.txt
+	$(PIP) --no-deps --no-build-isolation --editable .
 	touch $@
 
+lock: # renew the locks from pyproject.toml, with uv; pins that still fit stay, `uv pip compile --upgrade` changes them
+	uv pip compile --quiet --group checks --constraint environment-torch.txt pyproject.toml --output-file environment.txt
+	uv pip compile --quiet --group cluster --excludes environment.txt --output-file environment-cluster.txt
+	uv pip compile --quiet --group site --excludes environment.txt --output-file environment-site.txt
+
 cluster: $(INSTALLED) # what a run on a cluster needs beside it
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --requirement environment-cluster.txt
+	$(LOCKED) --requirement environment-cluster.txt
 
 demo: $(INSTALLED) ## a shipped recording answered without a study, in some ten seconds, into swesbi-demo/
 	$(BIN)/swesbi demo
@@ -52,6 +62,11 @@ container: # an image of the project, where podman or docker can build one
 
 docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
 	$(BIN)/python -m tools.docs
+	$(BIN)/python -m tools.settings
+
+docs-site: $(INSTALLED) environment-site.txt ## the pages with settings, commands and interface as a site to search, under build/docs-site/
+	$(LOCKED) --requirement environment-site.txt
+	$(BIN)/python -m tools.site
 
 test: $(INSTALLED) ## the fast tests
 	$(PYTEST) -m "$(TESTS)" $(OF)
@@ -66,10 +81,11 @@ test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on cluster
 mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
 	$(BIN)/python tests/mutants.py --compare tests/reference/mutants.csv
 
-lint: $(INSTALLED) ## ruff and snakefmt
+lint: $(INSTALLED) ## ruff and snakefmt; words of README.md and docs/ that only this project uses
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules studies explorer
+	$(BIN)/python -m tools.prose
 
 types: $(INSTALLED) # mypy in strict mode
 	$(BIN)/mypy
@@ -94,4 +110,4 @@ format: $(INSTALLED) # format the code in place
 	$(BIN)/snakefmt Snakefile workflow/rules studies explorer
 
 clean: ## remove the virtual environment, caches and the smoke study; results/ stays
-	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache src/*.egg-info
+	rm -rf $(VENV) results-smoke .snakemake .pytest_cache .mypy_cache .ruff_cache build src/*.egg-info

@@ -1,19 +1,23 @@
-"""The reference of all settings, from their typed fields: ``python -m tools.settings`` writes its page.
+"""The reference of all settings, from their typed fields: ``python -m tools.settings`` writes its table.
 
-A section stands for one class of settings, wherever it occurs; a row for one key: its shipped value, unit,
-allowed range, and meaning with the reason of the value. Nothing of it is said elsewhere.
+A row stands for one key: its shipped value, unit, allowed range, meaning, reason and source. The first
+sentence of a field's description is its meaning, what follows is the reason. The source stands behind the
+value in its file. The site shows the same rows (docs/site/reference.py).
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import inspect
+import io
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
+
+import yaml
 
 from studies.acquisition_seeds.settings import AcquisitionSeedsSettings
 from studies.discrepancy.settings import ChoiceSettings
@@ -26,12 +30,9 @@ from swesbi.base.settings import Settings
 from swesbi.config.read import parse_config, parse_section, parts_of, read_merged, read_yaml
 from swesbi.population.settings import Fraction, Quantity, SizedQuantity
 from swesbi.prior import ParameterPrior
-from swesbi.report.table import BAR
-from tools.docs.marks import fill
 
 ROOT: Final = Path(__file__).parents[1]
-PAGE: Final = "settings.md"
-MARK: Final = "settings"
+TABLE: Final = ROOT / "docs" / "tables" / "settings.csv"
 STUDIES: Final[Mapping[str, type[Settings]]] = {
     "acquisition_seeds": AcquisitionSeedsSettings,
     "discrepancy": ChoiceSettings,
@@ -44,7 +45,7 @@ STUDIES: Final[Mapping[str, type[Settings]]] = {
 DISTRIBUTIONS: Final = (ParameterPrior, Quantity, SizedQuantity, Fraction)
 """Classes that say how the number of a key is distributed."""
 INLINE: Final = (*DISTRIBUTIONS, Structure, Reading, Treatment, Variant)
-"""Classes that occur so often that each is shown as the value of a key; their own keys stand once."""
+"""Classes that occur so often that each is shown as the value of a key; their keys stand once."""
 UNITS: Final = {
     "pa_s2_m3": "Pa s2/m3", "pa_s_m3": "Pa s/m3", "m3_pa": "m3/Pa", "kg_m3": "kg/m3", "pa_s": "Pa s",
     "per_s": "1/s", "kpa": "kPa", "pa": "Pa", "mmhg": "mmHg", "ms": "ms", "s": "s", "m2": "m2", "ml": "mL",
@@ -53,114 +54,114 @@ UNITS: Final = {
 """Units by the end of a key, the longest first; a number without any of them has the unit 1."""
 BOUNDS: Final = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
 SECTION: Final = "a section"
-"""Stands for the value of a key that has keys of its own."""
-COLUMNS: Final = ("Key", "Shipped", "Unit", "Allowed", "Meaning and reason")
+"""Stands for the allowed values of a key that has keys of its own."""
+END: Final = re.compile(r"(?<=\.)(?<!\bal\.)(?<!\bSec\.) ")
+"""Where a sentence ends."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """One key of a class.
+class Row(NamedTuple):
+    """One key.
 
     Attributes:
-        key: The key.
-        shipped: Its shipped value in YAML, by the place of its section; where a file gives it.
+        file: The file in which it stands.
+        key: The key behind those above it, joined with points; of an inline class, behind the class's name.
         unit: Its unit; empty where it is no number.
+        default: Its shipped value in YAML.
         allowed: Which values it may have.
-        meaning: What it means, and the reason of the value.
+        meaning: What it means.
+        reason: Why it has this value; of a section, what is in it.
+        source: Where the value comes from, in a few words.
     """
 
+    file: str
     key: str
-    shipped: Mapping[str, str]
     unit: str
+    default: str
     allowed: str
     meaning: str
+    reason: str
+    source: str = ""
 
 
-@dataclass(frozen=True)
-class Section:
-    """One class of settings.
-
-    Attributes:
-        file: The first file in which it occurs.
-        model: The class.
-        places: Where it occurs, by keys joined with points; the root is the empty text.
-        rows: Its keys.
-    """
-
-    file: str
-    model: type[Settings]
-    places: tuple[str, ...]
-    rows: tuple[Row, ...]
-
-
-@dataclass
-class _Found:
-    """What is known of a class while files are read."""
-
-    file: str
-    given: dict[str, dict[str, str]] = field(default_factory=dict)
-
-
-def sections(root: Path = ROOT) -> list[Section]:
-    """Return the sections of the shipped configuration and of the side studies, file by file.
+def rows(root: Path = ROOT) -> list[Row]:
+    """Return the rows of the shipped configuration and of the side studies, file by file.
 
     Raises:
         ConfigError: A shipped file is not valid.
     """
     config = root / "config.yaml"
-    merged = read_merged(config)
-    files = {key: str(part.relative_to(root)) for part in parts_of(config) for key in read_yaml(part)}
-    found: dict[tuple[str, type[Settings]], _Found] = {}
-    parsed = parse_config(merged)
-    for file in dict.fromkeys((config.name, *files.values())):
-        _walk(parsed, {key: merged[key] for key in merged if files[key] == file}, "", file, found)
+    parsed = parse_config(read_merged(config))
+    found: dict[str, Row] = {}
+    for path in (config, *parts_of(config)[:-1]):
+        _note(_walk(parsed, "", str(path.relative_to(root)), read_yaml(path)), sources(path), found)
     for name, model in STUDIES.items():
         path = root / "studies" / name / "config.yaml"
-        raw = read_yaml(path)[name]
-        _walk(parse_section(raw, str(path), model), raw, name, str(path.relative_to(root)), found)
-    return [_section(model, each) for (_, model), each in found.items()]
+        section = parse_section(read_yaml(path)[name], str(path), model)
+        _note(_walk(section, name, str(path.relative_to(root))), sources(path), found)
+    return list(found.values())
 
 
-def _walk(
-    settings: Settings, raw: Mapping[str, Any], place: str, file: str, found: dict[Any, _Found]
-) -> None:
-    """Note what a file gives of a class, and of those below it."""
+def _note(walked: Iterator[Row], behind: Mapping[str, str], found: dict[str, Row]) -> None:
+    """Add the rows of a file with what stands behind their values; the keys of a class stand once."""
+    for row in walked:
+        found.setdefault(row.key, row._replace(source=behind.get(row.key, "")))
+
+
+def sources(path: Path) -> dict[str, str]:
+    """Return the source behind each value of a file, by key; other values to choose stand there too."""
+    text = path.read_text(encoding="utf-8")
+    lines = text.splitlines()
+
+    def below(node: yaml.Node | None, place: str) -> Iterator[tuple[str, str]]:
+        for name, value in node.value if isinstance(node, yaml.MappingNode) else []:
+            inside = f"{place}.{name.value}".removeprefix(".")
+            comment = lines[name.start_mark.line].partition(" # ")[2]
+            yield inside, "" if comment.startswith("or ") else comment
+            yield from below(value, inside)
+
+    return dict(below(yaml.compose(text), ""))
+
+
+def _walk(settings: Settings, place: str, file: str, only: Mapping[str, Any] | None = None) -> Iterator[Row]:
+    """Yield a row for each key of a section, or for some of them, and after it those of its own keys."""
     model = type(settings)
-    # the root has a section in each file; any other class has one
-    each = found.setdefault((file if not place else "", model), _Found(file))
-    given = each.given.setdefault(place, {})
-    below: list[tuple[Settings, Any, str]] = []
-    for key in model.model_fields:
-        if key not in raw:
+    schema, given = model.model_json_schema(), settings.model_dump(mode="json", exclude_unset=True)
+    plain = settings.model_dump(mode="json") | given
+    for key, field in model.model_fields.items():
+        if only is not None and key not in only:
             continue
-        inside, value = f"{place}.{key}".removeprefix("."), getattr(settings, key)
-        given[key] = in_yaml(raw[key])
+        value, about = getattr(settings, key), schema["properties"][key]
+        inside = f"{model.__name__ if isinstance(settings, INLINE) else place}.{key}".removeprefix(".")
+        several = isinstance(value, Mapping) and any(isinstance(one, Settings) for one in value.values())
+        named: Mapping[str, Settings] = value if several else {}
+        meaning, *reason = END.split(field.description or "", maxsplit=1)
+        row = Row(
+            file,
+            inside,
+            unit_of(key, about),
+            "" if isinstance(settings, INLINE) else ", ".join(named) or in_yaml(plain[key]),
+            allowed(about, schema),
+            meaning,
+            "".join(reason),
+        )
+        if isinstance(value, Settings) and not isinstance(value, INLINE):
+            row = row._replace(default="", allowed=SECTION, reason=_about(type(value)))
+        yield row
         if isinstance(value, Settings):
-            given[key] = given[key] if isinstance(value, INLINE) else SECTION
-            below.append((value, raw[key], inside))
-        elif isinstance(value, Mapping) and all(isinstance(one, Settings) for one in value.values()):
-            given[key] = ", ".join(value)
-            below += [(value[name], raw[key][name], f"{inside}.{name}") for name in value]
-    for one, plain, where in below:
-        _walk(one, plain, where, file, found)
+            yield from _walk(value, inside, file)
+        for name, one in named.items():
+            yield from _walk(one, f"{inside}.{name}", file)
 
 
-def _section(model: type[Settings], found: _Found) -> Section:
-    schema = model.model_json_schema()
-    of_root = "" in found.given
-    keys = [key for key in model.model_fields if not of_root or key in found.given[""]]
-    inline = issubclass(model, INLINE)
-    rows = []
-    for key in keys:
-        shipped = {place: given[key] for place, given in found.given.items() if key in given and not inline}
-        about = schema["properties"][key]
-        meaning = model.model_fields[key].description or ""
-        rows.append(Row(key, shipped, unit_of(key, about), allowed(about, schema), meaning))
-    return Section(found.file, model, tuple(found.given), tuple(rows))
+def _about(model: type[Settings]) -> str:
+    """Return the docstrings of a class and of its bases on one line."""
+    classes = [one for one in model.__mro__ if issubclass(one, Settings) and one is not Settings]
+    text = " ".join(inspect.cleandoc(one.__doc__ or "") for one in classes)
+    return " ".join(re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text).replace("``", "`").split())
 
 
 def unit_of(key: str, about: Mapping[str, Any]) -> str:
-    """Return the unit of a key: said by its field or by its end, 1 for other numbers, else none.
+    """Return the unit of a key: of its field or of its end, 1 for other numbers, else none.
 
     Args:
         key: The key.
@@ -220,84 +221,29 @@ def in_yaml(value: object) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
-def reference(root: Path = ROOT) -> str:
-    """Return the reference in Markdown.
+def table(root: Path = ROOT) -> str:
+    """Return the reference as a table of comma-separated values.
 
     Raises:
-        As ``sections``.
+        As ``rows``.
     """
-    lines: list[str] = []
-    each = sections(root)
-    for file in dict.fromkeys(section.file for section in each):
-        lines += [f"## {file}", ""]
-        for section in each:
-            if section.file == file:
-                lines += [*_written(section), ""]
-    return "\n".join(lines)
-
-
-def _written(section: Section) -> Iterator[str]:
-    model, places = section.model, [place for place in section.places if place]
-    inline = issubclass(model, INLINE)
-    if inline:
-        yield f"### {model.__name__}"
-    elif places:
-        yield f"### {places[0]}"
-    if inline or places or section.file == "config.yaml":
-        yield from ("", *_docstring(model), "")
-    if places[1:] and not inline:
-        yield from (f"Also {', '.join(f'`{place}`' for place in places[1:])}.", "")
-    yield f"| {' | '.join(COLUMNS)} |"
-    yield f"|{'---|' * len(COLUMNS)}"
-    for row in section.rows:
-        meaning = row.meaning.replace("<", "&lt;")
-        cells = (f"`{row.key}`", _shipped(row.shipped), row.unit, row.allowed, meaning)
-        yield f"| {' | '.join(cell.replace('|', BAR) for cell in cells)} |"
-
-
-def _docstring(model: type[Settings]) -> list[str]:
-    """Return the paragraphs of the docstrings of a class and of its bases, each on one line, in Markdown."""
-    classes = [one for one in model.__mro__ if issubclass(one, Settings) and one is not Settings]
-    text = "\n\n".join(inspect.cleandoc(one.__doc__ or "") for one in classes)
-    text = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text).replace("``", "`")
-    return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n")).splitlines()
-
-
-def _shipped(values: Mapping[str, str]) -> str:
-    """Return the shipped values of a key, each with its places where there are several."""
-    places: dict[str, list[str]] = {}
-    for place, value in zip(_apart(list(values)), values.values(), strict=True):
-        places.setdefault(value, []).append(place)
-    if len(places) < 2:
-        return next(iter(places), "")
-    return "<br>".join(f"{value} ({', '.join(where)})" for value, where in places.items())
-
-
-def _apart(places: Sequence[str]) -> list[str]:
-    """Return the part of each place in which they differ."""
-    keys = [place.split(".") for place in places]
-    start, end = (_same(keys), _same([each[::-1] for each in keys]))
-    return [".".join(each[start : len(each) - end]) for each in keys]
-
-
-def _same(keys: Sequence[Sequence[str]]) -> int:
-    """Return how many first keys all have in common, fewer than any has."""
-    same = (len(set(at)) == 1 for at in zip(*keys, strict=False))
-    return min(next((n for n, one in enumerate(same) if not one), 0), min(map(len, keys), default=1) - 1)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerows([Row._fields, *rows(root)])
+    return text.getvalue()
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Write the reference into its page; return 0."""
+    """Write the reference; return 0."""
     parser = argparse.ArgumentParser(
         prog="python -m tools.settings",
-        description="Writes the reference of all settings into docs/settings.md, from their typed fields.",
+        description="Writes the reference of all settings, from their typed fields.",
     )
-    parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="default: docs of this project")
-    page: Path = parser.parse_args(arguments).docs / PAGE
-    text = fill(page.read_text(encoding="utf-8"), {MARK: reference()})
-    with atomic_path(page) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-    print(f"wrote {page}")
+    parser.add_argument("--out", type=Path, default=TABLE, help="default: docs/tables/settings.csv")
+    out: Path = parser.parse_args(arguments).out
+    with atomic_path(out) as temporary:
+        temporary.write_text(table(), encoding="utf-8", newline="\n")
+    print(f"wrote {out}")
     return 0
 
 

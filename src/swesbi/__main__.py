@@ -73,6 +73,9 @@ COMMANDS: Final = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0, or 2 with one message for input that cannot be used."""
+    if sys.platform == "win32":  # which has no fork, no file locks of this kind, and no harmless os.kill
+        print("swesbi: needs Linux; on Windows, install it in WSL", file=sys.stderr)
+        return EXIT_USAGE
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     logging.basicConfig(format="%(message)s")
     logging.getLogger("swesbi").setLevel(logging.INFO)

@@ -13,6 +13,7 @@ import pytest
 from numba.core.caching import CompileResultCacheImpl
 from study_copy import ROOT, StudyCopy, copy_study, rules_of
 
+from swesbi.__main__ import main
 from swesbi.artefacts import write_json
 from swesbi.heart import compiled
 
@@ -41,6 +42,14 @@ def test_the_backend_of_the_callers_shell_stops_no_command(tmp_path: Path) -> No
     done = subprocess.run(command, env=other, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "sheets" / "A.png").is_file()
+
+
+def test_windows_is_refused_in_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert main(["validate", "data/virtual_volunteers"]) == 2
+    assert capsys.readouterr().err == "swesbi: needs Linux; on Windows, install it in WSL\n"
 
 
 def test_where_no_folder_takes_machine_code_the_model_runs_and_says_so(

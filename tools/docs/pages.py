@@ -1,4 +1,4 @@
-"""The marked parts of every page, by page and mark: of stored tables, settings and a finished study."""
+"""The marked parts of every page, by page and mark: of stored tables and a finished study."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from tools.docs.pushes import MARK as FREE_RUNNING
 from tools.docs.pushes import PushesResults, pushes_part
 from tools.docs.reproduction import PARTS
 from tools.docs.results import read_results
-from tools.settings import MARK as SETTINGS
-from tools.settings import PAGE as SETTINGS_PAGE
-from tools.settings import reference
 
 PAGE: Final = "reproduction.md"
 CALIBRATION_PAGE: Final = "calibration.md"
@@ -27,13 +24,12 @@ Pages = dict[str, dict[str, str]]
 
 
 def stored_pages(study: Study, docs: Path) -> Pages:
-    """Return the parts that are made of stored tables and typed settings, whatever has been run here.
+    """Return the parts that are made of stored tables, whatever has been run here.
 
     Raises:
         ArtefactError: A stored table is not what its name says.
-        ConfigError: A shipped file of settings is not valid.
     """
-    pages: Pages = {SETTINGS_PAGE: {SETTINGS: reference()}}
+    pages: Pages = {}
     for name in study.config.populations_run[:1]:
         base = study.config.speed_experiments[study.config.base_of(name)]
         pushes = PushesResults.read(docs / "tables", base.exact.interval)

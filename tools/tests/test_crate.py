@@ -21,6 +21,7 @@ FILES = (
     "Snakefile",
     "config.yaml",
     "environment.txt",
+    "environment-torch.txt",
     "pyproject.toml",
     "README.md",
     "LICENSE",

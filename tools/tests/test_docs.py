@@ -56,7 +56,6 @@ def written(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Pa
         "reproduction.md",
         "calibration.md",
         "population.md",
-        "settings.md",
     ):
         (docs / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
     with contextlib.chdir(finished.folder):

@@ -1,4 +1,4 @@
-"""The reference of the settings: every shipped key, ranges that are in force, and a page that is current."""
+"""The reference of the settings: every shipped key, ranges that are in force, and a table that is current."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ import pytest
 from annotated_types import Ge, Gt, Le, Lt
 from study_copy import ROOT
 
+from swesbi.base.settings import Settings
+from swesbi.config.models import Config
 from swesbi.config.read import overlay, parts_of, read_merged, read_yaml
-from tools.docs.marks import standing
-from tools.settings import INLINE, MARK, PAGE, STUDIES, Section, main, reference, sections
+from tools.settings import INLINE, STUDIES, TABLE, allowed, main, rows, table
 
-SECTIONS = sections()
+ROWS = {row.key: row for row in rows()}
+KINDS = [model.__name__ for model in INLINE]
 SIGNS = {"≥": Ge, ">": Gt, "≤": Le, "<": Lt}
 FILES = [*parts_of(ROOT / "config.yaml"), *(ROOT / "studies" / name / "config.yaml" for name in STUDIES)]
 
@@ -35,21 +37,17 @@ def shipped() -> dict[str, Any]:
 
 def lacking(given: Mapping[str, Any]) -> list[str]:
     """Return the keys of a configuration that the reference does not have."""
-    rows = {(place, row.key) for section in SECTIONS for place in section.places for row in section.rows}
-    values = {
-        f"{place}.{row.key}".removeprefix("."): shown
-        for section in SECTIONS
-        for row in section.rows
-        for place, shown in row.shipped.items()
-    }
     found = []
     for place, key in keys_of(given):
-        # names that stand for a place, those of structures say, and keys within a value that is shown whole
-        named = any(f"{place}.{key}".removeprefix(".") in section.places for section in SECTIONS)
-        above = (values[part] for part in values if f"{place}.".startswith(f"{part}."))
-        within = any(re.search(rf"(?:^|\W){re.escape(key)}\b", shown) for shown in above)
-        if not ((place, key) in rows or named or within or ".changes" in place):
-            found.append(f"{place}.{key}".removeprefix("."))
+        whole = f"{place}.{key}".removeprefix(".")
+        above = [row for row in ROWS.values() if whole.startswith(f"{row.key}.")]
+        named = any(row.startswith(f"{whole}.") for row in ROWS) or ".changes" in place
+        # within a value that is shown whole, or of an inline class
+        within = any(re.search(rf"(?:^|\W){re.escape(key)}\b", row.default) for row in above)
+        inline = any(kind in row.allowed for row in above for kind in KINDS)
+        of_kind = inline and any(f"{kind}.{key}" in ROWS for kind in KINDS)
+        if not (whole in ROWS or named or within or of_kind):
+            found.append(whole)
     return found
 
 
@@ -60,53 +58,60 @@ def test_every_shipped_key_has_a_row_or_stands_in_a_value() -> None:
 
 
 def test_every_row_has_a_meaning_and_every_number_a_unit() -> None:
-    for section in SECTIONS:
-        for row in section.rows:
-            assert row.meaning, (section.model, row.key)
-            assert row.unit or "number" not in row.allowed, (section.model, row.key)
+    for row in ROWS.values():
+        assert row.meaning.endswith("."), row
+        assert row.unit or "number" not in row.allowed, row
 
 
-@pytest.mark.parametrize("section", SECTIONS, ids=lambda each: f"{each.model.__name__} of {each.file}")
-def test_the_range_that_is_shown_is_in_force(section: Section) -> None:
-    for row in section.rows:
-        constraints = section.model.model_fields[row.key].metadata
-        in_force = {(type(one), limit_of(one)) for one in constraints if type(one) in SIGNS.values()}
-        of_items = row.allowed.startswith(("list", "names", "["))
-        told = {} if of_items else set(re.findall(r"([≥>≤<]) (-?[\d.e+-]+)", row.allowed))
-        assert {(SIGNS[sign], float(limit)) for sign, limit in told} == in_force, row
+def below(model: type[Settings]) -> Iterator[type[Settings]]:
+    for one in model.__subclasses__():
+        yield one
+        yield from below(one)
+
+
+NAMES = {name for model in (Config, *STUDIES.values()) for name in model.model_json_schema().get("$defs", {})}
+MODELS = [Config, *STUDIES.values(), *(model for model in below(Settings) if model.__name__ in NAMES)]
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
+def test_the_range_that_is_shown_is_in_force(model: type[Settings]) -> None:
+    schema = model.model_json_schema()
+    for key, field in model.model_fields.items():
+        shown = allowed(schema["properties"][key], schema)
+        in_force = {(type(one), limit_of(one)) for one in field.metadata if type(one) in SIGNS.values()}
+        of_items = shown.startswith(("list", "names", "["))
+        limits = set() if of_items else set(re.findall(r"([≥>≤<]) (-?[\d.e+-]+)", shown))
+        assert {(SIGNS[sign], float(limit)) for sign, limit in limits} == in_force, (key, shown)
 
 
 def limit_of(constraint: object) -> float:
     return float(getattr(constraint, type(constraint).__name__.lower()))
 
 
-def test_ranges_of_items_and_of_several_types_are_told() -> None:
-    told = {(section.model.__name__, row.key): row.allowed for section in SECTIONS for row in section.rows}
-    assert told["RecoverySettings", "nominal_levels"] == "list of at least 1: number > 0 and < 1"
-    assert told["NewSubjectsSettings", "phases"] == "whole number ≥ 8 and ≤ 60 or null"
-    assert told["ForwardModelSettings", "geometry"] == "midwall or thin"
-    assert told["RecordingSettings", "late_diastolic_window"] == "[start, end] with 0 ≤ start < end ≤ 1"
-    assert told["ObservationModelSettings", "feature_noise_sd"] == "names, each with number ≥ 0"
+def test_ranges_of_items_and_of_several_types_are_shown() -> None:
+    shown = {key: row.allowed for key, row in ROWS.items()}
+    assert shown["experiments.paper.recovery.nominal_levels"] == "list of at least 1: number > 0 and < 1"
+    assert shown["new_subjects.phases"] == "whole number ≥ 8 and ≤ 60 or null"
+    assert shown["forward_model.geometry"] == "midwall or thin"
+    assert shown["recording.late_diastolic_window"] == "[start, end] with 0 ≤ start < end ≤ 1"
+    noise = "experiments.paper.observation_model.feature_noise_sd"
+    assert shown[noise] == "names, each with number ≥ 0"
 
 
-def test_a_value_that_differs_by_place_is_shown_with_its_places() -> None:
-    exact = next(section for section in SECTIONS if section.places[0] == "experiments.calibrated.exact")
-    assert exact.places[1:] == ("cohort_posterior.exact", "changes.exact")
-    row = next(row for row in exact.rows if row.key == "first_draws")
-    assert set(row.shipped.values()) == {"1000", "2000", "4000"}
-    assert "1000 (experiments.calibrated)<br>2000 (cohort_posterior)<br>4000 (changes)" in reference()
+def test_a_row_has_meaning_reason_and_source_apart() -> None:
+    row = ROWS["recording.outlier_max_abs_z"]
+    assert row.file == "config.yaml" and row.default == "3.5" and row.unit == "1"
+    assert row.meaning == "Largest robust z-score, against the phase median, of an accepted speed."
+    assert row.reason.startswith("It is the modified z-score") and row.source == "Iglewicz and Hoaglin 1993"
 
 
-def test_the_page_is_current() -> None:
-    page = (ROOT / "docs" / PAGE).read_text(encoding="utf-8")
-    assert standing(page)[MARK].strip() == reference().strip(), "run `python -m tools.settings`"
+def test_the_table_is_current() -> None:
+    assert TABLE.read_text(encoding="utf-8") == table(), "run `python -m tools.settings`"
 
 
-def test_the_page_is_written_where_asked(tmp_path: Path) -> None:
-    (tmp_path / PAGE).write_text(f"before\n<!-- begin {MARK} -->\n<!-- end {MARK} -->\n", encoding="utf-8")
-    assert main(["--docs", str(tmp_path)]) == 0
-    written = (tmp_path / PAGE).read_text(encoding="utf-8")
-    assert written.startswith("before\n") and "`late_diastolic_window`" in written
+def test_the_table_is_written_where_asked(tmp_path: Path) -> None:
+    assert main(["--out", str(tmp_path / "settings.csv")]) == 0
+    assert (tmp_path / "settings.csv").read_text(encoding="utf-8") == table()
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
@@ -119,5 +124,5 @@ def test_files_of_settings_hold_a_key_a_line_and_short_sources(path: Path) -> No
 
 
 def test_a_class_that_is_shown_whole_has_its_keys_once() -> None:
-    shown = [section.model for section in SECTIONS if section.model in INLINE]
-    assert sorted(map(str, shown)) == sorted(map(str, INLINE))
+    whole = {key.partition(".")[0] for key in ROWS if key[0].isupper()}
+    assert whole == set(KINDS)
