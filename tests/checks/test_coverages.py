@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from evaluation_cases import GRID, check, draws, target
 
-from swesbi.checks.coverages import NO_COVERAGES, cover, envelope
 from swesbi.checks.observed_curves import CurveNoise
 from swesbi.checks.predictive import observe
+from swesbi.checks.scores import NO_COVERAGES, cover, envelope
 from swesbi.seeds import generator
 
 LEVELS = np.linspace(-1.0, 1.0, 1001)[:, None]

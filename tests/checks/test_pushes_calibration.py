@@ -14,6 +14,7 @@ from scipy.stats import kstest
 from speed_case import shipped
 
 from swesbi.artefacts import Origin, save
+from swesbi.base.arrays import rows_of
 from swesbi.checks.calibration.pushes import (
     KIND,
     STREAM,
@@ -81,7 +82,7 @@ def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None
 def test_coverage_is_told_by_the_number_of_pushes(inferred: InferredPushes) -> None:
     rng, rule = np.random.default_rng(1), BASE.misspecification.rule
     many = np.zeros(200, dtype=np.int64)
-    null = replace(inferred.checks.rows(many), residuals_p=rng.beta(3.0, 3.0, 200))
+    null = replace(rows_of(inferred.checks, many), residuals_p=rng.beta(3.0, 3.0, 200))
     quiet = np.zeros_like(inferred.checks.bound_mass)
     both = replace(null, errors_log_sd=np.where(np.arange(200) < 100, 0.0, 0.3))
     surprised = replace(inferred.checks, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_mass=quiet)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit, best_run, curve_loss, gather, search
 from swesbi.checks.observed_curves import CurveNoise
-from swesbi.checks.predictive import Draws, ObservedDraws, PredictiveCheck, Target, observe, predict
+from swesbi.checks.predictive import Draws, PredictiveCheck, Target, observe, predict
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
@@ -77,7 +77,7 @@ def check(subject: str = "A", supported: bool = True, n: int = 200) -> Predictiv
     return PredictiveCheck(observation, INTERVAL, supported, *parts)
 
 
-def _observed(shown: Draws) -> ObservedDraws:
+def _observed(shown: Draws) -> tuple[FloatArray, FloatArray]:
     return observe(shown, _phases(), CurveNoise(1.0, 0.03), np.random.default_rng(5))
 
 

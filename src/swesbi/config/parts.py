@@ -193,11 +193,6 @@ def _with_chains(study: Study, wildcards: Wildcards) -> bool:
     return named(study, wildcards, "subject") in study.subjects_of(experiment)[:chains]
 
 
-def _title_of_experiment(study: Study, wildcards: Wildcards) -> str:
-    named(study, wildcards, "experiment")
-    return study.config.cohort_title
-
-
 def _title_of_training(study: Study, wildcards: Wildcards) -> str:
     """Return whose simulations a network was trained on."""
     name = named(study, wildcards, "experiment")
@@ -232,7 +227,6 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "name": lambda study, by: named(study, by, "experiment"),
     "name_of_population": _name_of_population,
     "refused": lambda study, by: study.refused(_name_of_population(study, by)),
-    "title_of_experiment": _title_of_experiment,
     "with_chains": _with_chains,
     "title_of_training": _title_of_training,
 }

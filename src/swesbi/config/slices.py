@@ -60,7 +60,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
     "reference_recordings=population.nulls.predictive_recordings new_subjects.uninformative",
     "cohort_posterior": "model experiment.exact cohort_posterior visits=visits_of_experiment",
-    "cohort_posterior_figure": "cohort_title=title_of_experiment",
+    "cohort_posterior_figure": "cohort_title",
     "pressures": "stage.exact_posterior clinical",
     "pressures_table": "",
     "pressures_figure": "experiment=name_of_population cohort_title",
@@ -68,7 +68,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "contexts=contexts_of_experiment prior=joint_prior "
     "experiment.exact.interval",
     "identifiability": "experiment.identifiability model",
-    "identifiability_figures": "cohort_title=title_of_experiment",
+    "identifiability_figures": "cohort_title",
     "subject_figures": "cohort_title prior",
     "exact_subject_figures": "cohort_title prior=joint_prior",
     "cohort_figures": "cohort_title prior",

@@ -14,9 +14,9 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
@@ -50,10 +50,8 @@ from swesbi.verdict.statistics import (
     check_recording,
     fit_feature_space,
     prior_strip_mass,
-    stack_checks,
 )
 
-FloatArray = NDArray[np.float64]
 STREAM = "population null"
 ALONG: Final = "recording"
 PUSHES: Final = "pushes"
@@ -124,7 +122,7 @@ def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> Pool
         raise ValueError("the subjects' misspecification tests are of different features; rerun the study")
     return PooledNull(
         np.concatenate([_distance_level(subject, settings) for subject in pool]),
-        stack_checks([subject.recordings[NULL] for subject in pool]),
+        below_each_other([subject.recordings[NULL] for subject in pool]),
         first.feature_names,
         first.prior_mass,
     )
@@ -219,7 +217,7 @@ def draw_null(
         progress.step()
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
-    return tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass)
+    return tuple(contexts), PooledNull(np.stack(levels), below_each_other(checks), names, mass)
 
 
 def _levels(
@@ -231,7 +229,7 @@ def _levels(
     seed: int,
 ) -> FloatArray:
     made = prior_predictive(subject.model, conditioning, settings.predictive_recordings, seed, STREAM)
-    space = fit_feature_space(made.reference, rule.whitened_variance, rule.neighbours)
+    space = _space(made.reference, rule)
     null, distances = space_distances(space, made.null), space_distances(space, checks.features)
     return np.array(
         [(np.sum(null[name] < distances[name]) + 0.5) / (len(made.null) + 1.0) for name in DISTANCES]

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
@@ -33,7 +33,6 @@ from swesbi.verdict.settings import RuleSettings, SyntheticSettings
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, record, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 NULL: Final = "null"
 OWN: Final = "own"
 ACQUIRED: Final = "acquired"
@@ -89,7 +88,7 @@ def check_recordings(
         rng = generator(seed, *stream, "replicated")
         rows.append(statistics.check_recording(own, posterior, conditioning, settings.strip_fraction, rng))
         progress.step()
-    return statistics.stack_checks(rows)
+    return below_each_other(rows)
 
 
 def find_volunteer(context: Context) -> Volunteer | None:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
@@ -30,8 +30,8 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.seeds import generator
+from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.context import context_tests
-from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.nulls import Grade, Judgement, Reference
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
 from swesbi.verdict.statistics import (
@@ -46,9 +46,7 @@ from swesbi.verdict.statistics import (
 )
 from swesbi.verdict.trust import ANSWER
 from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.volumes import volume_tests
 
-FloatArray = NDArray[np.float64]
 NAMED_FEATURES: Final = 3
 KNOWN_EFFICIENCY: Final = 0.3
 """Of a network that knows a recording; nothing depends on it."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.prior import PriorSettings, sample
@@ -32,7 +32,6 @@ from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Volunteer, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 Range = tuple[float, float]
 AGE_YEARS: Final[Range] = (19.0, 30.0)
 HR_BPM: Final[Range] = (55.0, 85.0)

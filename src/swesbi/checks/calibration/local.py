@@ -15,9 +15,9 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.settings import LocalSettings
@@ -31,7 +31,6 @@ from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import BoxPrior, to_logit
 from swesbi.seeds import generator, integer_seed
 
-FloatArray = NDArray[np.float64]
 FOLDS: Final = 5
 FARTHEST_SD: Final = 6.0
 RIDGE: Final = 0.05
@@ -131,7 +130,7 @@ class LocalRun:
         points = ranks.standardised(references, settings.prior)
         progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
         truths: list[FloatArray] = []
-        scores: list[ranks.RankScore] = []
+        scores: list[ranks.RankScores] = []
         for index, second in enumerate(speeds):
             both = TwoRecordings(self.model, replace(recording, speed_m_s=second))
             stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
@@ -139,11 +138,11 @@ class LocalRun:
             truths.append(truth)
             scores.append(rank_score)
             progress.step()
-        return np.stack(truths), ranks.stack_scores(scores)
+        return np.stack(truths), below_each_other(scores)
 
     def _one(
         self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
-    ) -> tuple[FloatArray, ranks.RankScore]:
+    ) -> tuple[FloatArray, ranks.RankScores]:
         proposal = self.propose(both.averaged())
         drawn, _ = weighted_posterior(both, proposal, self.effective_draws, self.exact, seed)
         truth = self._quantities(phi[None], both.log_likelihood(phi[None]))[0]

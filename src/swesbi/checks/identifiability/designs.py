@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.checks.identifiability.information import (
     SimulatedStencil,
     SpeedDerivatives,
@@ -29,9 +29,6 @@ from swesbi.checks.identifiability.settings import DesignSettings
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def uniform_phases(count: int, offset: float = 0.5) -> FloatArray:
