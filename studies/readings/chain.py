@@ -145,13 +145,13 @@ def train_reading(pool: Pool, chain: ChainSettings, seed: int, label: str) -> tu
     best = result.estimator.best_epoch
     return tuple(
         Checkpoint(
-            epoch=kept.epoch,
-            validation_loss=kept.validation_loss,
-            best=kept.epoch == best,
+            epoch=epoch,
+            validation_loss=loss,
+            best=epoch == best,
             components=names,
-            net=MaskedFlow(chain.estimator, len(THETA_NAMES), len(names), kept.state),
+            net=MaskedFlow(chain.estimator, len(THETA_NAMES), len(names), state),
         )
-        for kept in result.weights
+        for epoch, loss, state in result.weights
     )
 
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from swesbi.base.arrays import below_each_other
-from swesbi.checks.calibration.local import LocalRun, variance_given_first
+from swesbi.checks.calibration import local
+from swesbi.checks.calibration.local import variance_given_first
 from swesbi.checks.calibration.ranks import (
     QUANTITY_NAMES,
     RankScores,
@@ -178,8 +179,8 @@ def local_scores(count: int, widened: bool) -> tuple[RankScores, FloatArray]:
     if widened:
         centre = np.exp(np.log(phi).mean(axis=0))
         judged = np.clip(centre * (judged / centre) ** 1.5, phi.min(axis=0), phi.max(axis=0))
-    run = LocalRun(model, propose, exact_case.SETTINGS, DRAWS)
-    _, scores = run.scores(judged[:count], judged[count:], 7, "test")
+    given = (model, propose, exact_case.SETTINGS, DRAWS)
+    _, scores = local.local_scores(*given, judged[:count], judged[count:], 7, "test")
     return scores, np.tile(variance_given_first(model, phi), (count, 1))
 
 

@@ -244,11 +244,6 @@ def designed_scale(
     return float((late_diastolic_kpa - active_kpa[window].mean()) / shape[window].mean())
 
 
-def true_curve(volunteer: Volunteer) -> TruthCurve:
-    """Return the noiseless total stiffness of a volunteer."""
-    return simulate_truth(volunteer).curve
-
-
 def record(truth: Truth, seed: int) -> Samples:
     """Record a volunteer with the acquisition noise of this seed; each volunteer has a stream of its own.
 

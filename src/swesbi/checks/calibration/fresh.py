@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Annotated, Final
 
@@ -16,7 +16,7 @@ from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
 from swesbi.checks.calibration.table import check_scores
-from swesbi.checks.recovery import RecoveryRow, score_recovery
+from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.networks.flow.flow import TrainedFlow
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
@@ -117,52 +117,42 @@ def _between(low: str, high: str) -> str:
     return f"{low} to {high}" if high else f"{low} and more"
 
 
-@dataclass(frozen=True)
-class Judge:
-    """What is asked of the answers.
+def by_stratum(
+    fresh: FreshInferred, prior: PriorSettings, judgement: JudgementSettings, settings: StrataSettings
+) -> pd.DataFrame:
+    """Return coverage by sampler and stratum, with the efficiency of the weights in each.
 
-    Attributes:
+    Args:
+        fresh: The answers.
         prior: Prior of theta, against which contraction is taken.
-        judgement: Levels and limits.
-        strata: Where continuous values are cut.
+        judgement: Levels.
+        settings: Where continuous values are cut.
     """
-
-    prior: PriorSettings
-    judgement: JudgementSettings
-    strata: StrataSettings
-
-    def recovery(self, ranked: ranks.Ranked, sampler: str = ranks.WEIGHTED) -> tuple[RecoveryRow, ...]:
-        """Return coverage, bias and contraction of each active parameter at each nominal level."""
-        return score_recovery(ranked.recovered(sampler), self.prior, self.judgement)
-
-    def by_stratum(self, fresh: FreshInferred) -> pd.DataFrame:
-        """Return coverage by sampler and stratum, with the efficiency of the weights in each."""
-        parts = {ALL: np.ones(len(fresh.contexts), dtype=bool)}
-        parts |= strata(fresh.contexts, fresh.relative_se, self.strata)
-        rows = [row for sampler in ranks.SAMPLERS for row in self._rows(fresh, parts, sampler)]
-        return pd.DataFrame(rows)
-
-    def checks(self, fresh: dict[str, FreshInferred]) -> pd.DataFrame:
-        """Return one row a check over all fresh contexts, by kind of recording and sampler."""
-        rows: list[dict[str, object]] = []
-        for kind, part in fresh.items():
-            for sampler in ranks.SAMPLERS:
-                ranked = part.inferred.ranked
-                checks = check_scores(
-                    ranked.of(sampler), ranked.prior_variance, ranked.names,
-                    self.judgement.alpha, self.judgement.least_contraction,
-                )  # fmt: skip
-                labels = {"recordings": kind, "sampler": sampler}
-                rows.extend(labels | asdict(check) | {"flagged": int(check.flagged)} for check in checks)
-        return pd.DataFrame(rows)
-
-    def _rows(
-        self, fresh: FreshInferred, parts: dict[str, BoolArray], sampler: str
-    ) -> Iterator[dict[str, object]]:
+    parts = {ALL: np.ones(len(fresh.contexts), dtype=bool)}
+    parts |= strata(fresh.contexts, fresh.relative_se, settings)
+    rows: list[dict[str, object]] = []
+    for sampler in ranks.SAMPLERS:
         for name, chosen in parts.items():
             if not chosen.any():
                 continue
             median = float(np.median(fresh.inferred.diagnostics.efficiency[chosen]))
-            for row in self.recovery(rows_of(fresh.inferred.ranked, chosen), sampler):
+            recovered = rows_of(fresh.inferred.ranked, chosen).recovered(sampler)
+            for row in score_recovery(recovered, prior, judgement):
                 labels = {"sampler": sampler, "stratum": name}
-                yield labels | asdict(row) | {"median_efficiency": median}
+                rows.append(labels | asdict(row) | {"median_efficiency": median})
+    return pd.DataFrame(rows)
+
+
+def checks_of(fresh: dict[str, FreshInferred], judgement: JudgementSettings) -> pd.DataFrame:
+    """Return one row a check over all fresh contexts, by kind of recording and sampler."""
+    rows: list[dict[str, object]] = []
+    for kind, part in fresh.items():
+        for sampler in ranks.SAMPLERS:
+            ranked = part.inferred.ranked
+            checks = check_scores(
+                ranked.of(sampler), ranked.prior_variance, ranked.names,
+                judgement.alpha, judgement.least_contraction,
+            )  # fmt: skip
+            labels = {"recordings": kind, "sampler": sampler}
+            rows.extend(labels | asdict(check) | {"flagged": int(check.flagged)} for check in checks)
+    return pd.DataFrame(rows)

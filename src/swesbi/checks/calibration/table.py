@@ -176,7 +176,7 @@ def check_scores(
     """
     held = 1.0 - (scores.sd**2).mean(axis=0) / prior_variance.mean(axis=0)
     limit = alpha / len(names) / groups
-    checks, nan = [], float("nan")
+    checks: list[Check] = []
     for test, levels in ((SBC, scores.level), (COVERAGE, central_level(scores.level))):
         for j, name in enumerate(names):
             covered = float(np.mean(central_level(scores.level[:, j]) <= REPORTED_LEVEL))
@@ -185,10 +185,8 @@ def check_scores(
     checks.append(_uniform(TARP, JOINT, scores.tarp, alpha / groups, within, np.nan))
     for name, value in zip(names, held.tolist(), strict=True):
         if name in QUANTITY_NAMES and not np.isnan(value):
-            flag, least = value < least_contraction, least_contraction
-            checks.append(
-                Check(CONTRACTION, name, len(scores.tarp), value, np.nan, least, flag, np.nan, value)
-            )
+            of = CONTRACTION, name, len(scores.tarp), value, np.nan, least_contraction
+            checks.append(Check(*of, value < least_contraction, np.nan, value))
     return tuple(checks)
 
 
