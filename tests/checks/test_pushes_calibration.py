@@ -19,8 +19,8 @@ from swesbi.checks.calibration.pushes import (
     KIND,
     STREAM,
     InferredPushes,
-    PushesStudy,
     by_pushes,
+    infer_pushes,
     pushes_dataset,
     read_pushes,
 )
@@ -33,18 +33,14 @@ SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "eff
 SMALL = asking(exact_case.SETTINGS, 40).model_copy(update={"draws": 400})
 
 
-def study(pushes: tuple[int, ...] = (3, 20)) -> PushesStudy:
-    asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": pushes})
-    return PushesStudy(FRESH, asked, SIZES, SMALL, 0.1, seed=11)
-
-
 def recorded(number: int, pushes: int) -> tuple[FreeModel, NDArray[np.float64]]:
     return record_pushes(number, (pushes, pushes), FRESH, 11, STREAM, pushes)
 
 
 @pytest.fixture(scope="module")
 def inferred() -> InferredPushes:
-    return study().infer(range(2), trained().flow)
+    asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": (3, 20)})
+    return infer_pushes(range(2), trained().flow, FRESH, asked, SIZES, SMALL, 0.1, seed=11)
 
 
 def test_recordings_have_the_errors_that_their_model_says() -> None:

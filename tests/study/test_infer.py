@@ -33,7 +33,7 @@ from swesbi.recording.noise import compare_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study import other_network
 from swesbi.verdict.context import nearest_known, outside, refusal
-from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
+from swesbi.verdict.pooled import pool_subjects, pooled_reference
 from swesbi.verdict.recordings import NULL, OWN, SubjectChecks
 from swesbi.verdict.statistics import GROUPS
 
@@ -115,7 +115,7 @@ def test_the_nulls_of_others_judge_well_specified_recordings_as_they_should(
     pool: list[SubjectChecks],
 ) -> None:
     new, *others = pool
-    predictive = PriorPredictive(new.reference_features, new.recordings[NULL].features)
+    predictive = new.reference_features, new.recordings[NULL].features
     rule = settings().rule
     reference = pooled_reference(pool_subjects(others, rule), predictive, rule)
     judged = reference.judge(new.recordings[OWN])
@@ -130,7 +130,7 @@ def test_the_nulls_of_others_catch_noise_that_is_larger_than_stated(
     bank: Bank, pool: list[SubjectChecks]
 ) -> None:
     new, *others = pool
-    predictive = PriorPredictive(new.reference_features, new.recordings[NULL].features)
+    predictive = new.reference_features, new.recordings[NULL].features
     rule = settings().rule
     reference = pooled_reference(pool_subjects(others, rule), predictive, rule)
     loud = bank.check(bank.recordings(40, 900, noise=2.5), 9000)

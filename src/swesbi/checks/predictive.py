@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final
@@ -22,7 +23,7 @@ from swesbi.artefacts import (
     to_groups,
 )
 from swesbi.base.arrays import BoolArray, FloatArray, rows_of
-from swesbi.checks.observed_curves import CurveNoise, at_phases, observed_curves
+from swesbi.checks.observed_curves import at_phases, observed_curves
 from swesbi.checks.scores import (
     NO_SCORES,
     Band,
@@ -170,7 +171,7 @@ def noise_streams(seed: int, subject: str, draws: str) -> tuple[np.random.Genera
 
 
 def observe(
-    draws: Draws, phase: FloatArray, noise: CurveNoise, rng: np.random.Generator
+    draws: Draws, phase: FloatArray, noise: Mapping[str, float], rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """Return n draws as one new observation of each would show them: on the grid, and at the phases.
 
@@ -179,7 +180,7 @@ def observe(
     Args:
         draws: Simulations.
         phase: Phases of the recording; shape (phases,).
-        noise: By how much curves are scaled and shifted.
+        noise: Standard deviations by feature, of which some scale and shift curves.
         rng: Draws both.
     """
     curves = observed_curves(draws.curve_kpa, noise, rng)

@@ -304,24 +304,16 @@ def _sd(
     sets: Sequence[FloatArray],
     reach: float | None,
 ) -> FloatArray:
-    """Return the root of the expected variance (q, noise levels), averaged over sets of phases and draws."""
+    """Return the root of the expected variance (q, noise levels), averaged over sets of phases and draws.
+
+    Without a reach, model errors are independent.
+    """
     gradient = log_gradient(model, np.exp(simulated.log_phi[0]))
     precision = prior_precision(model.settings.prior)
-    expected = [
-        expected_variance(precision, _information(model, simulated, phase, noises, reach), gradient)
-        for phase in sets
-    ]
+    expected = []
+    for phase in sets:
+        together = np.eye(len(phase)) if reach is None else correlation(phase, reach)
+        at = derivatives_at(model, simulated, phase)
+        information = design_information(at, noises, model.settings.discrepancy, together[None])
+        expected.append(expected_variance(precision, information, gradient))
     return np.asarray(np.sqrt(np.mean(expected, axis=(0, 2))).T)
-
-
-def _information(
-    model: SpeedModel,
-    simulated: SimulatedStencil,
-    phase: FloatArray,
-    noises: Sequence[MeanNoise],
-    reach: float | None,
-) -> FloatArray:
-    """Return the information (noise levels, n, d, d); without a reach, model errors are independent."""
-    at = derivatives_at(model, simulated, phase)
-    together = np.eye(len(phase)) if reach is None else correlation(phase, reach)
-    return design_information(at, noises, model.settings.discrepancy, together[None])

@@ -41,7 +41,6 @@ from swesbi.verdict.recordings import (
     VOLUNTEER,
     SubjectChecks,
     check_recordings,
-    find_volunteer,
     read_subject_checks,
     to_groups,
     volunteer_recordings,
@@ -50,6 +49,7 @@ from swesbi.verdict.recordings import KIND as CHECKS
 from swesbi.verdict.settings import RuleSettings, SyntheticSettings
 from swesbi.verdict.statistics import no_checks, prior_strip_mass
 from swesbi.verdict.with_null import VerdictSettings, judge
+from swesbi.virtual.volunteers import VOLUNTEERS
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -144,7 +144,7 @@ def _make(
         ACQUIRED: _Made(acquired.recordings, acquired.refused),
         VOLUNTEER: _Made((), 0),
     }
-    if volunteer := find_volunteer(observed.context):
+    if volunteer := next((one for one in VOLUNTEERS if one.context == observed.context), None):
         recordings, refused = volunteer_recordings(
             volunteer, sizes.volunteer_recordings, settings.recording, measurement.grid_points, noise, seed
         )
