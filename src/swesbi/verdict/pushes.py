@@ -18,9 +18,9 @@ from scipy.special import chdtrc, logsumexp
 from swesbi.artefacts import Variable
 from swesbi.base.arrays import FloatArray, IntArray, below_each_other, rows_of
 from swesbi.base.progress import Progress
-from swesbi.context import Context
 from swesbi.draws import resampled_rows
 from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.flow.flow import TrainedFlow, free_proposal
@@ -29,13 +29,12 @@ from swesbi.population.settings import NullSettings
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.nulls import Grade, fit_joint_null
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import boundary_statistic, misfit_score, prior_strip_mass, strip_mass
-from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.with_null import ByNull, VerdictSettings, boundary_detail, together
+from swesbi.verdict.verdict import VerdictTest
+from swesbi.verdict.with_null import ByNull, Found, VerdictSettings, boundary_detail
 
 STREAM: Final = "null pushes"
 NEAREST: Final = 200  # null recordings that one is held against: a level of 5 % within 1.5 points
@@ -167,37 +166,22 @@ def overall_p_values(
     return overall
 
 
-def judge_pushes(
+def against_pushes(
     exact: ExactPosterior,
     model: FreeModel,
-    others: Sequence[Context],
+    beats: Beats,
     null: PushChecks,
     settings: VerdictSettings,
     seed: int,
-    clinical: ClinicalMeasures,
-    further: Sequence[VerdictTest] = (),
-) -> Verdict:
-    """Judge a free-running recording by its residuals, its strips, its volumes, its ejection, its context.
-
-    Args:
-        exact: The exact posterior of the recording.
-        model: The recording and its model.
-        others: Contexts with which the subject's is compared.
-        null: Null recordings.
-        settings: Of the tests.
-        seed: Of the factors of the errors.
-        clinical: What was measured of the subject; an ejection time can strain it.
-        further: Other tests, which can strain the subject.
-    """
-    plain, fraction = model.model, settings.strip_fraction
-    beats = plain.simulate(exact.phi)
+) -> Found:
+    """Judge a free-running recording by residuals and strips; the seed is of the factors of the errors."""
+    prior, fraction = model.settings.prior, settings.strip_fraction
     works = beats.status == Status.PERIODIC
     predicted = model.predict_from(exact.phi, beats).rows(np.flatnonzero(works))
-    rng = generator(seed, "verdict", plain.recording.context.subject)
+    rng = generator(seed, "verdict", model.model.recording.context.subject)
     checks = check_pushes(model, exact.phi, works / works.sum(), predicted, fraction, rng)
-    by_null = held_against(null, checks, prior_strip_mass(model.settings.prior, fraction), settings.rule)
-    farthest = _farthest(model, predicted)
-    return together(by_null, exact, plain, beats, others, settings, clinical, further, farthest)
+    by_null = held_against(null, checks, prior_strip_mass(prior, fraction), settings.rule)
+    return by_null, _farthest(model, predicted)
 
 
 def held_against(null: PushChecks, checks: PushChecks, prior_mass: FloatArray, rule: RuleSettings) -> ByNull:

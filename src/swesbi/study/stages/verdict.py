@@ -48,7 +48,7 @@ from swesbi.verdict.recordings import (
 from swesbi.verdict.recordings import KIND as CHECKS
 from swesbi.verdict.settings import RuleSettings, SyntheticSettings
 from swesbi.verdict.statistics import no_checks, prior_strip_mass
-from swesbi.verdict.with_null import VerdictSettings, judge
+from swesbi.verdict.with_null import VerdictSettings, against_reference, judge
 from swesbi.virtual.volunteers import VOLUNTEERS
 
 LOGGER = logging.getLogger("swesbi")
@@ -209,7 +209,9 @@ def verdict(
     model = read_speed_model(observation, noise, settings.model)
     reference = read_subject_checks(misspecification).reference(settings.rule)
     clinical, exact = read_observation(observation).clinical, read_exact_posterior(posterior)
-    result = judge(exact, model, others, reference, settings, origin.seed, clinical)
+    beats = model.simulate(exact.phi)
+    found = against_reference(exact, model, beats, reference, settings, origin.seed)
+    result = judge(exact, model, beats, found, others, settings, clinical)
     write_json(verdict, result.to_json())
     LOGGER.info("subject %s: %s", origin.subject, result.sentence)
 
