@@ -10,10 +10,10 @@ from scipy.special import chdtrc
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, standardise
+from swesbi.verdict.beat import volume_tests
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.verdict import STATUSES, VerdictTest
-from swesbi.verdict.volumes import volume_tests
 from swesbi.verdict.with_null import grade
 
 NO_VERDICT: Final = "no verdict"

@@ -9,8 +9,7 @@ from swesbi.config.study import Study
 
 STAGE: Final = "explorer.stages:explorer"
 SOURCES: Final = (
-    "model experiment.exact experiment.misspecification.rule recording experiment=name "
-    "cohort_title=title_of_experiment"
+    "model experiment.exact experiment.misspecification.rule recording experiment=name cohort_title"
 )
 """Fields of the stage's settings, as :data:`swesbi.config.slices.SOURCES` has those of the study's own."""
 

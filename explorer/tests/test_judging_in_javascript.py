@@ -15,7 +15,7 @@ from explorer.judged import judged_without_nulls
 from explorer.physics import physics
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.verdict.volumes import WALL_DRAWS
+from swesbi.verdict.beat import WALL_DRAWS
 
 JUDGE: Final = """
 const a = (list) => np.array(list), parts = given.recording.map(a), { context } = given;

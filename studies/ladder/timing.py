@@ -16,8 +16,7 @@ import pandas as pd
 
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
-from swesbi.checks.cmaes import UNIT_CUBE
-from swesbi.checks.evolution import library_options
+from swesbi.checks.cmaes import UNIT_CUBE, library_options
 from swesbi.context import Context
 from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.intervals import systolic_intervals

@@ -14,7 +14,7 @@ from studies.readings.settings import Treatment
 from studies.readings.treatment import Features
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.draws import CheckedFeatures
-from swesbi.checks.observed_curves import curve_noise, observed_curves
+from swesbi.checks.observed_curves import observed_curves
 from swesbi.checks.predictive import noise_streams
 from swesbi.checks.scores import band, check_features, coverage, reduction_percent, score
 from swesbi.checks.settings import CheckpointEpochs, PredictiveSettings, RecoverySettings
@@ -145,13 +145,13 @@ def train_reading(pool: Pool, chain: ChainSettings, seed: int, label: str) -> tu
     best = result.estimator.best_epoch
     return tuple(
         Checkpoint(
-            epoch=kept.epoch,
-            validation_loss=kept.validation_loss,
-            best=kept.epoch == best,
+            epoch=epoch,
+            validation_loss=loss,
+            best=epoch == best,
             components=names,
-            net=MaskedFlow(chain.estimator, len(THETA_NAMES), len(names), kept.state),
+            net=MaskedFlow(chain.estimator, len(THETA_NAMES), len(names), state),
         )
-        for kept in result.weights
+        for epoch, loss, state in result.weights
     )
 
 
@@ -182,7 +182,7 @@ def answer(
         return
     curves = predictive_curves(case.subject, posterior.theta[:draws], features.treatment, chain, seed)
     scores = score(grid, observed, band(curves, interval))
-    noise = curve_noise(chain.observation_model.feature_noise_sd)
+    noise = chain.observation_model.feature_noise_sd
     again = observed_curves(curves, noise, noise_streams(seed, case.name, "posterior")[0])
     yield row(RMSE, scores.rmse_kpa)
     yield row("rmse_reduction_percent", reduction_percent(prior.rmse_kpa, scores.rmse_kpa))

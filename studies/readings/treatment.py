@@ -13,8 +13,6 @@ from swesbi.base.arrays import FloatArray
 from swesbi.checks.observed_curves import (
     SCALED_BY,
     SHIFTED_BY,
-    CurveNoise,
-    curve_noise,
     observed_curves,
     shift_cycles,
 )
@@ -65,11 +63,6 @@ class Features:
         return features
 
     @property
-    def on_curves(self) -> CurveNoise:
-        """The noise that scales and shifts whole curves before S(.): none unless the reading asks for it."""
-        return curve_noise(self.observation_model.feature_noise_sd if self.treatment.curve_noise else {})
-
-    @property
     def on_features(self) -> dict[str, float]:
         """The noise that is added to features: what does not act on whole curves."""
         sd = self.observation_model.feature_noise_sd
@@ -81,4 +74,4 @@ class Features:
         """Return the features of curves under the noise on whole curves, without that on features."""
         if not self.treatment.curve_noise:
             return self.of(curves_kpa)
-        return self.of(observed_curves(curves_kpa, self.on_curves, rng))
+        return self.of(observed_curves(curves_kpa, self.observation_model.feature_noise_sd, rng))

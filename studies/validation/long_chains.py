@@ -51,7 +51,7 @@ from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
 from swesbi.study.other_network import check_network
-from swesbi.virtual.hearts.names import VALIDATION_STREAM
+from swesbi.virtual.hearts.recorded import VALIDATION_STREAM
 
 STREAM: Final = "long chains"
 Result = TypeVar("Result")

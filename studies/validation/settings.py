@@ -11,7 +11,7 @@ from swesbi.base.settings import Settings
 from swesbi.config.read import ConfigError, parse_section, read_yaml
 from swesbi.config.slices import fields_of
 from swesbi.config.study import Study
-from swesbi.virtual.hearts.names import DEVELOPMENT, VALIDATION_STREAM
+from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM
 
 CONFIGURED: Final = Path(__file__).with_name("config.yaml")
 Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "u", "v", "w", "x", "y", "z"]

@@ -14,16 +14,16 @@ import speed_case
 from numpy.typing import NDArray
 from scipy.special import softmax
 
-from swesbi.checks.calibration.local import LocalRun, variance_given_first
+from swesbi.base.arrays import below_each_other
+from swesbi.checks.calibration import local
+from swesbi.checks.calibration.local import variance_given_first
 from swesbi.checks.calibration.ranks import (
     QUANTITY_NAMES,
-    RankScore,
     RankScores,
     prior_variance,
     quantities,
     reference_points,
     score,
-    stack_scores,
 )
 from swesbi.checks.calibration.table import CONTRACTION, COVERAGE, SBC, TARP, Check, check_scores, flagged
 from swesbi.draws import equal_weights
@@ -88,7 +88,7 @@ class Case:
     reference: FloatArray
     seed: int
 
-    def scores(self) -> dict[str, RankScore]:
+    def scores(self) -> dict[str, RankScores]:
         model, proposal = self.model, flow_proposal(flow(), self.model.recording)
         weighted = exact_case.weigh(model, proposal, DRAWS, 0.1, self.seed)
         log_likelihood = weighted.log_likelihood
@@ -106,7 +106,7 @@ class Case:
         found[PRIOR_RETURNED] = self._score(phi, equal_weights(199), model.log_likelihood(phi))
         return found
 
-    def _score(self, phi: FloatArray, weight: FloatArray, log_likelihood: FloatArray) -> RankScore:
+    def _score(self, phi: FloatArray, weight: FloatArray, log_likelihood: FloatArray) -> RankScores:
         truth = self.truth[None]
         at_truth = self.model.activation_duration_s(truth)
         known = quantities(truth, self.model.log_likelihood(truth), at_truth)[0]
@@ -127,7 +127,7 @@ def checks(count: int) -> Mapping[str, tuple[Check, ...]]:
     return MappingProxyType(
         {
             name: check_scores(
-                stack_scores([one[name] for one in scores]), variance, QUANTITY_NAMES, 0.05, 0.2
+                below_each_other([one[name] for one in scores]), variance, QUANTITY_NAMES, 0.05, 0.2
             )
             for name in scores[0]
         }
@@ -179,8 +179,8 @@ def local_scores(count: int, widened: bool) -> tuple[RankScores, FloatArray]:
     if widened:
         centre = np.exp(np.log(phi).mean(axis=0))
         judged = np.clip(centre * (judged / centre) ** 1.5, phi.min(axis=0), phi.max(axis=0))
-    run = LocalRun(model, propose, exact_case.SETTINGS, DRAWS)
-    _, scores = run.scores(judged[:count], judged[count:], 7, "test")
+    given = (model, propose, exact_case.SETTINGS, DRAWS)
+    _, scores = local.local_scores(*given, judged[:count], judged[count:], 7, "test")
     return scores, np.tile(variance_given_first(model, phi), (count, 1))
 
 

@@ -13,14 +13,14 @@ from calibration_case import PRIOR, Sampler, prior_variances, simulate
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError, Origin, Provenance, load, save
+from swesbi.base.arrays import rows_of
 from swesbi.checks.calibration.dataset import (
     KIND,
     LOCAL_KIND,
     RECORDINGS_KIND,
     diagnostics_of,
-    inferred_dataset,
-    ranked_dataset,
     ranked_of,
+    recordings_dataset,
     two_samples_dataset,
 )
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked
@@ -70,14 +70,14 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], list[Pa
     recordings, local_parts = [], []
     for index, subject in enumerate(SUBJECTS):
         groups = {
-            name: inferred_dataset(Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics()))
+            name: recordings_dataset(Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics()))
             for shift, name in enumerate(("own", "acquired"))
         }
         recordings.append(folder / f"recordings-{subject}.h5")
         save(recordings[-1], groups, Provenance(RECORDINGS_KIND, subject))
         pairs = {"npe mcmc": 0.6, "weighted mcmc": 0.51, "npe weighted": float("nan")}
         groups = {
-            "local": ranked_dataset(ranked(subject, Sampler(), 30 + index)),
+            "local": recordings_dataset(ranked(subject, Sampler(), 30 + index)),
             "two_samples": two_samples_dataset(subject, pairs, 5000),
         }
         local_parts.append(folder / f"local-{subject}.h5")
@@ -113,7 +113,7 @@ def test_the_parts_come_back_joined_and_unchanged(
     second = ranked_of(load(parts[0][1], RECORDINGS_KIND, "own")[0])
     for name in ("level", "tarp", "mean", "sd"):
         for sampler in ("npe", "weighted"):
-            of_both = getattr(joined.rows(joined.subject == "B").of(sampler), name)
+            of_both = getattr(rows_of(joined, joined.subject == "B").of(sampler), name)
             np.testing.assert_array_equal(of_both, getattr(second.of(sampler), name))
     found, made = diagnostics_of(group(results, "own")), diagnostics()
     np.testing.assert_array_equal(found.k_hat[:RECORDINGS], made.k_hat)

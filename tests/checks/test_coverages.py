@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from evaluation_cases import GRID, check, draws, target
 
-from swesbi.checks.coverages import NO_COVERAGES, cover, envelope
-from swesbi.checks.observed_curves import CurveNoise
+from swesbi.checks.observed_curves import SCALED_BY
 from swesbi.checks.predictive import observe
+from swesbi.checks.scores import NO_COVERAGES, cover, envelope
 from swesbi.seeds import generator
 
 LEVELS = np.linspace(-1.0, 1.0, 1001)[:, None]
@@ -57,14 +57,14 @@ def test_without_noise_draws_are_seen_as_they_are() -> None:
     closed = replace(
         shown, curve_kpa=np.concatenate([shown.curve_kpa[:, :-1], shown.curve_kpa[:, :1]], axis=1)
     )
-    seen = observe(closed, target().phase, CurveNoise(0.0, 0.0), generator(0, "noise"))
-    assert np.array_equal(seen.curve_kpa, closed.curve_kpa)
-    assert np.array_equal(seen.phase_kpa, closed.phase_kpa)
+    curve_kpa, phase_kpa = observe(closed, target().phase, {}, generator(0, "noise"))
+    assert np.array_equal(curve_kpa, closed.curve_kpa)
+    assert np.array_equal(phase_kpa, closed.phase_kpa)
 
 
 def test_phases_move_with_their_curve() -> None:
     shown = draws(np.tile([60.0, 6.0, 30.0], (50, 1)))
-    seen = observe(shown, target().phase, CurveNoise(3.0, 0.0), generator(0, "noise"))
-    factor = seen.curve_kpa[:, 50] / shown.curve_kpa[:, 50]
-    np.testing.assert_allclose(seen.phase_kpa[:, 8] / shown.phase_kpa[:, 8], factor, rtol=5e-3)
-    assert seen.curve_kpa.shape == (50, GRID.size)
+    curve_kpa, phase_kpa = observe(shown, target().phase, {SCALED_BY: 3.0}, generator(0, "noise"))
+    factor = curve_kpa[:, 50] / shown.curve_kpa[:, 50]
+    np.testing.assert_allclose(phase_kpa[:, 8] / shown.phase_kpa[:, 8], factor, rtol=5e-3)
+    assert curve_kpa.shape == (50, GRID.size)

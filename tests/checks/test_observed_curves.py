@@ -7,9 +7,9 @@ import pytest
 from evaluation_cases import GRID, curves
 
 from swesbi.checks.observed_curves import (
-    CurveNoise,
+    SCALED_BY,
+    SHIFTED_BY,
     at_phases,
-    curve_noise,
     observed_curves,
     scale_peaks,
     shift_cycles,
@@ -23,17 +23,13 @@ STEPS = GRID.size - 1
 
 def observe(maximum_kpa: float, time_to_peak_cycle: float, n: int = 1) -> np.ndarray:
     rng = generator(3, "observed curves")
-    return observed_curves(np.repeat(CURVES[:1], n, axis=0), CurveNoise(maximum_kpa, time_to_peak_cycle), rng)
+    noise = {SCALED_BY: maximum_kpa, SHIFTED_BY: time_to_peak_cycle, "auc_kpa": 0.5}
+    return observed_curves(np.repeat(CURVES[:1], n, axis=0), noise, rng)
 
 
 def test_without_noise_curves_stay_as_they_are() -> None:
     assert np.array_equal(observe(0.0, 0.0, 5), np.repeat(CURVES[:1], 5, axis=0))
-    assert curve_noise({}) == curve_noise({"auc_kpa": 0.5}) == CurveNoise(0.0, 0.0)
-
-
-def test_the_noise_is_that_of_maximum_and_time_to_peak() -> None:
-    named = {"maximum_kpa": 1.0, "auc_kpa": 0.5, "time_to_peak_cycle": 0.03}
-    assert curve_noise(named) == CurveNoise(1.0, 0.03)
+    assert np.array_equal(observed_curves(CURVES, {}, generator(3, "observed curves")), CURVES)
 
 
 def test_noise_of_the_maximum_scales_the_whole_curve() -> None:
@@ -70,7 +66,7 @@ def test_a_shift_between_steps_is_linear_and_each_curve_has_its_own() -> None:
 
 def test_noise_of_the_time_to_peak_shifts_by_its_standard_deviation() -> None:
     sine = 10.0 + np.sin(2.0 * np.pi * GRID)
-    seen = observed_curves(np.tile(sine, (4000, 1)), CurveNoise(0.0, 0.03), generator(0, "shift"))
+    seen = observed_curves(np.tile(sine, (4000, 1)), {SHIFTED_BY: 0.03}, generator(0, "shift"))
     wave = np.exp(-2j * np.pi * GRID[:-1])
     shift = -np.angle(seen[:, :-1] @ wave / (sine[:-1] @ wave)) / (2.0 * np.pi)
     assert shift.std() == pytest.approx(0.03, rel=0.04)

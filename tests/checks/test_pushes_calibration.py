@@ -14,12 +14,13 @@ from scipy.stats import kstest
 from speed_case import shipped
 
 from swesbi.artefacts import Origin, save
+from swesbi.base.arrays import rows_of
 from swesbi.checks.calibration.pushes import (
     KIND,
     STREAM,
     InferredPushes,
-    PushesStudy,
     by_pushes,
+    infer_pushes,
     pushes_dataset,
     read_pushes,
 )
@@ -32,18 +33,14 @@ SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "eff
 SMALL = asking(exact_case.SETTINGS, 40).model_copy(update={"draws": 400})
 
 
-def study(pushes: tuple[int, ...] = (3, 20)) -> PushesStudy:
-    asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": pushes})
-    return PushesStudy(FRESH, asked, SIZES, SMALL, 0.1, seed=11)
-
-
 def recorded(number: int, pushes: int) -> tuple[FreeModel, NDArray[np.float64]]:
     return record_pushes(number, (pushes, pushes), FRESH, 11, STREAM, pushes)
 
 
 @pytest.fixture(scope="module")
 def inferred() -> InferredPushes:
-    return study().infer(range(2), trained().flow)
+    asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": (3, 20)})
+    return infer_pushes(range(2), trained().flow, FRESH, asked, SIZES, SMALL, 0.1, seed=11)
 
 
 def test_recordings_have_the_errors_that_their_model_says() -> None:
@@ -81,7 +78,7 @@ def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None
 def test_coverage_is_told_by_the_number_of_pushes(inferred: InferredPushes) -> None:
     rng, rule = np.random.default_rng(1), BASE.misspecification.rule
     many = np.zeros(200, dtype=np.int64)
-    null = replace(inferred.checks.rows(many), residuals_p=rng.beta(3.0, 3.0, 200))
+    null = replace(rows_of(inferred.checks, many), residuals_p=rng.beta(3.0, 3.0, 200))
     quiet = np.zeros_like(inferred.checks.bound_mass)
     both = replace(null, errors_log_sd=np.where(np.arange(200) < 100, 0.0, 0.3))
     surprised = replace(inferred.checks, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_mass=quiet)

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.checks.calibration.ranks import RankScores, quantities, reference_points, score, stack_scores
+from swesbi.base.arrays import below_each_other
+from swesbi.checks.calibration.ranks import RankScores, quantities, reference_points, score
 from swesbi.draws import equal_weights
 from swesbi.prior import JointPriorSettings
 
@@ -82,7 +83,7 @@ def prior_variances(recordings: int) -> FloatArray:
 
 
 def simulate(recordings: int, sampler: Sampler, draws: int = 199, seed: int = 1) -> RankScores:
-    """RankScore a sampler on fresh recordings; the recordings are the same for every sampler."""
+    """Score a sampler on fresh recordings; the recordings are the same for every sampler."""
     rng = np.random.default_rng(seed)
     truth = rng.standard_normal((recordings, 4))
     data = truth @ MIXING.T + NOISE_SD * rng.standard_normal((recordings, len(MIXING)))
@@ -92,4 +93,4 @@ def simulate(recordings: int, sampler: Sampler, draws: int = 199, seed: int = 1)
         drawn = quantities_of(sampler.draw(y, draws, rng), y)
         known = quantities_of(x[None], y)[0]
         scores.append(score(known, drawn, equal_weights(draws), reference, PRIOR))
-    return stack_scores(scores)
+    return below_each_other(scores)

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit, best_run, curve_loss, gather, search
-from swesbi.checks.observed_curves import CurveNoise
-from swesbi.checks.predictive import Draws, ObservedDraws, PredictiveCheck, Target, observe, predict
+from swesbi.checks.predictive import Draws, PredictiveCheck, Target, observe, predict
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
@@ -77,8 +76,9 @@ def check(subject: str = "A", supported: bool = True, n: int = 200) -> Predictiv
     return PredictiveCheck(observation, INTERVAL, supported, *parts)
 
 
-def _observed(shown: Draws) -> ObservedDraws:
-    return observe(shown, _phases(), CurveNoise(1.0, 0.03), np.random.default_rng(5))
+def _observed(shown: Draws) -> tuple[FloatArray, FloatArray]:
+    noise = dict(zip(FEATURES, FEATURE_NOISE_SD.tolist(), strict=True))
+    return observe(shown, _phases(), noise, np.random.default_rng(5))
 
 
 def posterior_theta(subject: str, n: int) -> FloatArray:

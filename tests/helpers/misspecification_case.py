@@ -8,6 +8,7 @@ import numpy as np
 import speed_case
 from numpy.typing import NDArray
 
+from swesbi.base.arrays import below_each_other
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood
 from swesbi.measurement.settings import summary_names
 from swesbi.measurement.speeds import PredictedSpeeds
@@ -15,7 +16,7 @@ from swesbi.networks.flow.conditioning import ConditioningSettings
 from swesbi.prior import quantile
 from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
 from swesbi.verdict.settings import MisspecificationSettings
-from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, prior_strip_mass, stack_checks
+from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, prior_strip_mass
 
 FloatArray = NDArray[np.float64]
 STRIP = 0.1
@@ -61,7 +62,7 @@ class Bank:
 
     def check(self, speeds: FloatArray, seed: int) -> Checks:
         """Check recordings (n, p) under posteriors from all simulations, weighted by the exact likelihood."""
-        return stack_checks([self._check(row, seed + i) for i, row in enumerate(speeds)])
+        return below_each_other([self._check(row, seed + i) for i, row in enumerate(speeds)])
 
     def _check(self, speeds: FloatArray, seed: int) -> Checks:
         model = replace(self.model, recording=replace(self.model.recording, speed_m_s=speeds))

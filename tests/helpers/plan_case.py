@@ -7,7 +7,7 @@ import numpy as np
 import ratio_case
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.cohort.model import CohortModel, PopulationSettings, RecycledDraws
+from swesbi.persons.cohort.model import CohortModel, PriorAlone, RecycledDraws
 from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.planning.asked import Effect, log_factor
 from swesbi.persons.planning.bank import Bank, BankPerson, bank_of
@@ -129,7 +129,7 @@ def by_person(ratios: FloatArray, likelihoods: Likelihoods, made_at: FloatArray 
         there, here = (prior_of_log(each, prior) for each in (ratios, made_at))
         weight += there - here
     model = CohortModel(
-        settings=PopulationSettings(likelihoods.prior),
+        settings=PriorAlone(likelihoods.prior),
         recycled=tuple(RecycledDraws(*each) for each in zip(ratios, weight, strict=True)),
         design=planned_design(PAIRED, [True] * len(ratios)).matrix,
         outlier=np.full(len(ratios), BY.cohort.outliers.not_contradicted),

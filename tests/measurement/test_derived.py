@@ -95,7 +95,7 @@ def test_what_is_told_of_a_heart_is_its_own_stiffness_without_the_scale_of_the_s
     assert told[SHOWN.name][0] == pytest.approx(bonds * SERIES_MODULUS_KPA / (bonds + SERIES_MODULUS_KPA))
     total = np.add(*model.parts(phi, beats))[0]
     assert told["peak_kpa"][0] == total.max()
-    np.testing.assert_allclose(model.stiffness_cycle(phi[0], beats, 0), total, rtol=1e-12)
+    np.testing.assert_allclose(model.stiffness(phi, beats)[0], total, rtol=1e-12)
 
 
 def test_an_identity_shows_what_the_bonds_have() -> None:

@@ -67,7 +67,7 @@ def test_speeds_have_the_stiffness_of_passive_plus_active_part() -> None:
     total = np.exp(log_passive) + beats.active_stiffness_kpa[0]
     expected = np.sqrt(1e3 * np.interp(model.recording.phase, beats.cycle_phase, total, period=1.0) / 3000.0)
     np.testing.assert_allclose(model.predict(phi[None]).speed_m_s[0], expected, rtol=5e-3)
-    np.testing.assert_allclose(model.stiffness_cycle(phi, beats, 0), total, rtol=1e-9)
+    np.testing.assert_allclose(model.stiffness(phi[None], beats)[0], total, rtol=1e-9)
 
 
 def test_the_passive_part_runs_along_each_simulations_own_stretch() -> None:

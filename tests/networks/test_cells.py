@@ -11,15 +11,16 @@ from population_case import CELLS
 
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.cells import (
+    CellConditioner,
     CellSettings,
     SeenCells,
     cell_inputs,
     context_inputs,
     fill_missing,
-    fit_cell_conditioner,
     pool_points,
     recording_inputs,
 )
+from swesbi.networks.standardisation import fit_standardisation
 from swesbi.recording.phases import nominal_phases
 
 WIDE = CellSettings(cells=20, relative_se=(0.001, 0.5))
@@ -133,5 +134,5 @@ def test_noise_beyond_what_was_trained_on_is_shown_at_its_limit() -> None:
 
 def test_far_recordings_are_clipped() -> None:
     rng = np.random.default_rng(1)
-    conditioner = fit_cell_conditioner(rng.normal(size=(100, 84)), CELLS)
+    conditioner = CellConditioner(CELLS, fit_standardisation(rng.normal(size=(100, 84))))
     assert np.abs(conditioner.standardise(np.full((1, 84), 1e6))).max() == 8.0

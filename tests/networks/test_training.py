@@ -24,7 +24,8 @@ from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator, save_estimator
 from swesbi.networks.paper.maf import ROWS_PER_BATCH, draw_candidates
 from swesbi.networks.paper.pool import Pool, build_pool
-from swesbi.networks.paper.training import Epoch, choose_device, train
+from swesbi.networks.paper.sbi_trainer import Epoch
+from swesbi.networks.paper.training import choose_device, train
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.networks.torch_prior import torch_prior
 

@@ -15,7 +15,6 @@ from scipy.stats import binom, ks_2samp, kstest, norm
 
 from swesbi.artefacts import Provenance, save
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.change.group_words import group_lines
 from swesbi.persons.change.groups import infer_change_groups, lacking_draws, ratio_hyperprior
 from swesbi.persons.change.stored_groups import (
     COLUMNS,
@@ -25,18 +24,19 @@ from swesbi.persons.change.stored_groups import (
     RATIO,
     SPREAD,
     ChangeGroups,
-    change_groups_datasets,
     change_groups_table,
     change_persons_table,
     read_change_groups,
     stored_groups,
 )
+from swesbi.persons.change.words import group_lines
 from swesbi.persons.cohort import model as population_model
 from swesbi.persons.cohort.cohort import design_of
 from swesbi.persons.cohort.infer import Inferred
 from swesbi.persons.cohort.model import CohortModel
 from swesbi.persons.cohort.ratio import RatioPrior, log_density
 from swesbi.persons.cohort.refresh import shrunken_prior
+from swesbi.persons.cohort.result import population_groups
 from swesbi.prior import bounds, draw_prior, sample
 from swesbi.report.figures.change_groups import draw_change_groups
 
@@ -158,7 +158,7 @@ def test_the_evidence_of_a_person_is_that_by_quadrature() -> None:
     design = design_of(members, covariates=())
     prior = ratio_hyperprior(design, ratio_case.SETTINGS.hyperprior)
     model = CohortModel(
-        population_model.PopulationSettings(prior),
+        population_model.PriorAlone(prior),
         population_model.equal_draws([members[0].theta]),
         design.matrix,
         np.zeros(1),
@@ -198,7 +198,7 @@ def test_one_person_alone_is_answered() -> None:
 
 def test_it_is_said_in_sentences_and_read_back(stored: ChangeGroups, tmp_path: Path) -> None:
     path = tmp_path / "changes_groups.h5"
-    save(path, change_groups_datasets(stored), Provenance(KIND))
+    save(path, population_groups(stored), Provenance(KIND))
     again = read_change_groups(path)
     lines = "\n".join(group_lines(again))
     assert "relaxation" in lines or "k_SR" in lines

@@ -18,7 +18,7 @@ from swesbi.persons.cohort.infer import Inferred, infer_cohort
 from swesbi.persons.cohort.result import (
     KIND,
     CohortPosterior,
-    cohort_groups,
+    population_groups,
     read_cohort_posterior,
 )
 from swesbi.persons.cohort.stored import stored_form
@@ -72,7 +72,7 @@ def posterior(inferred: Inferred) -> CohortPosterior:
 
 
 def write(posterior: CohortPosterior, path: Path) -> Path:
-    save(path, cohort_groups(posterior), Provenance(KIND))
+    save(path, population_groups(posterior), Provenance(KIND))
     return path
 
 

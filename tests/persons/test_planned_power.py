@@ -18,9 +18,14 @@ from swesbi.persons.cohort.cohort import Member
 from swesbi.persons.planning.asked import log_factor
 from swesbi.persons.planning.bank import ARMS, BY_ARM, EFFECT, NONE, Bank
 from swesbi.persons.planning.hyperdraws import Likelihoods, evaluate_bank, planned_design
-from swesbi.persons.planning.individuals import one_person_power
 from swesbi.persons.planning.luck import Luck, luck_of
-from swesbi.persons.planning.power import draw_counts, judge_studies, persons_for, power_curve
+from swesbi.persons.planning.power import (
+    draw_counts,
+    judge_studies,
+    one_person_power,
+    persons_for,
+    power_curve,
+)
 from swesbi.persons.planning.settings import GROUPS, PAIRED
 from swesbi.persons.planning.words import Planned, plan_lines, plan_table
 from swesbi.report.figures.plan import draw_plan

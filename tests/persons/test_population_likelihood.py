@@ -14,7 +14,7 @@ from swesbi.persons.cohort.cohort import Member, design_of
 from swesbi.persons.cohort.hyperprior import hyperprior_of, in_rows
 from swesbi.persons.cohort.model import (
     CohortModel,
-    PopulationSettings,
+    PriorAlone,
     equal_draws,
     population_law,
 )
@@ -37,7 +37,7 @@ def cohort() -> tuple[CohortModel, case.Measured]:
     _, measured = case.draw_members(eta, design, np.zeros(SUBJECTS), rng)
     theta = [measured.posterior(d, case.THETA_PRIOR, DRAWS, d) for d in range(SUBJECTS)]
     model = CohortModel(
-        PopulationSettings(prior), equal_draws(theta), design.matrix, np.zeros(SUBJECTS), case.THETA_PRIOR
+        PriorAlone(prior), equal_draws(theta), design.matrix, np.zeros(SUBJECTS), case.THETA_PRIOR
     )
     return model, measured
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swesbi.persons.cohort.cohort import Member, design_of, weighted_quantiles
 from swesbi.persons.cohort.hyperprior import hyperprior_of
-from swesbi.persons.cohort.model import CohortModel, PopulationSettings, RecycledDraws, equal_draws
+from swesbi.persons.cohort.model import CohortModel, PriorAlone, RecycledDraws, equal_draws
 from swesbi.persons.cohort.refresh import DrawSet, combined, shrunken_prior
 from swesbi.persons.cohort.shrinkage import shrink
 from swesbi.prior import PriorSettings, log_density
@@ -37,9 +37,7 @@ def model_of(draws: RecycledDraws, outlier: float = 0.0) -> CohortModel:
     context = case.contexts(1, np.random.default_rng(1))[0]
     design = design_of([Member(context, "not contradicted", "", draws.theta, draws.theta)])
     prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
-    return CohortModel(
-        PopulationSettings(prior), (draws,), design.matrix, np.array([outlier]), case.THETA_PRIOR
-    )
+    return CohortModel(PriorAlone(prior), (draws,), design.matrix, np.array([outlier]), case.THETA_PRIOR)
 
 
 def recycled(count: int = 20_000) -> RecycledDraws:

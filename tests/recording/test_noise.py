@@ -29,7 +29,7 @@ from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
-from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
+from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 TRUE = NoiseComponents(0.04, 0.08)
 SETTINGS = stage.NoiseStageSettings(
@@ -110,7 +110,7 @@ def test_components_are_recovered_from_recordings() -> None:
                 }
             )
             rng = generator(seed, "test", "noise", volunteer.context.subject)
-            samples = acquire(true_curve(volunteer), volunteer.context, protocol, rng)
+            samples = acquire(simulate_truth(volunteer).curve, volunteer.context, protocol, rng)
             recordings[f"{volunteer.context.subject}{seed}"] = levels_of(samples)
     found = fit_noise(recordings)
     assert found.pooled.repeat.low <= 0.04 <= found.pooled.repeat.high

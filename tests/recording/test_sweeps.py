@@ -49,7 +49,7 @@ from swesbi.recording.sweeps import (
 )
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
-from swesbi.virtual.volunteers import VOLUNTEERS, true_curve
+from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 TRUE = NoiseComponents(0.04, 0.08, 0.05)
 OWN = {"repeat_sd_fraction": 0.04, "sample_sd_fraction": 0.08, "scale_fraction": 0.0}
@@ -219,7 +219,7 @@ def acquired(sweep_fraction: float, seeds: range) -> dict[str, Samples]:
             protocol = volunteer.acquisition.model_copy(update=OWN | {"sweep_fraction": sweep_fraction})
             rng = generator(seed, "test", "sweeps", volunteer.context.subject)
             name = f"{volunteer.context.subject}{seed}"
-            made[name] = acquire(true_curve(volunteer), volunteer.context, protocol, rng)
+            made[name] = acquire(simulate_truth(volunteer).curve, volunteer.context, protocol, rng)
     return made
 
 

@@ -22,7 +22,7 @@ from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.cohort import read_subject_table
-from swesbi.verdict.ejection import ejection_tests
+from swesbi.verdict.beat import ejection_tests
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import EjectionTimeSettings
 from swesbi.verdict.verdict import VerdictTest

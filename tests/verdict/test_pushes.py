@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import speed_case
 
+from swesbi.base.arrays import rows_of
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.pushes import NEAREST, PushChecks, held_against, nearest
 from swesbi.verdict.statistics import prior_strip_mass
@@ -26,7 +27,7 @@ def made(count: int, seed: int) -> PushChecks:
 
 def test_false_alarms_have_the_level_of_the_rule_although_p_values_are_conservative() -> None:
     null, own = made(600, 1), made(300, 2)
-    judged = [held_against(null, own.rows(np.array([k])), PRIOR_MASS, RULE) for k in range(300)]
+    judged = [held_against(null, rows_of(own, np.array([k])), PRIOR_MASS, RULE) for k in range(300)]
     rate = np.mean([one.status > Grade.NOT_CONTRADICTED for one in judged])
     assert rate == pytest.approx(RULE.strained_level, abs=0.04)
     assert np.mean(own.residuals_p <= RULE.strained_level) < 0.01  # which alone are no test

@@ -15,10 +15,9 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
-from swesbi.verdict.beat import Predicted
+from swesbi.verdict.beat import Predicted, volume_tests
 from swesbi.verdict.settings import VolumeSettings
 from swesbi.verdict.verdict import VerdictTest
-from swesbi.verdict.volumes import volume_tests
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, simulate_truth
 
 FloatArray = NDArray[np.float64]

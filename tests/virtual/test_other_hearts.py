@@ -19,10 +19,9 @@ from swesbi.virtual.hearts import hearts, ranges
 from swesbi.virtual.hearts.echocardiography import with_own_lvesv
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import OtherHeart
-from swesbi.virtual.hearts.names import DEVELOPMENT, VALIDATION_STREAM
-from swesbi.virtual.hearts.noise import noisier
-from swesbi.virtual.hearts.recorded import subject_name
-from swesbi.virtual.volunteers import Volunteer, simulate_truth, true_curve
+from swesbi.virtual.hearts.ranges import noisier
+from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM, subject_name
+from swesbi.virtual.volunteers import Volunteer, simulate_truth
 
 SIMULATED = ("a", "b", "c", "d", "g", "h", *DEVELOPMENT)
 
@@ -253,7 +252,7 @@ def test_the_passive_law_of_development_is_as_stiff_in_compression_as_in_stretch
 
 
 def test_the_structure_of_development_is_another() -> None:
-    assert true_curve(volunteer()).stiffness_kpa.max() != pytest.approx(
+    assert simulate_truth(volunteer()).curve.stiffness_kpa.max() != pytest.approx(
         hearts.heart_of(volunteer(), hearts.of_other_mechanics(volunteer(), np.random.default_rng(0)))
         .curve.stiffness_kpa.max(),
         rel=1e-3,

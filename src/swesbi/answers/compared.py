@@ -20,7 +20,7 @@ from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.persons.change.joint import OwnPosterior, infer_change
 from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.change.stored import KIND, StoredChange, Visits, change_table, stored_change
+from swesbi.persons.change.stored import KIND, StoredChange, change_table, stored_change
 from swesbi.persons.change.visits import VisitsModel, visits_model
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import Space
@@ -85,8 +85,8 @@ def save_change(
     found = infer_change(both, own, settings.changes, origin.seed, *names)
     judged = [answer.verdict for answer in answers]
     subjects, words = _two([each.subject for each in observed]), _two([each.status for each in judged])
-    visits = Visits(settings.person, settings.visits, subjects, words)
-    stored = stored_change(found, visits, settings.model.prior.names, settings.changes)
+    whose = (settings.person, settings.visits, subjects, words)
+    stored = stored_change(found, *whose, settings.changes, settings.model.prior.names)
     save(folder / JOINT, to_groups(stored), origin.provenance(KIND, settings))
     write_csv(folder / TABLE, change_table(stored))
     shown = [

@@ -32,9 +32,9 @@ from swesbi.recording.free_observation import (
 from swesbi.report.figures.free_predictive import draw_free_check
 from swesbi.report.sheet import curve_free, recorded_free
 from swesbi.seeds import generator
-from swesbi.verdict.pushes import judge_pushes
+from swesbi.verdict.pushes import against_pushes
 from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.with_null import network_test
+from swesbi.verdict.with_null import judge, network_test
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,10 @@ class FreeRecording:
             raise ValueError("a free-running recording is judged by null distributions, and none are given")
         clinical, hearts = self.observation.clinical, knowledge.hearts
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
-        return judge_pushes(
-            exact, self.model, hearts, knowledge.pushes, settings.verdict, seed, clinical, further
-        )
+        plain, rule = self.model.model, settings.verdict
+        beats = plain.simulate(exact.phi)
+        found = against_pushes(exact, self.model, beats, knowledge.pushes, rule, seed)
+        return judge(exact, plain, beats, found, hearts, rule, clinical, further)
 
     def with_pressures(self, settings: ClinicalSettings) -> None:
         """Return None: with pushes, pressures have no model yet."""

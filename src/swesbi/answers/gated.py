@@ -32,7 +32,7 @@ from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
 from swesbi.report.sheet import curve_gated, recorded_gated
 from swesbi.verdict.pooled import pooled_reference, prior_predictive
 from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.with_null import judge, network_test
+from swesbi.verdict.with_null import against_reference, judge, network_test
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,9 @@ class GatedRecording:
         reference = pooled_reference(knowledge.null(), predictive, rule)
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
         clinical, hearts = self.observation.clinical, knowledge.hearts
-        return judge(exact, self.model, hearts, reference, settings.verdict, seed, clinical, further)
+        beats = self.model.simulate(exact.phi)
+        found = against_reference(exact, self.model, beats, reference, settings.verdict, seed)
+        return judge(exact, self.model, beats, found, hearts, settings.verdict, clinical, further)
 
     def with_pressures(self, settings: ClinicalSettings) -> ClinicalModel | None:
         """Return the model with the pressures of a cuff; None where none were taken.

@@ -14,18 +14,16 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Provenance, Variable, from_dataset, labels_of, load, register, schema_of
 from swesbi.artefacts import to_dataset as stored
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.progress import Progress
-from swesbi.checks.evolution import library_options
 from swesbi.checks.scores import rmse
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.seeds import generator
 
-FloatArray = NDArray[np.float64]
 UNIT_CUBE: Final = {"bounds": [0.0, 1.0]}
 
 
@@ -45,7 +43,7 @@ class CmaesRun:
     seed: int
     best_loss: FloatArray
     best_theta: FloatArray
-    evaluations: NDArray[np.int64]
+    evaluations: IntArray
     generations: int
     stop: str
 
@@ -109,13 +107,11 @@ def _correlation(curves: FloatArray, observed: FloatArray) -> FloatArray:
 class CmaesFit:
     """R runs of at most G generations, NaN after an early stop, and the best of them."""
 
-    seed: Annotated[NDArray[np.int64], Variable("run", "1", "seed of each run")]
+    seed: Annotated[IntArray, Variable("run", "1", "seed of each run")]
     best_loss: Annotated[FloatArray, Variable("run generation", "1", "lowest loss up to each generation")]
     best_theta: Annotated[FloatArray, Variable("run generation parameter", THETA_COLUMNS, "its parameters")]
-    evaluations: Annotated[
-        NDArray[np.int64], Variable("run generation", "1", "simulations up to each generation")
-    ]
-    generations: Annotated[NDArray[np.int64], Variable("run", "1", "generations run")]
+    evaluations: Annotated[IntArray, Variable("run generation", "1", "simulations up to each generation")]
+    generations: Annotated[IntArray, Variable("run", "1", "generations run")]
     run_loss: Annotated[FloatArray, Variable("run", "1", "lowest loss of each run")]
     run_theta: Annotated[FloatArray, Variable("run parameter", THETA_COLUMNS, "parameters of that loss")]
     stop: Annotated[tuple[str, ...], Labels("run", "stop")]
@@ -199,16 +195,25 @@ def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings,
             best_loss, best_theta = float(values[index]), theta[index]
         losses.append(best_loss)
         thetas.append(best_theta)
-    return _padded(seed, losses, thetas, settings, _reason(evolution.stop()))
+    return _padded(seed, losses, thetas, settings, ", ".join(sorted(map(str, evolution.stop()))))
+
+
+def library_options(population_size: int, generations: int, rng: np.random.Generator) -> dict[str, Any]:
+    """Return options of the library: sizes, a random stream of our own, silence, no files."""
+    return {
+        "popsize": population_size,
+        "maxiter": generations,
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "seed": np.nan,  # leaves NumPy's global random state alone
+        "verbose": -9,
+        "verb_log": 0,
+        "verb_disp": 0,
+    }
 
 
 def to_theta(u: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Map u in [0, 1]^3, shape (n, 3), to theta within its bounds: theta = low (high / low)^u."""
     return np.clip(low * (high / low) ** u, low, high)
-
-
-def _reason(stop: dict[str, Any]) -> str:
-    return ", ".join(sorted(map(str, stop)))
 
 
 def _padded(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.predictive import Draws, Target
 from swesbi.checks.scores import Scores, band, score
 from swesbi.heart.model import activation_duration_s, isometric_stiffness_kpa
@@ -19,8 +19,6 @@ from swesbi.measurement.settings import SummarySettings, summary_names
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import THETA
 from swesbi.recording.observation import Observation
-
-FloatArray = NDArray[np.float64]
 
 
 def simulated_curves(

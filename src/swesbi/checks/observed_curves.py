@@ -27,7 +27,6 @@ The trajectory values, which Eq. 5 does "not independently" perturb, so move wit
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -38,32 +37,17 @@ SCALED_BY: Final = "maximum_kpa"
 SHIFTED_BY: Final = "time_to_peak_cycle"
 
 
-@dataclass(frozen=True)
-class CurveNoise:
-    """What a new observation does to a whole curve.
-
-    Attributes:
-        maximum_kpa: Standard deviation of the maximum, kPa.
-        time_to_peak_cycle: Standard deviation of the shift, fraction of the cycle.
-    """
-
-    maximum_kpa: float
-    time_to_peak_cycle: float
-
-
-def curve_noise(feature_noise_sd: Mapping[str, float]) -> CurveNoise:
-    """Return the noise that scales and shifts curves, zero where the observation model names none."""
-    return CurveNoise(feature_noise_sd.get(SCALED_BY, 0.0), feature_noise_sd.get(SHIFTED_BY, 0.0))
-
-
 def observed_curves(
-    curves_kpa: FloatArray, noise: CurveNoise, rng: np.random.Generator, about_kpa: FloatArray | float = 0.0
+    curves_kpa: FloatArray,
+    feature_noise_sd: Mapping[str, float],
+    rng: np.random.Generator,
+    about_kpa: FloatArray | float = 0.0,
 ) -> FloatArray:
     """Return each curve as one new observation would show it: scaled, and shifted along the cycle.
 
     Args:
         curves_kpa: Curves on the analysis grid, the last value equal to the first; shape (n, G).
-        noise: Standard deviations of both moves.
+        feature_noise_sd: Of the observation model; ``SCALED_BY`` and ``SHIFTED_BY`` move whole curves.
         rng: Draws one scale and one shift a curve, in this order.
         about_kpa: Stiffness about which curves are scaled, of shape (n,) or one for all.
 
@@ -71,8 +55,8 @@ def observed_curves(
         Curves of shape (n, G); ``curves_kpa`` where both standard deviations are zero.
     """
     raised, shift = rng.standard_normal((2, len(curves_kpa)))
-    scaled = scale_peaks(curves_kpa, noise.maximum_kpa * raised, about_kpa)
-    return shift_cycles(scaled, noise.time_to_peak_cycle * shift)
+    scaled = scale_peaks(curves_kpa, feature_noise_sd.get(SCALED_BY, 0.0) * raised, about_kpa)
+    return shift_cycles(scaled, feature_noise_sd.get(SHIFTED_BY, 0.0) * shift)
 
 
 def scale_peaks(curves_kpa: FloatArray, raised_kpa: FloatArray, about_kpa: FloatArray | float) -> FloatArray:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from swesbi.artefacts import (
     Labels,
@@ -22,13 +22,23 @@ from swesbi.artefacts import (
     schema_of,
     to_groups,
 )
-from swesbi.checks.coverages import Coverages, cover
-from swesbi.checks.observed_curves import CurveNoise, at_phases, observed_curves
-from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, Scores, band, check_features, coverage, score
+from swesbi.base.arrays import BoolArray, FloatArray, rows_of
+from swesbi.checks.observed_curves import at_phases, observed_curves
+from swesbi.checks.scores import (
+    NO_SCORES,
+    Band,
+    Coverages,
+    FeatureCheck,
+    Scores,
+    band,
+    check_features,
+    cover,
+    coverage,
+    score,
+)
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.seeds import generator
 
-FloatArray = NDArray[np.float64]
 FEATURE_UNITS: Final = "as named in feature"
 MEASURED: Final = "measured phases"
 
@@ -83,7 +93,7 @@ class Target:
     ]
     curve_kpa: Annotated[FloatArray, Variable("grid", "kPa", "observed curve")]
     phase: Annotated[FloatArray, Variable("phase", "1", "phases of the recording, fraction of the cycle")]
-    measured: Annotated[NDArray[np.bool_], Variable("phase", "1", "1 measured, 0 missing")]
+    measured: Annotated[BoolArray, Variable("phase", "1", "1 measured, 0 missing")]
     stiffness_kpa: Annotated[FloatArray, Variable("phase", "kPa", "observed stiffness")]
     stiffness_se_kpa: Annotated[
         FloatArray, Variable("phase", "kPa", "standard error of the observed stiffness")
@@ -155,47 +165,40 @@ class PredictiveCheck:
     posterior: Annotated[Prediction, Part(group="posterior")]
 
 
-@dataclass(frozen=True)
-class ObservedDraws:
-    """Predictive draws as one new observation of each would show them.
-
-    Attributes:
-        curve_kpa: On the grid; shape (n, grid).
-        phase_kpa: At the phases of the recording; shape (n, phases).
-    """
-
-    curve_kpa: FloatArray
-    phase_kpa: FloatArray
-
-
 def noise_streams(seed: int, subject: str, draws: str) -> tuple[np.random.Generator, np.random.Generator]:
     """Return what puts noise on whole curves, and on features and phases, of a subject's draws."""
     return generator(seed, "observed curves", subject, draws), generator(seed, "predictive", subject, draws)
 
 
-def observe(draws: Draws, phase: FloatArray, noise: CurveNoise, rng: np.random.Generator) -> ObservedDraws:
-    """Put the observation model's noise back on the curves of n draws.
+def observe(
+    draws: Draws, phase: FloatArray, noise: Mapping[str, float], rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Return n draws as one new observation of each would show them: on the grid, and at the phases.
 
-    What it does at a phase of the recording is read off the grid, and added to the draw's own value there.
+    What the noise does at a phase of the recording is read off the grid, and added to the draw's value there.
 
     Args:
         draws: Simulations.
         phase: Phases of the recording; shape (phases,).
-        noise: By how much curves are scaled and shifted.
+        noise: Standard deviations by feature, of which some scale and shift curves.
         rng: Draws both.
     """
     curves = observed_curves(draws.curve_kpa, noise, rng)
-    return ObservedDraws(curves, draws.phase_kpa + at_phases(curves - draws.curve_kpa, phase))
+    return curves, draws.phase_kpa + at_phases(curves - draws.curve_kpa, phase)
 
 
 def predict(
-    draws: Draws, observed: ObservedDraws, target: Target, interval: float, rng: np.random.Generator
+    draws: Draws,
+    observed: tuple[FloatArray, FloatArray],
+    target: Target,
+    interval: float,
+    rng: np.random.Generator,
 ) -> Prediction:
     """Compare predictive draws with the observation.
 
     Args:
         draws: n simulations; with n = 0 every score and band is NaN.
-        observed: The same as new observations show them.
+        observed: The same as new observations show them, as of :func:`observe`.
         target: The observation.
         interval: Probability mass of the central intervals.
         rng: Draws the observation noise of features and phases.
@@ -203,19 +206,19 @@ def predict(
     curve, phases = band(draws.curve_kpa, interval), band(draws.phase_kpa, interval)
     features = check_features(target.features, draws.features, target.feature_noise_sd, interval, rng)
     measured = target.measured
-    at_measured = Band(phases.median[measured], phases.low[measured], phases.high[measured])
+    curves_kpa, phases_kpa = observed
     stiffness = target.stiffness_kpa[measured]
-    shown = draws.phase_kpa[:, measured], observed.phase_kpa[:, measured]
+    shown = draws.phase_kpa[:, measured], phases_kpa[:, measured]
     return Prediction(
         draws=draws,
         curve=curve,
         phases=phases,
         features=features,
         scores=score(target.grid, target.curve_kpa, curve),
-        phase_scores=score(target.phase[measured], stiffness, at_measured),
+        phase_scores=score(target.phase[measured], stiffness, rows_of(phases, measured)),
         coverage_recording_noise=_noisy_coverage(draws, target, interval, rng),
-        observed=band(observed.curve_kpa, interval),
-        coverages=cover(target.curve_kpa, draws.curve_kpa, observed.curve_kpa, interval),
+        observed=band(curves_kpa, interval),
+        coverages=cover(target.curve_kpa, draws.curve_kpa, curves_kpa, interval),
         phase_coverages=cover(stiffness, *shown, interval),
     )
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from swesbi.checks.coverages import NO_COVERAGES, cover
+from swesbi.base.arrays import FloatArray, rows_of
 from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
 from swesbi.checks.predictive import Draws, Prediction, PredictiveCheck, Target
-from swesbi.checks.scores import NO_SCORES, Band, FeatureCheck, band, coverage, score
+from swesbi.checks.scores import NO_COVERAGES, NO_SCORES, Band, FeatureCheck, band, cover, coverage, score
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations
@@ -24,7 +23,6 @@ from swesbi.recording.phases import to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.seeds import generator
 
-FloatArray = NDArray[np.float64]
 NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
 
 
@@ -188,7 +186,7 @@ def predict_recordings(made: Replicates, target: Target, interval: float) -> Pre
         phases=phases,
         features=FeatureCheck(target.features, band(made.noisy.features, interval)),
         scores=score(target.grid, target.curve_kpa, curve),
-        phase_scores=score(target.phase[measured], observed, _at(phases, measured)),
+        phase_scores=score(target.phase[measured], observed, rows_of(phases, measured)),
         coverage_recording_noise=coverage(observed, alone),
         observed=band(made.noisy.curve_kpa, interval),
         coverages=cover(target.curve_kpa, made.draws.curve_kpa, made.noisy.curve_kpa, interval),
@@ -212,7 +210,3 @@ def withheld(prediction: Prediction) -> Prediction:
         coverages=NO_COVERAGES,
         phase_coverages=NO_COVERAGES,
     )
-
-
-def _at(values: Band, chosen: NDArray[np.bool_]) -> Band:
-    return Band(values.median[chosen], values.low[chosen], values.high[chosen])

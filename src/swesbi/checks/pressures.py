@@ -19,7 +19,6 @@ from swesbi.parameters import OF_THETA, SHOWN
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import Observation
 
-"""Largest active stiffness of the beat."""
 RESISTANCE: Final = "distal_resistance_pa_s_m3"
 SIMULATED: Final = 1000
 """Draws of a posterior whose beats are simulated: limits to a tenth of the posterior sd."""

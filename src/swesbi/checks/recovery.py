@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError
+from swesbi.base.arrays import FloatArray
+from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
 from swesbi.draws import interval_levels
@@ -21,23 +21,12 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, in_bounds, prior_variance
 from swesbi.seeds import integer_seed
 
-FloatArray = NDArray[np.float64]
+CoverageSettings = RecoverySettings | JudgementSettings
+"""Which say what intervals are scored."""
 
 
 class NothingRecoveredError(ValueError):
     """No synthetic recording has enough draws within the prior's bounds; the message says what to do."""
-
-
-class CoverageSettings(Protocol):
-    """Which intervals are scored, as settings of any kind of recovery say it."""
-
-    @property
-    def nominal_levels(self) -> tuple[float, ...]:
-        """Masses of the credible intervals."""
-
-    @property
-    def confidence(self) -> float:
-        """Of the binomial interval on each coverage."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +130,12 @@ def shares(total: int, parts: int) -> list[int]:
 
 
 def _row(
-    name: str, nominal: float, level: FloatArray, bias: float, contraction: float, settings: CoverageSettings
+    name: str,
+    nominal: float,
+    level: FloatArray,
+    bias: float,
+    contraction: float,
+    settings: CoverageSettings,
 ) -> RecoveryRow:
     from scipy.stats import binomtest
 

@@ -196,20 +196,14 @@ def check_population_experiments(config: Config) -> None:
             )
 
 
-def check_kinds(config: Config) -> None:
-    """Sections beside the experiments name an experiment of the kind that they are for."""
-    asked: tuple[tuple[str, str, Iterable[str], str], ...] = (
-        ("plan", config.plan.experiment, config.population_experiments, "over a population"),
-    )
-    for section, name, known, kind in asked:
-        if name not in known:
-            listed = ", ".join(known) or "none"
-            raise ValueError(f"{section}.experiment = {name!r} is no experiment {kind}; known: {listed}")
-
-
 def check_plan(config: Config) -> None:
-    """A planned study recycles no more draws than posteriors keep, of a group that the population has."""
+    """A plan has a network over a population, one of its groups, and no more draws than posteriors keep."""
     plan = config.plan
+    if plan.experiment not in config.population_experiments:
+        listed = ", ".join(config.population_experiments) or "none"
+        raise ValueError(
+            f"plan.experiment = {plan.experiment!r} is no experiment over a population; known: {listed}"
+        )
     population = config.population_experiments[plan.experiment].population
     if plan.persons.group not in population.groups:
         known = ", ".join(population.groups)
@@ -236,7 +230,6 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_predictive_draws,
     check_calibration_draws,
     check_population_experiments,
-    check_kinds,
     check_plan,
 )
 

@@ -33,9 +33,9 @@ def shard_draws(shard: int, shards: int, draws: int) -> range:
 def value_of(study: Study, wildcards: Wildcards, source: str) -> Any:  # noqa: ANN401
     """Return the plain value that a source names.
 
-    A source is a key of `NAMED`; or a dotted path, ``experiment.`` before it in the section of the experiment
-    that the wildcard names (of its base, for one over a population), ``population.`` in the section of an
-    experiment over a population, neither in the configuration as a whole.
+    A source is a key of `NAMED` or of `SIDE_BY_SIDE`; or a dotted path, ``experiment.`` before it in the
+    section of the experiment that the wildcard names (of its base, for one over a population);
+    ``population.`` in that of an experiment over a population; neither in the configuration as a whole.
 
     Raises:
         ConfigError: A wildcard is missing or names nothing that the study has, or the experiment is of a kind
@@ -43,11 +43,22 @@ def value_of(study: Study, wildcards: Wildcards, source: str) -> Any:  # noqa: A
     """
     if source in NAMED:
         return NAMED[source](study, wildcards)
+    if source in SIDE_BY_SIDE:
+        return values_of(study, wildcards, SIDE_BY_SIDE[source])
     if source.startswith(EXPERIMENT):
         return _of_experiment(study, wildcards, source.removeprefix(EXPERIMENT))
     if source.startswith(POPULATION):
         return _at(_population(study, wildcards), source.removeprefix(POPULATION))
     return _at(study.config, source)
+
+
+def values_of(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any]:
+    """Return the values of several sources by field: ``field=source``, or a source that ends on its name."""
+    pairs = [assignment.rpartition("=") for assignment in sources.split()]
+    return {
+        field or source.rsplit(".", maxsplit=1)[-1]: value_of(study, wildcards, source)
+        for field, _, source in pairs
+    }
 
 
 def named(study: Study, wildcards: Wildcards, kind: str) -> str:
@@ -117,30 +128,6 @@ def _prior_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _prior(study, _of_experiment(study, wildcards, "prior"))
 
 
-def _joint_prior(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return the prior of the parameters and the passive stiffness, in an experiment on speeds."""
-    passive = _of_experiment(study, wildcards, "passive_stiffness_kpa")
-    return {"theta": _prior_of_experiment(study, wildcards), "passive_stiffness_kpa": passive}
-
-
-def _model(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return the settings of the model of a recording, shared by the stages of experiments on speeds."""
-    sources = {
-        "prior": "joint_prior",
-        "discrepancy": "experiment.observation_model.discrepancy",
-        "density_kg_m3": "recording.density_kg_m3",
-        "forward_model": "forward_model",
-        "measurement": "measurement",
-    }
-    return {key: value_of(study, wildcards, source) for key, source in sources.items()}
-
-
-def _fresh(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return what recordings of fresh contexts of a population depend on."""
-    sources = ("population.population", "population.conditions", "model", "acquisition", "recording")
-    return {source.split(".")[-1]: value_of(study, wildcards, source) for source in sources}
-
-
 def _rule_of_verdict(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     """Return the rule of the verdict; over a population, its context ranges are those of the population."""
     rule: dict[str, Any] = _of_experiment(study, wildcards, "misspecification.rule")
@@ -193,11 +180,6 @@ def _with_chains(study: Study, wildcards: Wildcards) -> bool:
     return named(study, wildcards, "subject") in study.subjects_of(experiment)[:chains]
 
 
-def _title_of_experiment(study: Study, wildcards: Wildcards) -> str:
-    named(study, wildcards, "experiment")
-    return study.config.cohort_title
-
-
 def _title_of_training(study: Study, wildcards: Wildcards) -> str:
     """Return whose simulations a network was trained on."""
     name = named(study, wildcards, "experiment")
@@ -225,15 +207,18 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "prior_of_cmaes": lambda study, _: _prior(study, study.config.cmaes.prior),
     "prior_simulated": lambda study, by: _prior(study, named(study, by, "prior")),
     "reference_prior": lambda study, _: _prior(study, study.config.passive_reference_prior),
-    "joint_prior": _joint_prior,
-    "model": _model,
-    "fresh": _fresh,
     "rule_of_verdict": _rule_of_verdict,
     "name": lambda study, by: named(study, by, "experiment"),
     "name_of_population": _name_of_population,
     "refused": lambda study, by: study.refused(_name_of_population(study, by)),
-    "title_of_experiment": _title_of_experiment,
     "with_chains": _with_chains,
     "title_of_training": _title_of_training,
 }
 """Values that are no part of the configuration as it stands."""
+SIDE_BY_SIDE: Final[Mapping[str, str]] = {
+    "joint_prior": "theta=prior experiment.passive_stiffness_kpa",
+    "model": "prior=joint_prior experiment.observation_model.discrepancy recording.density_kg_m3 "
+    "forward_model measurement",
+    "fresh": "population.population population.conditions model acquisition recording",
+}
+"""Several values together: the prior of phi, the model of a recording, recordings of fresh contexts."""

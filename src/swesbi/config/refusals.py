@@ -8,19 +8,14 @@ from swesbi.config.study import Study
 def context_refusal(study: Study, experiment: str, subject: str) -> str:
     """Return why the network of an experiment cannot answer for a subject's heart; empty where it can."""
     # SciPy's distributions take a while to import, and most who read the configuration ask nothing of it
-    from swesbi.verdict.context import ContextRefusedError, check_context, check_declared
+    from swesbi.verdict.context import declared_refusal, refusal
 
     context = study.new_rows[subject].to_context()
     populations = study.config.population_experiments
-    try:
-        if experiment in populations:
-            check_declared(context, populations[experiment].population)
-        else:
-            trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
-            check_context(context, trained, study.config.new_subjects.margin_fraction)
-    except ContextRefusedError as error:
-        return str(error)
-    return ""
+    if experiment in populations:
+        return declared_refusal(context, populations[experiment].population)
+    trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
+    return refusal(context, trained, study.config.new_subjects.margin_fraction)
 
 
 def why_in_short(refusal: str) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
 
-from swesbi.config.parts import Wildcards, named, value_of
+from swesbi.config.parts import Wildcards, named, values_of
 from swesbi.config.read import ConfigError
 from swesbi.config.slices_outside import OUTSIDE
 from swesbi.config.study import Study
@@ -60,7 +60,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
     "reference_recordings=population.nulls.predictive_recordings new_subjects.uninformative",
     "cohort_posterior": "model experiment.exact cohort_posterior visits=visits_of_experiment",
-    "cohort_posterior_figure": "cohort_title=title_of_experiment",
+    "cohort_posterior_figure": "cohort_title",
     "pressures": "stage.exact_posterior clinical",
     "pressures_table": "",
     "pressures_figure": "experiment=name_of_population cohort_title",
@@ -68,7 +68,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "contexts=contexts_of_experiment prior=joint_prior "
     "experiment.exact.interval",
     "identifiability": "experiment.identifiability model",
-    "identifiability_figures": "cohort_title=title_of_experiment",
+    "identifiability_figures": "cohort_title",
     "subject_figures": "cohort_title prior",
     "exact_subject_figures": "cohort_title prior=joint_prior",
     "cohort_figures": "cohort_title prior",
@@ -92,6 +92,7 @@ ONE_ANSWER: Final = "one_answer"
 """What the answer to a recording outside the study depends on; no stage of the study."""
 OF_PERSONS: Final = ("person_change", "change_groups")
 """Stages of persons outside the study."""
+STAGE: Final = "stage."
 FIGURE: Final = "_figure"
 SHARED_BY_FIGURES: Final = "cohort_title"
 """Sources of a stage whose name ends on `FIGURE` and that has none of its own."""
@@ -124,14 +125,11 @@ def fields_of(study: Study, wildcards: Wildcards, sources: str) -> dict[str, Any
     Raises:
         As ``value_of``.
     """
-    values = {}
-    for assignment in sources.split():
-        field, _, source = assignment.rpartition("=")
-        name = source.rsplit(".", maxsplit=1)[-1]
-        composed = source == f"stage.{name}"
-        value = _slice(study, wildcards, name) if composed else value_of(study, wildcards, source)
-        values[field or name] = value
-    return values
+    asked = sources.split()
+    stages = [source.removeprefix(STAGE) for source in asked if source.startswith(STAGE)]
+    composed = {stage: _slice(study, wildcards, stage) for stage in stages}
+    beside = " ".join(source for source in asked if not source.startswith(STAGE))
+    return composed | values_of(study, wildcards, beside)
 
 
 def _paper_comparison(study: Study, wildcards: Wildcards) -> dict[str, Any]:

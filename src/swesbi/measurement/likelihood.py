@@ -173,14 +173,6 @@ class SpeedModel:
         """Return the noiseless log speeds of simulations of phi (n, d) taken at the measured phases."""
         return self.settings.predict(phi, wall)
 
-    def stiffness_cycle(self, phi: FloatArray, cycles: speeds.WallCycles, index: int) -> FloatArray:
-        """Return the stiffness in kPa that the speeds of one simulation of phi (d,) show; shape (M,)."""
-        by = self.settings.measured_by(phi[None])
-        active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
-        shortened = speeds.shortening(cycles.stretch[index : index + 1])
-        total = by.passive_kpa(shortened)[0] + active(cycles.active_stiffness_kpa[index])
-        return np.asarray(by.speed_scale**2 * total)
-
     def speed_scale(self, phi: FloatArray) -> FloatArray:
         """Return the scale of the speeds of phi (n, d), 1 where it is fixed; shape (n,)."""
         return np.broadcast_to(self.settings.measured_by(phi).speed_scale, len(phi))
@@ -190,6 +182,10 @@ class SpeedModel:
         passive = self.settings.measured_by(phi).passive_kpa(speeds.shortening(cycles.stretch))
         active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
         return passive, active(cycles.active_stiffness_kpa)
+
+    def stiffness(self, phi: FloatArray, cycles: speeds.WallCycles) -> FloatArray:
+        """Return the stiffness in kPa that the speeds of simulations of phi (n, d) show; shape (n, M)."""
+        return self.speed_scale(phi)[:, None] ** 2 * np.add(*self.parts(phi, cycles))
 
     def _simulated(
         self, phi: FloatArray

@@ -46,11 +46,6 @@ def check_plain(content: object) -> Mapping[str, Any]:
     return content
 
 
-def count_numbers(state: Mapping[str, Tensor]) -> int:
-    """Return how many numbers the tensors of a state_dict hold."""
-    return sum(tensor.numel() for tensor in state.values())
-
-
 def _is_plain(value: object) -> bool:
     items = value if isinstance(value, list | tuple) else [value]
     return all(isinstance(item, str | int | float) for item in items)
@@ -205,5 +200,5 @@ def check_size(architecture: EstimatorSettings, state: Mapping[str, Tensor]) -> 
         ValueError: The hidden layers alone need more numbers than there are.
     """
     least = architecture.transforms * architecture.blocks * architecture.hidden_features**2
-    if least > (held := count_numbers(state)):
+    if least > (held := sum(tensor.numel() for tensor in state.values())):
         raise ValueError(f"its settings describe a net of at least {least} weights, it holds {held}")

@@ -86,10 +86,11 @@ def acquired_recordings(
     phi, beats = fresh_beats(model, count, seed, *name)
     kept: list[int] = []
     recordings: list[SpeedRecording] = []
+    stiffness = model.stiffness(phi, beats)
     for index in range(count):
         rng = generator(seed, "synthetic", "acquisition", *name, model.recording.subject, index)
         try:
-            observed = _acquire(model, acquisition, phi[index], beats, index, rng)
+            observed = _acquire(model, acquisition, TruthCurve(beats.cycle_phase, stiffness[index]), rng)
         except RecordingError as error:
             LOGGER.info(
                 "subject %s, synthetic recording %d refused: %s", model.recording.subject, index, error
@@ -112,14 +113,8 @@ def fresh_beats(model: SpeedModel, count: int, seed: int, *name: str | int) -> t
 
 
 def _acquire(
-    model: SpeedModel,
-    acquisition: Acquisition,
-    phi: FloatArray,
-    beats: Beats,
-    index: int,
-    rng: np.random.Generator,
+    model: SpeedModel, acquisition: Acquisition, truth: TruthCurve, rng: np.random.Generator
 ) -> Observation:
-    truth = TruthCurve(beats.cycle_phase, model.stiffness_cycle(phi, beats, index))
     # one scale of all speeds is a parameter of phi, and in the truth already where it is free
     changes = {"missing_phases": acquisition.missing_phases, "scale_fraction": 0.0}
     protocol = acquisition.protocol.model_copy(update=changes)

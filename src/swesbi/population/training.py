@@ -18,7 +18,6 @@ from swesbi.networks.flow.cells import (
     SeenCells,
     cell_inputs,
     context_inputs,
-    fit_cell_conditioner,
 )
 from swesbi.networks.flow.training import FlowTraining, Rows, SplineParts, fit_flow, single
 from swesbi.networks.settings import SplineSettings
@@ -134,7 +133,7 @@ def train_population(
     """
     training, held_out = split_by_context(made, settings.validation_fraction)
     raw_eta, inputs = map(np.concatenate, zip(*maker.raw(training, "statistics"), strict=True))
-    eta, conditioner = fit_standardisation(raw_eta), fit_cell_conditioner(inputs, maker.cells)
+    eta, conditioner = fit_standardisation(raw_eta), CellConditioner(maker.cells, fit_standardisation(inputs))
     del raw_eta, inputs
 
     def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,8 +12,6 @@ from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.recording.clinical import CLINICAL, ClinicalRow, ClinicalVariable
 from swesbi.recording.table import MISSING, TextTable
 
-SIMILAR: Final = 0.85
-"""Likeness of a column's name from which it is taken for a slip of the pen."""
 BOTH: Final = "give both pressures of the cuff, or leave both empty"
 MS_PER_MINUTE: Final = 6e4
 
@@ -37,17 +34,17 @@ def clinical_rows(table: TextTable, hr_bpm: FloatArray) -> list[ClinicalRow | No
         table: ``subjects.csv`` with n rows.
         hr_bpm: Heart rates, NaN where wrong; shape (n,). No ejection is longer than the beat.
     """
-    _check_names(table)
+    remedies = {each.name: f"call it {each.name}, in {each.unit}" for each in CLINICAL}
+    table.refuse_lookalikes(remedies, _resembles)
     columns = {each.name: _column(table, each) for each in CLINICAL}
     wrong = np.logical_or.reduce([column.wrong for column in columns.values()])
     wrong |= _wrong_pressures(table, columns["sbp_mmhg"], columns["dbp_mmhg"])
     wrong |= _wrong_ejection(table, columns["lvet_ms"], hr_bpm)
-    return [None if wrong[index] else _row(columns, index) for index in range(len(wrong))]
-
-
-def _row(columns: Mapping[str, _Column], index: int) -> ClinicalRow:
-    values = {name: float(column.values[index]) for name, column in columns.items() if column.given[index]}
-    return ClinicalRow.from_plain(values)
+    given = [
+        {name: float(column.values[index]) for name, column in columns.items() if column.given[index]}
+        for index in range(len(wrong))
+    ]
+    return [None if bad else ClinicalRow.from_plain(row) for bad, row in zip(wrong, given, strict=True)]
 
 
 def _column(table: TextTable, variable: ClinicalVariable) -> _Column:
@@ -86,11 +83,6 @@ def _wrong_ejection(table: TextTable, ejection: _Column, hr_bpm: FloatArray) -> 
     reason = "is no shorter than a beat at hr_bpm of the same row"
     table.flag("lvet_ms", endless, reason, "correct the cell that is wrong, or leave it empty")
     return endless
-
-
-def _check_names(table: TextTable) -> None:
-    remedies = {each.name: f"call it {each.name}, in {each.unit}" for each in CLINICAL}
-    table.refuse_lookalikes(remedies, _resembles, SIMILAR)
 
 
 def _resembles(lowered: str, name: str) -> bool:

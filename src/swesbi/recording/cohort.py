@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -201,15 +201,11 @@ def _named(stem: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.stem == stem.name) if folder.is_dir() else []
 
 
-def _with_suffixes(stem: Path, suffixes: Sequence[str]) -> list[Path]:
-    return [stem.with_name(stem.name + suffix) for suffix in suffixes]
-
-
 def _absent(stem: Path) -> Problem:
     """Return what to say of a recording that is not there; a workbook in its place gets a hint."""
     for path in _named(stem):
         if path.suffix.lower() in WORKBOOKS:
             return Problem(str(path), "is a workbook", SAVE_AS_CSV)
-    wanted = ", ".join(path.name for path in _with_suffixes(stem, SUFFIXES))
+    wanted = ", ".join(f"{stem.name}{suffix}" for suffix in SUFFIXES)
     reason = f"there is no file {wanted}"
     return Problem(str(stem.parent), reason, "put it there, or take the subject out of subjects.csv")

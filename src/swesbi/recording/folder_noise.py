@@ -99,15 +99,12 @@ class FolderRecordings:
 
     def noise(self, subject: str) -> FolderNoise:
         """Return the noise of all recordings of the subject's kind of repeats, its own among them."""
-        return self._swept if isinstance(self.levels[subject], SweepLevels) else self._separate
+        return self._by_kind[isinstance(self.levels[subject], SweepLevels)]
 
     @cached_property
-    def _swept(self) -> FolderNoise:
-        return folder_noise(self._of_kind(swept=True), self.prior)
-
-    @cached_property
-    def _separate(self) -> FolderNoise:
-        return folder_noise(self._of_kind(swept=False), self.prior)
+    def _by_kind(self) -> dict[bool, FolderNoise]:
+        """The noise of sweeps, and of separate repeats."""
+        return {swept: folder_noise(self._of_kind(swept=swept), self.prior) for swept in (True, False)}
 
     def _of_kind(self, *, swept: bool, but: str = "") -> list[RepeatLevels]:
         return [

@@ -179,7 +179,8 @@ def _source(path: Path, layout: TableLayout, wanted: Wanted) -> tuple[TextTable,
     columns += [name for name in optional if name in layout.columns or name in known]
     sources = {column: _matching(path, column, layout.source(column), known) for column in columns}
     table = below_names(path, rows, list(dict.fromkeys(name for names in sources.values() for name in names)))
-    return (with_decimal_points(table, _texts(sources)) if decimal_comma else table), sources
+    texts = [name for column in (SUBJECT, "status") for name in sources.get(column, ())]
+    return (with_decimal_points(table, texts) if decimal_comma else table), sources
 
 
 def _measured(layout: TableLayout, known: Sequence[str]) -> str:
@@ -202,10 +203,6 @@ def _rows(path: Path, layout: TableLayout) -> tuple[list[tuple[int, list[str]]],
     first = layout.table.header_row or 1
     below = [(row, cells) for row, cells in rows if row >= first and any(cell.strip() for cell in cells)]
     return below, decimal_comma
-
-
-def _texts(sources: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
-    return tuple(name for column in (SUBJECT, "status") for name in sources.get(column, ()))
 
 
 def _single(path: Path, source: str | tuple[str, ...]) -> str:
@@ -308,7 +305,8 @@ def _understood(melted: Cells, layout: TableLayout, units: Mapping[str, str], wa
     if layout.table.statuses and "status" in cells:
         cells["status"] = cells["status"].map(lambda word: layout.table.statuses.get(word, word))
     if layout.table.first_phase and "phase_index" in cells:
-        cells["phase_index"] = cells["phase_index"].map(_less(layout.table.first_phase))
+        from_first = _arithmetic(lambda number: number - layout.table.first_phase)
+        cells["phase_index"] = cells["phase_index"].map(from_first)
     values = wanted.values(layout)
     for column, value in values.items():
         if value != COUNTED:
@@ -340,10 +338,6 @@ def _fraction(text: str) -> str:
     """Return a number that has its own per cent sign as a fraction; other text stays as it is."""
     number = text.removesuffix("%").rstrip()
     return _times("0.01")(number) if text.endswith("%") else text
-
-
-def _less(first: int) -> Callable[[str], str]:
-    return _arithmetic(lambda number: number - first)
 
 
 def _arithmetic(change: Callable[[Decimal], Decimal]) -> Callable[[str], str]:

@@ -16,7 +16,7 @@ from swesbi.recording.columns import TIME
 from swesbi.recording.free_noise import NoiseSource, free_noise
 from swesbi.recording.free_samples import FreeSamples, free_rejection
 from swesbi.recording.ingest import other_heart_rate, other_unit
-from swesbi.recording.observation import read_recorded
+from swesbi.recording.observation import read_recorded, same_arrays
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
@@ -185,5 +185,4 @@ def same_free_recording(one: FreeObservation, other: FreeObservation) -> bool:
     if not one.clinical.same_as(other.clinical):
         return False
     names = ("time_ms", "rr_ms", "beat", "repeat", "speed_m_s", "relative_se")
-    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
-    return all(np.array_equal(mine, its) for mine, its in pairs)
+    return same_arrays(one, other, names)

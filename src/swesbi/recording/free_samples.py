@@ -125,8 +125,8 @@ def read_free_samples(
         repeat,
         speed,
         _errors(table, speed, density_kg_m3),
-        _fit(table),
-        _status(table),
+        read_fit_r2(table) if "fit_r2" in has else np.full(len(time), np.nan),
+        read_status(table) if "status" in has else np.full(len(time), STATUS_OK),
         has,
         str(path),
     )
@@ -157,18 +157,6 @@ def _errors(table: TextTable, speed_m_s: FloatArray, density_kg_m3: float) -> Fl
     table.flag(STANDARD_ERROR, error == 0.0, "is no standard error", f"{remedy}, or leave it empty")
     table.flag(STANDARD_ERROR, error >= speed_m_s, "is not smaller than the speed", f"{remedy}; check units")
     return error
-
-
-def _fit(table: TextTable) -> FloatArray:
-    if "fit_r2" not in table.cells:
-        return np.full(len(table.rows), np.nan)
-    return read_fit_r2(table)
-
-
-def _status(table: TextTable) -> NDArray[np.str_]:
-    if "status" not in table.cells:
-        return np.full(len(table.rows), STATUS_OK)
-    return read_status(table)
 
 
 def free_rejection(samples: FreeSamples, settings: RecordingSettings) -> IntArray:

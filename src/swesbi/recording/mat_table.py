@@ -31,14 +31,14 @@ LAYOUT: Final = "save vectors of these names, or one struct with these fields: s
 
 @dataclass(frozen=True)
 class Item:
-    """One dataset or group, a ``MatVariable``; its values are read when asked for."""
+    """One dataset or group, as ``mat_child.Loaded``; its values are read when asked for."""
 
     name: str
     item: h5py.Dataset | h5py.Group
 
     @property
     def kind(self) -> str:
-        """What it is, as of any ``MatVariable``: MATLAB notes the class, and whether it is empty."""
+        """What it is, as of ``mat_child.Loaded``: MATLAB notes the class, and whether it is empty."""
         if not isinstance(self.item, h5py.Dataset):
             return "object" if self.name == OBJECTS else "struct"
         if h5py.check_ref_dtype(self.item.dtype) and "MATLAB_class" not in self.item.attrs:

@@ -155,5 +155,10 @@ def same_recording(one: Observation, other: Observation) -> bool:
     if one.context != other.context or not one.clinical.same_as(other.clinical):
         return False
     names = ("phase", "phase_index", "speed_m_s", "speed_se_m_s", "samples_accepted", "samples_by_repeat")
+    return same_arrays(one, other, names)
+
+
+def same_arrays(one: object, other: object, names: Sequence[str]) -> bool:
+    """Tell whether two recordings have the same numbers under these names."""
     pairs = [(getattr(one, name), getattr(other, name)) for name in names]
     return all(np.array_equal(mine, its, equal_nan=mine.dtype.kind == "f") for mine, its in pairs)

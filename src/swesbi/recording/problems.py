@@ -37,8 +37,10 @@ class Problem:
             place.append(f"{self.unit} {self.row}")
         if self.column is not None:
             place.append(f"column {self.column!r}")
-        value = "" if self.value is None else f"{_shortened(self.value)!r} "
-        return f"{', '.join(place)}: {value}{self.reason}; {self.remedy}"
+        value = self.value or ""
+        value = value if len(value) <= LONGEST_VALUE else value[:LONGEST_VALUE] + "..."
+        shown = "" if self.value is None else f"{value!r} "
+        return f"{', '.join(place)}: {shown}{self.reason}; {self.remedy}"
 
 
 class RecordingError(ValueError):
@@ -69,7 +71,3 @@ def raise_any(problems: Iterable[Problem]) -> None:
     """
     if raised := tuple(problems):
         raise RecordingError(*raised)
-
-
-def _shortened(value: str) -> str:
-    return value if len(value) <= LONGEST_VALUE else value[:LONGEST_VALUE] + "..."

@@ -214,8 +214,8 @@ def _is_speed(name: str) -> bool:
 
 def _may_be(name: str, word: str, column: str) -> bool:
     """Tell whether a name has a word of a column, and states no unit that the column is not read in."""
-    stated = stated_unit(name)
-    return _has(name, word) and (
+    stated, words = stated_unit(name), _words(name)
+    return (word in words or (" " in word and word in " ".join(words))) and (
         name == column or stated is None or stated in UNITS.get(column, {stated: ""})
     )
 
@@ -223,11 +223,6 @@ def _may_be(name: str, word: str, column: str) -> bool:
 def _words(name: str) -> list[str]:
     bare = re.sub(r"[(\[].*?[)\]]", " ", name.lower())
     return [word for word in re.split(r"[^a-z0-9]+", bare) if word]
-
-
-def _has(name: str, word: str) -> bool:
-    words = _words(name)
-    return word in words or (" " in word and word in " ".join(words))
 
 
 def _unit(column: str, name: str) -> str:
@@ -262,19 +257,13 @@ def as_yaml(path: Path, proposal: Proposal) -> str:
             else ADD
         )
         lines.append(f"# No column seems to be {column}: {say}.")
-    lines += _of_kind(proposal)
+    if proposal.free:
+        lines += [AS_FREE] if STANDARD_ERROR in proposal.columns else [AS_FREE, NO_ERRORS]
     if proposal.spreads:
         why = NO_DEVIATIONS if proposal.free else NO_MEANS
         lines.append(f"# Not used: {', '.join(proposal.spreads)}. {why}")
     lines += [f"# Not used: {', '.join(proposal.unused)}"] if proposal.unused else []
     return "\n".join(lines) + "\n"
-
-
-def _of_kind(proposal: Proposal) -> list[str]:
-    """Return what is to be known of a free-running recording."""
-    if not proposal.free:
-        return []
-    return [AS_FREE] if STANDARD_ERROR in proposal.columns else [AS_FREE, NO_ERRORS]
 
 
 def _listed(names: str | tuple[str, ...]) -> str:

@@ -103,10 +103,6 @@ class ContextRow(Settings):
                 f"lvesv_ml ({self.lvesv_ml:g}) must be below lvedv_ml ({self.lvedv_ml:g}); are they swapped?"
             )
         check_ranges(self.to_context())
-        self._check_volumes()
-        return self
-
-    def _check_volumes(self) -> None:
         fraction = 1.0 - self.lvesv_ml / self.lvedv_ml
         low, high = EJECTION_FRACTION_RANGE
         if not low <= fraction <= high:
@@ -121,6 +117,7 @@ class ContextRow(Settings):
                 f"lvedv_ml ({self.lvedv_ml:g}) over bsa_m2 ({self.bsa_m2:g}) is {index:.3g} mL/m2, "
                 f"expected {low:g} to {high:g}"
             )
+        return self
 
     def to_context(self) -> Context:
         """Return the same values as a :class:`Context`."""

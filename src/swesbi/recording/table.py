@@ -16,6 +16,8 @@ from swesbi.recording.content import NUMBER, delimiter_of, in_one_line, records,
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 
 SHOWN_ROWS: Final = 5
+SIMILAR: Final = 0.85
+"""Likeness of a column's name from which it is taken for a slip of the pen."""
 MISSING: Final = ("", "NaN", "nan", "NAN")  # MATLAB writes an empty number as NaN
 DECIMAL_COMMA: Final = r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?"
 DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -96,20 +98,17 @@ class TextTable:
         repeated = stood_before(_by_value(self.cells[name]) for name in columns)
         self.flag(columns[-1], repeated, f"repeats the {', '.join(columns)} of an earlier row", "keep one")
 
-    def refuse_lookalikes(
-        self, remedies: Mapping[str, str], resembles: Callable[[str, str], bool], similar: float
-    ) -> None:
+    def refuse_lookalikes(self, remedies: Mapping[str, str], resembles: Callable[[str, str], bool]) -> None:
         """Refuse a column that nobody reads and that looks like one that is read and is not there.
 
         Args:
             remedies: By each column that is read: what to call it.
             resembles: Whether a lower-case name is another spelling of that column.
-            similar: Least ratio of similarity of a misspelt name, as of ``difflib``.
         """
         absent = [name for name in remedies if name not in self.cells]
         for ignored in self.ignored:
             lowered = ignored.strip().lower()
-            misspelt = [] if lowered in remedies else difflib.get_close_matches(lowered, absent, 1, similar)
+            misspelt = [] if lowered in remedies else difflib.get_close_matches(lowered, absent, 1, SIMILAR)
             alike = [*(name for name in absent if resembles(lowered, name)), *misspelt]
             if alike:
                 reason = f"is not read, and looks like {alike[0]}"

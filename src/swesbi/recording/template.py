@@ -35,7 +35,10 @@ def main(arguments: Sequence[str]) -> int:
     if (options.cohort is None) == (options.like is None):
         parser.error("name a folder to make, or --like FILE")
     if options.like is not None:
-        print(_proposed(options.like), end="")
+        # tables take a third of a second to import, and an empty cohort needs none
+        from swesbi.recording.propose import as_yaml, proposal_for
+
+        print(as_yaml(options.like, proposal_for(options.like)), end="")
         return 0
     folder: Path = options.cohort
     if folder.is_symlink() or (folder.exists() and not (folder.is_dir() and not any(folder.iterdir()))):
@@ -55,13 +58,6 @@ def main(arguments: Sequence[str]) -> int:
 def _refuse(message: str) -> int:
     print(f"swesbi: {message}", file=sys.stderr)
     return EXIT_REFUSED
-
-
-def _proposed(path: Path) -> str:
-    # tables take a third of a second to import, and an empty cohort needs none
-    from swesbi.recording.propose import as_yaml, proposal_for
-
-    return as_yaml(path, proposal_for(path))
 
 
 def write_template(folder: Path) -> list[Path]:

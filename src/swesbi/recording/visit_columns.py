@@ -19,8 +19,6 @@ from swesbi.recording.visits import VISIT_NAMES, Visit
 if TYPE_CHECKING:
     import pandas as pd
 
-SIMILAR: Final = 0.85
-"""Likeness of a column's name from which it is taken for a slip of the pen."""
 SEXES: Final = ("F", "M")
 ENDINGS: Final = "s|id|name|label|no|nr|number"
 
@@ -44,7 +42,7 @@ def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
         table: ``subjects.csv`` with n rows.
         age_years: Ages, NaN where wrong; shape (n,).
     """
-    _check_names(table)
+    table.refuse_lookalikes({name: f"call it {name}" for name in VISIT_NAMES}, _resembles)
     if not any(name in table.cells for name in VISIT_NAMES):
         return [Visit()] * len(table.rows)
     person, visit, group = (_texts(table, name) for name in VISIT_NAMES)
@@ -113,10 +111,6 @@ def _check_what_stays(table: TextTable, columns: _Columns, age_years: FloatArray
 
 def _array(rows: pd.Series[bool]) -> BoolArray:
     return np.asarray(rows, dtype=np.bool_)
-
-
-def _check_names(table: TextTable) -> None:
-    table.refuse_lookalikes({name: f"call it {name}" for name in VISIT_NAMES}, _resembles, SIMILAR)
 
 
 def _resembles(lowered: str, name: str) -> bool:

@@ -91,15 +91,12 @@ def persons_in_words(visits: Mapping[str, Visit]) -> list[str]:
         times = Counter(len(person.subjects) for person in persons)
         counts = ", ".join(f"{number} with {visits}" for visits, number in sorted(times.items()))
         labels = tuple(dict.fromkeys(visit.visit for visit in visits.values() if visit.visit))
-        lines.append(f"persons: {len(persons)}, by number of visits: {counts}{_named(labels)}.")
+        named = f" ({_listed(labels)})" if labels else ""
+        lines.append(f"persons: {len(persons)}, by number of visits: {counts}{named}.")
     if any(visit.group for visit in visits.values()):
         sizes = Counter(person.group or "none" for person in persons)
         lines.append(f"groups of persons: {_listed([f'{name} {size}' for name, size in sizes.items()])}.")
     return lines
-
-
-def _named(labels: tuple[str, ...]) -> str:
-    return f" ({_listed(labels)})" if labels else ""
 
 
 def _listed(texts: tuple[str, ...] | list[str]) -> str:

@@ -175,9 +175,8 @@ def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Pa
     # scikit-learn and scipy take seconds to import; what is refused above should not wait for them
     from swesbi.persons.planning.bank import read_bank
     from swesbi.persons.planning.hyperdraws import Recycling, evaluate_bank
-    from swesbi.persons.planning.individuals import one_person_power
     from swesbi.persons.planning.luck import luck_of
-    from swesbi.persons.planning.power import power_curve
+    from swesbi.persons.planning.power import one_person_power, power_curve
     from swesbi.persons.planning.words import Planned
 
     config, plan = study.config, study.config.plan

@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.parameters import TOLD_NAMES
 from swesbi.verdict.prior_support import support_numbers
@@ -37,7 +37,6 @@ TEST_LABELS: Final = {
     "context_leave_one_out": "context of the others",
     "context_ranges": "context range",
 }
-FloatArray = NDArray[np.float64]
 REFUSED: Final = "refused"
 OUTCOMES: Final = (*STATUSES, REFUSED)
 LIMITS: Final = ("median", "low", "high")
@@ -53,7 +52,11 @@ def verdict_numbers(verdict: Verdict, shown: int = SHOWN_TESTS) -> tuple[str, ..
     """Return what decided, in short lines: ``shown`` flagged tests, or the two criteria of prior support."""
     if not is_exact(verdict):
         return support_numbers(verdict)
-    flagged = sorted((test for test in verdict.tests if test.flagged), key=_evidence)
+    # by how strongly they speak, those without a p-value first
+    flagged = sorted(
+        (test for test in verdict.tests if test.flagged),
+        key=lambda test: -1.0 if test.p_value is None else test.p_value,
+    )
     lines = tuple(map(_short, flagged))
     more = len(lines) - shown
     return lines if more < 2 else (*lines[:shown], f"and {more} more")
@@ -74,11 +77,6 @@ def sampler_in_words(verdict: Verdict) -> str:
 def label_of_test(name: str) -> str:
     """Return a test's name in words: "time_to_peak" as "time to peak"."""
     return TEST_LABELS.get(name, name.replace("_", " "))
-
-
-def _evidence(test: VerdictTest) -> float:
-    """Order tests by how strongly they speak, those without a p-value first."""
-    return -1.0 if test.p_value is None else test.p_value
 
 
 def _short(test: VerdictTest) -> str:

@@ -1,20 +1,34 @@
-"""What the posterior's beats do beside what was measured of the heart, and what nobody fitted.
+"""What the posterior's beats do beside measured volumes and ejection times, which nobody fitted.
 
 How far the two may lie apart the prior does not say, so they have no null distribution: their distance is
 counted in standard deviations of the posterior, of the measurement, and of the model. Of a heart that the
 model describes, that distance is normal.
+
+The model lets one septal thickness stand for the whole sphere: how far it may be wrong in a volume is how far
+a wall of another thickness moves it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.base.arrays import FloatArray
+from swesbi.context import Context
+from swesbi.heart.intervals import systolic_intervals
+from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.verdict.settings import EjectionTimeSettings, VolumeSettings
 from swesbi.verdict.verdict import VerdictTest
 
-FloatArray = NDArray[np.float64]
+WALL_DRAWS: Final = 200
+"""Of the posterior, simulated with another wall: its median moves by less than a tenth of its distance."""
+THICK_CM: Final = 1.0
+"""Thicker walls are tried thinner, others thicker: neither leaves what the forward model is declared for."""
 
 
 @dataclass(frozen=True)
@@ -55,3 +69,85 @@ class Predicted:
             detail=f"{short} {middle:.0f} {unit} predicted [{low:.0f}, {high:.0f}], {self.measured:.0f} "
             f"{unit} measured, {limit * self.sd:.0f} {unit} tolerated (z = {self.z:.2f})",
         )
+
+
+def ejection_tests(
+    beats: Beats,
+    period_s: float,
+    clinical: ClinicalMeasures,
+    lvet_sd_ms: float,
+    settings: EjectionTimeSettings,
+) -> tuple[VerdictTest, ...]:
+    """Compare the ejection time of the posterior's beats with the measured one; no test where there is none.
+
+    A beat in which a valve never opens ejects for no time.
+
+    Args:
+        beats: Of equally weighted posterior draws; some are periodic.
+        period_s: Their period.
+        clinical: What was measured of the subject.
+        lvet_sd_ms: Standard deviation of that measurement.
+        settings: The model's tolerance, and the limit.
+    """
+    if not clinical.has_ejection_time:
+        return ()
+    works = beats.status == Status.PERIODIC
+    lvet_ms = np.nan_to_num(1e3 * systolic_intervals(beats, period_s).ejection_s[works])
+    predicted = Predicted(lvet_ms, settings.model_sd_ms, clinical.lvet_ms, lvet_sd_ms)
+    return (predicted.test("ejection_time", "LVET", "ms", settings.strained_abs_z),)
+
+
+def volume_tests(
+    model: SpeedModel, phi: FloatArray, beats: Beats, settings: VolumeSettings
+) -> tuple[VerdictTest, ...]:
+    """Compare the end-diastolic and end-systolic volumes that the posterior predicts with LVEDV and LVESV.
+
+    Args:
+        model: The recording and its model.
+        phi: Equally weighted posterior draws (n, d).
+        beats: Their beats.
+        settings: Tolerances and limits.
+
+    Raises:
+        ValueError: No beat becomes periodic with a wall of another thickness.
+    """
+    context, works = model.recording.context, beats.status == Status.PERIODIC
+    moved = _moved_by_wall(model, phi, beats, settings.wall_fraction)
+    diastolic = Predicted(
+        beats.end_diastolic_volume_ml[works],
+        moved[0],
+        context.lvedv_ml,
+        settings.lvedv_tolerance_fraction * context.lvedv_ml,
+    )
+    systolic = Predicted(
+        beats.end_systolic_volume_ml[works],
+        moved[1],
+        context.lvesv_ml,
+        settings.lvesv_tolerance_fraction * context.lvesv_ml,
+    )
+    limit = settings.strained_abs_z
+    return (
+        diastolic.test("end_diastolic_volume", "LVEDV", "mL", limit),
+        systolic.test("end_systolic_volume", "LVESV", "mL", limit),
+    )
+
+
+def _moved_by_wall(model: SpeedModel, phi: FloatArray, beats: Beats, fraction: float) -> tuple[float, float]:
+    """Return how far (mL) a wall thicker or thinner by this fraction moves both volumes, in the median."""
+    rows = np.unique(np.linspace(0, len(phi) - 1, WALL_DRAWS).astype(int))
+    recording = replace(model.recording, context=_with_other_wall(model.recording.context, fraction))
+    other = replace(model, recording=recording).simulate(phi[rows])
+    both = (beats.status[rows] == Status.PERIODIC) & (other.status == Status.PERIODIC)
+    if not both.any():
+        raise ValueError(
+            f"subject {recording.context.subject}: no beat becomes periodic with ivsd_cm = "
+            f"{recording.context.ivsd_cm:g}; check the context"
+        )
+    diastolic = other.end_diastolic_volume_ml - beats.end_diastolic_volume_ml[rows]
+    systolic = other.end_systolic_volume_ml - beats.end_systolic_volume_ml[rows]
+    return float(np.median(np.abs(diastolic[both]))), float(np.median(np.abs(systolic[both])))
+
+
+def _with_other_wall(context: Context, fraction: float) -> Context:
+    sign = -1.0 if context.ivsd_cm > THICK_CM else 1.0
+    return replace(context, ivsd_cm=context.ivsd_cm * (1.0 + sign * fraction))

@@ -15,15 +15,14 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtr
 
+from swesbi.base.arrays import FloatArray
 from swesbi.context import CONTEXT_NAMES, CONTEXT_RANGES, Context
 from swesbi.population.settings import PopulationSettings, in_declared_range
 from swesbi.verdict.settings import ContextCheckSettings
 from swesbi.verdict.verdict import VerdictTest
 
-FloatArray = NDArray[np.float64]
 CONTINUOUS: Final = tuple(name for name in CONTEXT_NAMES if name != "sex_male")
 LEAST_OTHERS: Final = 3
 """Two others give a standard deviation, but a t distribution with one degree of freedom flags nothing."""
@@ -92,10 +91,6 @@ def _value(context: Context, name: str) -> float:
     return float(context.as_array()[CONTEXT_NAMES.index(name)])
 
 
-class ContextRefusedError(ValueError):
-    """The network cannot answer for this context; the message says for which values, and what to do."""
-
-
 def outside(context: Context, trained: Sequence[Context], margin_fraction: float) -> tuple[str, ...]:
     """Return a sentence for each simulated value beyond those trained on; none if the network may answer.
 
@@ -119,38 +114,32 @@ def outside(context: Context, trained: Sequence[Context], margin_fraction: float
     )
 
 
-def check_context(context: Context, trained: Sequence[Context], margin_fraction: float) -> None:
-    """Refuse a context that the network was not trained for.
-
-    Raises:
-        ContextRefusedError: Lists every value that lies outside.
-    """
+def refusal(context: Context, trained: Sequence[Context], margin_fraction: float) -> str:
+    """Return why a network was not trained for a context, and what to do; empty where it was."""
     reasons = outside(context, trained, margin_fraction)
     if not reasons:
-        return
+        return ""
     names = ", ".join(other.subject for other in trained)
     listed = "".join(f"\n  - {reason}" for reason in reasons)
-    raise ContextRefusedError(
+    return (
         f"subject {context.subject} is refused: the network was trained on the contexts of {names}, and "
         f"cannot answer for this one:{listed}\nIf a value is wrong, correct subjects.csv. If not, put the "
         "subject into the cohort of the study and rerun it, which trains a network that knows this context."
     )
 
 
-def check_declared(context: Context, population: PopulationSettings) -> None:
-    """Refuse a context outside the range for which a population's network is declared.
-
-    Raises:
-        ContextRefusedError: Lists every value that lies outside.
-    """
-    if reasons := in_declared_range(context, population):
-        listed = "".join(f"\n  - {reason}" for reason in reasons)
-        raise ContextRefusedError(
-            f"subject {context.subject} is refused: the network is declared for a range of hearts, and this "
-            f"one lies outside:{listed}\nIf a value is wrong, correct subjects.csv. If not, widen "
-            "`declared_range` of the population in the configuration and rerun the study, which trains a "
-            "network for it."
-        )
+def declared_refusal(context: Context, population: PopulationSettings) -> str:
+    """Return why a population's network is not declared for a context; empty where it is."""
+    reasons = in_declared_range(context, population)
+    if not reasons:
+        return ""
+    listed = "".join(f"\n  - {reason}" for reason in reasons)
+    return (
+        f"subject {context.subject} is refused: the network is declared for a range of hearts, and this "
+        f"one lies outside:{listed}\nIf a value is wrong, correct subjects.csv. If not, widen "
+        "`declared_range` of the population in the configuration and rerun the study, which trains a "
+        "network for it."
+    )
 
 
 def nearest_known(context: Context, trained: Sequence[Context]) -> Context:

@@ -14,8 +14,8 @@ from enum import IntEnum
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import (
     FEATURE_TESTS,
@@ -29,7 +29,6 @@ from swesbi.verdict.statistics import (
 )
 from swesbi.verdict.verdict import STATUSES
 
-FloatArray = NDArray[np.float64]
 SMALLEST_P: Final = 1e-6
 """A fitted tail of some hundred recordings says nothing about what is rarer."""
 LEAST_SCALE: Final = 0.05  # a feature that hardly ever leaves its predictive median
@@ -210,7 +209,7 @@ class Statistics:
         """Return the statistics (n,) that ask only where the features (n, F) of n recordings lie."""
         return space_distances(self.space, features)
 
-    def worst_features(self, tails: FloatArray) -> NDArray[np.int64]:
+    def worst_features(self, tails: FloatArray) -> IntArray:
         """Return the features (F,) of one recording from the most unlikely to the likeliest, as indices."""
         return np.argsort(-tail_scores(tails) / self.score_scale, kind="stable")
 
@@ -231,7 +230,7 @@ class Judgement:
     test_p: FloatArray
     group_p: FloatArray
     overall_p: FloatArray
-    status: NDArray[np.int64]
+    status: IntArray
 
 
 @dataclass(frozen=True)

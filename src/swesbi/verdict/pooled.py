@@ -14,9 +14,9 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
@@ -50,10 +50,8 @@ from swesbi.verdict.statistics import (
     check_recording,
     fit_feature_space,
     prior_strip_mass,
-    stack_checks,
 )
 
-FloatArray = NDArray[np.float64]
 STREAM = "population null"
 ALONG: Final = "recording"
 PUSHES: Final = "pushes"
@@ -65,30 +63,17 @@ LABELS: Final[dict[str, Any]] = {
 }
 
 
-@dataclass(frozen=True)
-class PriorPredictive:
-    """Features of prior predictive recordings of the new subject.
-
-    Attributes:
-        reference: Those that make the space; shape (m, F).
-        null: Others, for the null distributions of distances in it; shape (n, F).
-    """
-
-    reference: FloatArray
-    null: FloatArray
-
-
 def prior_predictive(
     model: SpeedModel, conditioning: ConditioningSettings, count: int, seed: int, *name: str | int
-) -> PriorPredictive:
-    """Draw features of prior predictive recordings: those that make the space, and as many others."""
+) -> tuple[FloatArray, FloatArray]:
+    """Draw features of prior predictive recordings: those that make the space, and as many others; (n, F)."""
 
     def features(part: str) -> FloatArray:
         made = own_recordings(model, count, seed, *name, part)
         speeds = np.stack([recording.speed_m_s for recording in made.recordings])
         return raw_features(speeds, model.recording.phase, conditioning)
 
-    return PriorPredictive(features("reference"), features("null"))
+    return features("reference"), features("null")
 
 
 @dataclass(frozen=True)
@@ -124,28 +109,31 @@ def pool_subjects(pool: Sequence[SubjectChecks], settings: RuleSettings) -> Pool
         raise ValueError("the subjects' misspecification tests are of different features; rerun the study")
     return PooledNull(
         np.concatenate([_distance_level(subject, settings) for subject in pool]),
-        stack_checks([subject.recordings[NULL] for subject in pool]),
+        below_each_other([subject.recordings[NULL] for subject in pool]),
         first.feature_names,
         first.prior_mass,
     )
 
 
-def pooled_reference(null: PooledNull, predictive: PriorPredictive, settings: RuleSettings) -> Reference:
+def pooled_reference(
+    null: PooledNull, predictive: tuple[FloatArray, FloatArray], settings: RuleSettings
+) -> Reference:
     """Return the tests for a new subject, with the null recordings of others.
 
     Args:
         null: The null recordings.
-        predictive: The new subject's space, and the null distributions of distances in it.
+        predictive: Of the new subject, as of :func:`prior_predictive`: they make its space, and the null
+            distributions of distances in it.
         settings: The tests' choices and the levels.
     """
     statistics = Statistics(
-        space=_space(predictive.reference, settings),
+        space=_space(predictive[0], settings),
         feature_names=null.feature_names,
         score_scale=score_scale(null.checks.tails),
         prior_mass=null.prior_mass,
         strip_level=settings.strained_level,
     )
-    made = statistics.distances(predictive.null)
+    made = statistics.distances(predictive[1])
     distances = {
         name: np.quantile(made[name], null.distance_level[:, column]) for column, name in enumerate(DISTANCES)
     }
@@ -219,7 +207,7 @@ def draw_null(
         progress.step()
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
-    return tuple(contexts), PooledNull(np.stack(levels), stack_checks(checks), names, mass)
+    return tuple(contexts), PooledNull(np.stack(levels), below_each_other(checks), names, mass)
 
 
 def _levels(
@@ -230,11 +218,12 @@ def _levels(
     rule: RuleSettings,
     seed: int,
 ) -> FloatArray:
-    made = prior_predictive(subject.model, conditioning, settings.predictive_recordings, seed, STREAM)
-    space = fit_feature_space(made.reference, rule.whitened_variance, rule.neighbours)
-    null, distances = space_distances(space, made.null), space_distances(space, checks.features)
+    count = settings.predictive_recordings
+    reference, others = prior_predictive(subject.model, conditioning, count, seed, STREAM)
+    space = _space(reference, rule)
+    null, distances = space_distances(space, others), space_distances(space, checks.features)
     return np.array(
-        [(np.sum(null[name] < distances[name]) + 0.5) / (len(made.null) + 1.0) for name in DISTANCES]
+        [(np.sum(null[name] < distances[name]) + 0.5) / (len(others) + 1.0) for name in DISTANCES]
     )
 
 

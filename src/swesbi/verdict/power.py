@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.base.arrays import BoolArray, below_each_other
 from swesbi.verdict.nulls import Grade, Judgement, Reference
 from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER, SubjectChecks
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.statistics import GROUPS, TESTS, Checks, stack_checks
+from swesbi.verdict.statistics import GROUPS, TESTS, Checks
 from swesbi.verdict.verdict import CONTRADICTED
 
 COHORT: Final = "all"
@@ -53,7 +53,7 @@ class _Alarms:
 
     subject: str
     kind: str
-    raised: dict[str, NDArray[np.bool_]]
+    raised: dict[str, BoolArray]
     checks: Checks
     refused: int
 
@@ -77,15 +77,15 @@ def _subject_alarms(checks: SubjectChecks, settings: RuleSettings) -> Iterator[_
             yield _Alarms(checks.subject, kind, raised, recordings, checks.refused[kind])
 
 
-def _raised(reference: Reference, judgement: Judgement) -> dict[str, NDArray[np.bool_]]:
+def _raised(reference: Reference, judgement: Judgement) -> dict[str, BoolArray]:
     """Return which alarms are raised at the level of "strained", and which verdicts are reached."""
     flagged = judgement.test_p <= reference.joint.thresholds(reference.strained_level)
     tests = {test.name: flagged[:, index] for index, test in enumerate(TESTS)}
-    groups: dict[str, NDArray[np.bool_]] = {
+    groups: dict[str, BoolArray] = {
         f"group: {group}": np.asarray(flagged[:, list(members)].any(axis=1))
         for group, members in zip(GROUPS, reference.joint.members, strict=True)
     }
-    verdicts: dict[str, NDArray[np.bool_]] = {
+    verdicts: dict[str, BoolArray] = {
         STRAINED_OR_WORSE: judgement.status >= Grade.STRAINED,
         CONTRADICTED: judgement.status >= Grade.CONTRADICTED,
     }
@@ -94,7 +94,7 @@ def _raised(reference: Reference, judgement: Judgement) -> dict[str, NDArray[np.
 
 def _pool(parts: Sequence[_Alarms]) -> _Alarms:
     raised = {name: np.concatenate([part.raised[name] for part in parts]) for name in parts[0].raised}
-    checks = stack_checks([part.checks for part in parts])
+    checks = below_each_other([part.checks for part in parts])
     return _Alarms(COHORT, parts[0].kind, raised, checks, sum(part.refused for part in parts))
 
 

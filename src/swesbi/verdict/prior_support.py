@@ -36,14 +36,16 @@ def diagnose(
         *_leakage(inside, len(candidates), median, prior, settings.min_in_prior_draws),
     )
     worst = int(np.argmax(np.abs(z_obs)))
+    found = f"max |z| = {np.abs(z_obs[worst]):.2f}, {inside} of {len(candidates)} candidate draws in bounds"
+    status = NOT_PRIOR_SUPPORTED if reasons else PRIOR_SUPPORTED
     return Verdict(
         max_abs_z=float(np.abs(z_obs[worst])),
         worst_component=component_names[worst],
         in_prior_draws=inside,
         candidate_draws=len(candidates),
         unfiltered_median=dict(zip(THETA_NAMES, map(float, median), strict=True)),
-        status=NOT_PRIOR_SUPPORTED if reasons else PRIOR_SUPPORTED,
-        sentence=_sentence(reasons, float(np.abs(z_obs[worst])), inside, len(candidates)),
+        status=status,
+        sentence=f"{status}: {'; '.join(reasons) if reasons else found}",
         reasons=reasons,
     )
 
@@ -73,12 +75,6 @@ def _leakage(inside: int, drawn: int, median: FloatArray, prior: PriorSettings, 
     ]
     tail = f"; unfiltered median of {', '.join(beyond)}" if beyond else ""
     return [f"{inside} of {drawn} candidate draws lie within the prior's bounds, {required} required{tail}"]
-
-
-def _sentence(reasons: tuple[str, ...], max_abs_z: float, inside: int, drawn: int) -> str:
-    if reasons:
-        return f"{NOT_PRIOR_SUPPORTED}: {'; '.join(reasons)}"
-    return f"{PRIOR_SUPPORTED}: max |z| = {max_abs_z:.2f}, {inside} of {drawn} candidate draws in bounds"
 
 
 def support_numbers(verdict: Verdict) -> tuple[str, str]:

@@ -9,18 +9,18 @@ likewise. So their levels are exact, though a posterior predictive p-value alone
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
 from scipy.special import chdtrc, logsumexp
 
 from swesbi.artefacts import Variable
-from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray, below_each_other, rows_of
 from swesbi.base.progress import Progress
-from swesbi.context import Context
 from swesbi.draws import resampled_rows
 from swesbi.heart.periodic import Status
+from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.networks.flow.flow import TrainedFlow, free_proposal
@@ -29,13 +29,12 @@ from swesbi.population.settings import NullSettings
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.nulls import Grade, JointNull, fit_joint_null
+from swesbi.verdict.nulls import Grade, fit_joint_null
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import boundary_statistic, misfit_score, prior_strip_mass, strip_mass
-from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.with_null import ByNull, VerdictSettings, boundary_detail, together
+from swesbi.verdict.verdict import VerdictTest
+from swesbi.verdict.with_null import ByNull, Found, VerdictSettings, boundary_detail
 
 STREAM: Final = "null pushes"
 NEAREST: Final = 200  # null recordings that one is held against: a level of 5 % within 1.5 points
@@ -58,10 +57,6 @@ class PushChecks:
         FloatArray,
         Variable("recording bounded bound", "1", "posterior mass in the strip there"),
     ]
-
-    def rows(self, chosen: IntArray) -> PushChecks:
-        """Return those of some rows."""
-        return PushChecks(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
     def statistics(self, prior_mass: FloatArray, strip_level: float) -> FloatArray:
         """Return the statistic of each test, large where the model misfits; shape (n, 2)."""
@@ -140,13 +135,7 @@ def draw_pushes_null(
         predicted = model.predict(drawn.phi[rows])
         found.append(check_pushes(model, drawn.phi, drawn.weight, predicted, sizes.strip_fraction, rng))
         progress.step()
-    return stacked(found)
-
-
-def stacked(checks: Sequence[PushChecks]) -> PushChecks:
-    """Put the checks of several recordings below each other."""
-    columns = ([getattr(one, field.name) for one in checks] for field in fields(PushChecks))
-    return PushChecks(*map(np.concatenate, columns))
+    return below_each_other(found)
 
 
 def nearest(null: PushChecks, pushes: int, declared: bool) -> PushChecks:
@@ -159,7 +148,7 @@ def nearest(null: PushChecks, pushes: int, declared: bool) -> PushChecks:
     """
     alike = np.flatnonzero((null.errors_log_sd > 0.0) == declared)
     distance = np.abs(np.log(null.pushes[alike] / pushes))
-    return null.rows(alike[np.argsort(distance, kind="stable")[:NEAREST]])
+    return rows_of(null, alike[np.argsort(distance, kind="stable")[:NEAREST]])
 
 
 def overall_p_values(
@@ -177,37 +166,22 @@ def overall_p_values(
     return overall
 
 
-def judge_pushes(
+def against_pushes(
     exact: ExactPosterior,
     model: FreeModel,
-    others: Sequence[Context],
+    beats: Beats,
     null: PushChecks,
     settings: VerdictSettings,
     seed: int,
-    clinical: ClinicalMeasures,
-    further: Sequence[VerdictTest] = (),
-) -> Verdict:
-    """Judge a free-running recording by its residuals, its strips, its volumes, its ejection, its context.
-
-    Args:
-        exact: The exact posterior of the recording.
-        model: The recording and its model.
-        others: Contexts with which the subject's is compared.
-        null: Null recordings.
-        settings: Of the tests.
-        seed: Of the factors of the errors.
-        clinical: What was measured of the subject; an ejection time can strain it.
-        further: Other tests, which can strain the subject.
-    """
-    plain, fraction = model.model, settings.strip_fraction
-    beats = plain.simulate(exact.phi)
+) -> Found:
+    """Judge a free-running recording by residuals and strips; the seed is of the factors of the errors."""
+    prior, fraction = model.settings.prior, settings.strip_fraction
     works = beats.status == Status.PERIODIC
     predicted = model.predict_from(exact.phi, beats).rows(np.flatnonzero(works))
-    rng = generator(seed, "verdict", plain.recording.context.subject)
+    rng = generator(seed, "verdict", model.model.recording.context.subject)
     checks = check_pushes(model, exact.phi, works / works.sum(), predicted, fraction, rng)
-    by_null = held_against(null, checks, prior_strip_mass(model.settings.prior, fraction), settings.rule)
-    farthest = _farthest(model, predicted)
-    return together(by_null, exact, plain, beats, others, settings, clinical, further, farthest)
+    by_null = held_against(null, checks, prior_strip_mass(prior, fraction), settings.rule)
+    return by_null, _farthest(model, predicted)
 
 
 def held_against(null: PushChecks, checks: PushChecks, prior_mass: FloatArray, rule: RuleSettings) -> ByNull:
@@ -229,20 +203,15 @@ def held_against(null: PushChecks, checks: PushChecks, prior_mass: FloatArray, r
         f"posterior predictive p-value {checks.residuals_p[0]:.2g} of {count} pushes, against {against}"
     )
     bounds = boundary_detail(checks.bound_mass[0], prior_mass, rule.strained_level)
-    tests = _tests(joint, statistics[0], test_p[0], (residuals, bounds), rule.strained_level)
+    limits = joint.thresholds(rule.strained_level)
+    named = (("residuals", residuals), ("boundary_mass", bounds))
+    tests = tuple(
+        VerdictTest(name, float(value), float(p), float(limit), bool(p <= limit), detail)
+        for (name, detail), value, p, limit in zip(named, statistics[0], test_p[0], limits, strict=True)
+    )
     overall_p = float(joint.overall_p(test_p)[0])
     status = Grade((overall_p <= rule.strained_level) + (overall_p <= rule.contradicted_level))
     return ByNull(status, overall_p, tests)
-
-
-def _tests(
-    joint: JointNull, statistics: FloatArray, test_p: FloatArray, details: tuple[str, str], level: float
-) -> tuple[VerdictTest, ...]:
-    names, thresholds = ("residuals", "boundary_mass"), joint.thresholds(level)
-    return tuple(
-        VerdictTest(name, float(value), float(p), float(limit), bool(p <= limit), detail)
-        for name, value, p, limit, detail in zip(names, statistics, test_p, thresholds, details, strict=True)
-    )
 
 
 def _farthest(model: FreeModel, predicted: PredictedSpeeds) -> tuple[float, str]:

@@ -10,11 +10,10 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
-from swesbi.context import Context
 from swesbi.draws import resampled_rows
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
@@ -30,10 +29,9 @@ from swesbi.seeds import generator, integer_seed
 from swesbi.verdict import statistics
 from swesbi.verdict.nulls import Reference, fit_reference
 from swesbi.verdict.settings import RuleSettings, SyntheticSettings
-from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, record, simulate_truth
+from swesbi.virtual.volunteers import Volunteer, record, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 NULL: Final = "null"
 OWN: Final = "own"
 ACQUIRED: Final = "acquired"
@@ -89,12 +87,7 @@ def check_recordings(
         rng = generator(seed, *stream, "replicated")
         rows.append(statistics.check_recording(own, posterior, conditioning, settings.strip_fraction, rng))
         progress.step()
-    return statistics.stack_checks(rows)
-
-
-def find_volunteer(context: Context) -> Volunteer | None:
-    """Return the virtual volunteer with exactly this context; None for a subject of another cohort."""
-    return next((volunteer for volunteer in VOLUNTEERS if volunteer.context == context), None)
+    return below_each_other(rows)
 
 
 def volunteer_recordings(

@@ -10,15 +10,14 @@ S(.) as the recording does (Gelman, Meng and Stern, Statistica Sinica 6:733, 199
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtrc, ndtr, ndtri
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds, residuals
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
@@ -29,8 +28,6 @@ from swesbi.prior import JointPriorSettings, ParameterPrior, SomeParameters, qua
 if TYPE_CHECKING:  # scikit-learn takes a third of a second to import
     from sklearn.neighbors import NearestNeighbors
     from sklearn.pipeline import Pipeline
-
-FloatArray = NDArray[np.float64]
 
 
 BOUNDS: Final = ("lower", "upper")
@@ -358,12 +355,6 @@ def check_recording(
         k_hat=np.array([draws.k_hat]),
         efficiency=np.array([draws.efficiency]),
     )
-
-
-def stack_checks(rows: Sequence[Checks]) -> Checks:
-    """Put the checks of several recordings below each other."""
-    columns = {field.name: [getattr(row, field.name) for row in rows] for field in fields(Checks)}
-    return Checks(**{name: np.concatenate(parts) for name, parts in columns.items()})
 
 
 def no_checks(features: int) -> Checks:

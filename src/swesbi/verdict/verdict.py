@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import MISSING, Field, asdict, dataclass, field, fields
+from dataclasses import MISSING, asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -125,12 +125,9 @@ def read_verdict(path: Path) -> Verdict:
     """
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
-        named = {f.name: plain[f.name] for f in fields(Verdict) if _is_required(f) or f.name in plain}
+        required = {f.name for f in fields(Verdict) if f.default is f.default_factory is MISSING}
+        named = {f.name: plain[f.name] for f in fields(Verdict) if f.name in {*required, *plain}}
         tests = tuple(VerdictTest(**test) for test in plain.get("tests", ()))
         return Verdict(**{**named, "reasons": tuple(plain["reasons"]), "tests": tests})
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ArtefactError(f"{path}: cannot be read as a verdict ({error}); delete it") from error
-
-
-def _is_required(of: Field[Any]) -> bool:
-    return of.default is MISSING and of.default_factory is MISSING

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
@@ -30,8 +30,8 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.seeds import generator
+from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.context import context_tests
-from swesbi.verdict.ejection import ejection_tests
 from swesbi.verdict.nulls import Grade, Judgement, Reference
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
 from swesbi.verdict.statistics import (
@@ -46,9 +46,7 @@ from swesbi.verdict.statistics import (
 )
 from swesbi.verdict.trust import ANSWER
 from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.volumes import volume_tests
 
-FloatArray = NDArray[np.float64]
 NAMED_FEATURES: Final = 3
 KNOWN_EFFICIENCY: Final = 0.3
 """Of a network that knows a recording; nothing depends on it."""
@@ -103,64 +101,51 @@ class ByNull:
     tests: tuple[VerdictTest, ...]
 
 
-def judge(
+Found = tuple[ByNull, tuple[float, str]]
+"""What the null tests amount to, and what lies farthest out, in standard deviations, with its name."""
+
+
+def against_reference(
     exact: ExactPosterior,
     model: SpeedModel,
-    others: Sequence[Context],
+    beats: Beats,
     reference: Reference,
     settings: VerdictSettings,
     seed: int,
-    clinical: ClinicalMeasures = NOT_MEASURED,
-    further: Sequence[VerdictTest] = (),
-) -> Verdict:
-    """Judge the recording of ``model`` by the tests of ``reference``, its volumes, its ejection, its context.
-
-    Args:
-        exact: The exact posterior of the recording.
-        model: The recording and its model.
-        others: Contexts with which the subject's is compared.
-        reference: Null distributions.
-        settings: Of the tests.
-        seed: Of the replicated recordings.
-        clinical: What was measured of the subject; an ejection time can strain it.
-        further: Other tests, which can strain the subject.
-    """
-    beats = model.simulate(exact.phi)
+) -> Found:
+    """Judge the gated recording of ``model`` by the tests of ``reference``; the seed is of new recordings."""
     draws = _draws(model, exact, beats)
     rng = generator(seed, "verdict", model.recording.context.subject)
     checks = check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
     judgement = reference.judge(checks)
     tests = null_tests(reference, checks, judgement)
     by_null = ByNull(Grade(judgement.status[0]), float(judgement.overall_p[0]), tests)
-    farthest = _farthest(exact, model, draws.predicted)
-    return together(by_null, exact, model, beats, others, settings, clinical, further, farthest)
+    return by_null, _farthest(exact, model, draws.predicted)
 
 
-def together(
-    by_null: ByNull,
+def judge(
     exact: ExactPosterior,
     model: SpeedModel,
     beats: Beats,
+    found: Found,
     others: Sequence[Context],
     settings: VerdictSettings,
-    clinical: ClinicalMeasures,
-    further: Sequence[VerdictTest],
-    farthest: tuple[float, str],
+    clinical: ClinicalMeasures = NOT_MEASURED,
+    further: Sequence[VerdictTest] = (),
 ) -> Verdict:
     """Judge a recording of any kind by what its null tests say, its volumes, its ejection, its context.
 
     Args:
-        by_null: What the tests with a null distribution amount to.
         exact: The exact posterior of the recording.
         model: What simulates the subject.
         beats: Of the posterior's draws.
+        found: Of :func:`against_reference`, or of ``pushes.against_pushes``.
         others: Contexts with which the subject's is compared.
         settings: Of the tests.
-        clinical: What was measured of the subject.
+        clinical: What was measured of the subject; an ejection time can strain it.
         further: Other tests, which can strain the subject.
-        farthest: What lies farthest out, in standard deviations, and its name.
     """
-    context, rule = model.recording.context, settings.rule
+    (by_null, farthest), context, rule = found, model.recording.context, settings.rule
     volumes = volume_tests(model, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
     contextual = (*ejection, *context_tests(context, others, rule.context), *further)

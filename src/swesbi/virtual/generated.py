@@ -12,14 +12,13 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.prior import PriorSettings, sample
 from swesbi.recording.acquisition import acquire
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import fit_noise
 from swesbi.recording.observation import Observation
@@ -32,7 +31,6 @@ from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Volunteer, simulate_truth
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 Range = tuple[float, float]
 AGE_YEARS: Final[Range] = (19.0, 30.0)
 HR_BPM: Final[Range] = (55.0, 85.0)
@@ -105,9 +103,11 @@ def generate_cohort(
         record_subject(index, prior, acquisition, recording, grid_points, seed) for index in range(count)
     ]
     repeats: Repeats = "sweeps" if acquisition.sweep_fraction > 0.0 else "separate"
-    noise = fit_noise(
-        {subject.observation.subject: _levels(subject, recording, repeats) for subject in recorded}
-    ).components
+    levels = {}
+    for one in recorded:
+        accepted = rejection(one.samples, recording) == ACCEPTED
+        levels[one.observation.subject] = levels_by(repeats, one.samples, accepted)
+    noise = fit_noise(levels).components
     return tuple(
         GeneratedSubject(measured_speeds(subject.observation, noise), np.array(subject.volunteer.theta))
         for subject in recorded
@@ -173,7 +173,3 @@ def record_subject(
         else:
             return GeneratedRecording(volunteer, samples, observation)
     raise RuntimeError(f"generated subject {index}: no usable recording in {MAX_ATTEMPTS} attempts")
-
-
-def _levels(subject: GeneratedRecording, recording: RecordingSettings, repeats: Repeats) -> RepeatLevels:
-    return levels_by(repeats, subject.samples, rejection(subject.samples, recording) == ACCEPTED)

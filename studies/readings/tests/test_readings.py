@@ -129,7 +129,6 @@ def test_smoothed_features_are_those_of_smoothed_curves() -> None:
 def test_noise_on_curves_takes_that_of_maximum_and_time_to_peak_off_the_features() -> None:
     plain, noisy = features(), features(curve_noise=True)
     assert set(plain.on_features) - set(noisy.on_features) == {"maximum_kpa", "time_to_peak_cycle"}
-    assert plain.on_curves.maximum_kpa == plain.on_curves.time_to_peak_cycle == 0.0
     drawn = noisy.observed(np.repeat(bells([0.4]), 2000, axis=0), np.random.default_rng(1))
     sd = noisy.observation_model.feature_noise_sd
     for name in ("maximum_kpa", "time_to_peak_cycle"):

@@ -34,8 +34,7 @@ from swesbi.study.finished import finished_population
 from swesbi.verdict.verdict import read_verdict
 from swesbi.virtual.generated import PHYSIOLOGY
 from swesbi.virtual.hearts import ranges
-from swesbi.virtual.hearts.names import DEVELOPMENT, VALIDATION_STREAM
-from swesbi.virtual.hearts.recorded import RecordedHeart
+from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM, RecordedHeart
 
 FOLDER = Path(__file__).parents[1]
 STREAM = "development"

@@ -39,14 +39,9 @@ FRESH: Final = artefacts.register("population_calibration", {OWN: SCHEMA, ACQUIR
 REFUSED: Final = "refused"
 
 
-def inferred_dataset(inferred: Inferred) -> xr.Dataset:
-    """Return recordings and diagnostics as one group."""
-    return artefacts.to_dataset(inferred, LABELS)
-
-
-def ranked_dataset(ranked: Ranked) -> xr.Dataset:
-    """Return recordings without diagnostics as one group."""
-    return artefacts.to_dataset(ranked, LABELS)
+def recordings_dataset(recordings: Inferred | Ranked) -> xr.Dataset:
+    """Return recordings, with diagnostics or without, as one group."""
+    return artefacts.to_dataset(recordings, LABELS)
 
 
 def two_samples_dataset(subject: str, accuracy: dict[str, float], draws: int) -> xr.Dataset:
@@ -83,7 +78,7 @@ def fresh_dataset(fresh: FreshInferred) -> xr.Dataset:
     added = artefacts.build_dataset(
         OF_FRESH, artefacts.values_of(fresh)["/"] | context_values(fresh.contexts)
     )
-    inferred = inferred_dataset(fresh.inferred)
+    inferred = recordings_dataset(fresh.inferred)
     return inferred.assign(added.variables).assign_attrs({REFUSED: fresh.refused})
 
 

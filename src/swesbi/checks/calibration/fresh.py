@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Annotated, Any, Final
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import BoolArray, FloatArray, below_each_other, rows_of
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
 from swesbi.checks.calibration.table import check_scores
-from swesbi.checks.recovery import Recovered, RecoveryRow, score_recovery
+from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.networks.flow.flow import TrainedFlow
-from swesbi.parameters import THETA_NAMES
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 
-FloatArray = NDArray[np.float64]
 STREAM = "population calibration"
 ALL: Final = "all"
 
@@ -91,12 +89,12 @@ def infer_fresh(
         raise ValueError(
             f"all {len(index)} {kind} recordings were refused; check the experiment's conditions"
         )
-    return FreshInferred(tuple(contexts), np.array(levels), _join(parts), len(index) - len(parts))
+    return FreshInferred(tuple(contexts), np.array(levels), below_each_other(parts), len(index) - len(parts))
 
 
 def strata(
     contexts: Sequence[Context], relative_se: FloatArray, settings: StrataSettings
-) -> dict[str, NDArray[np.bool_]]:
+) -> dict[str, BoolArray]:
     """Return which of n recordings lie in each marginal stratum, by its name; shape (n,) each."""
     sex = np.array([context.sex for context in contexts])
     by_stratum = {f"sex {name}": sex == name for name in ("F", "M")}
@@ -119,83 +117,42 @@ def _between(low: str, high: str) -> str:
     return f"{low} to {high}" if high else f"{low} and more"
 
 
-def _join(parts: Sequence[ranks.Inferred]) -> ranks.Inferred:
-    ranked, diagnostics = (
-        [inferred.ranked for inferred in parts],
-        [inferred.diagnostics for inferred in parts],
-    )
-    values: dict[str, Any] = {name: _stacked(ranked, name) for name in ("subject", "truth", "prior_variance")}
-    values |= {"names": ranked[0].names}
-    values |= {
-        name: _scores([getattr(inferred, name) for inferred in ranked]) for name in ("network", "weighted")
-    }
-    stacked: dict[str, Any] = {
-        field.name: _stacked(diagnostics, field.name) for field in fields(ranks.Diagnostics)
-    }
-    return ranks.Inferred(ranks.Ranked(**values), ranks.Diagnostics(**stacked))
+def by_stratum(
+    fresh: FreshInferred, prior: PriorSettings, judgement: JudgementSettings, settings: StrataSettings
+) -> pd.DataFrame:
+    """Return coverage by sampler and stratum, with the efficiency of the weights in each.
 
-
-def _scores(parts: Sequence[ranks.RankScores]) -> ranks.RankScores:
-    return ranks.RankScores(**{field.name: _stacked(parts, field.name) for field in fields(ranks.RankScores)})
-
-
-def _stacked(parts: Sequence[object], name: str) -> Any:  # noqa: ANN401
-    return np.concatenate([getattr(item, name) for item in parts])
-
-
-@dataclass(frozen=True)
-class Judge:
-    """What is asked of the answers.
-
-    Attributes:
+    Args:
+        fresh: The answers.
         prior: Prior of theta, against which contraction is taken.
-        judgement: Levels and limits.
-        strata: Where continuous values are cut.
+        judgement: Levels.
+        settings: Where continuous values are cut.
     """
-
-    prior: PriorSettings
-    judgement: JudgementSettings
-    strata: StrataSettings
-
-    def recovery(self, ranked: ranks.Ranked, sampler: str = ranks.WEIGHTED) -> tuple[RecoveryRow, ...]:
-        """Return coverage, bias and contraction of each active parameter at each nominal level."""
-        columns, scores = slice(0, len(THETA_NAMES)), ranked.of(sampler)
-        recovered = Recovered(
-            truth=ranked.truth[:, columns],
-            mean=scores.mean[:, columns],
-            variance=scores.sd[:, columns] ** 2,
-            level_of_truth=scores.level[:, columns],
-        )
-        return score_recovery(recovered, self.prior, self.judgement)
-
-    def by_stratum(self, fresh: FreshInferred) -> pd.DataFrame:
-        """Return coverage by sampler and stratum, with the efficiency of the weights in each."""
-        parts = {ALL: np.ones(len(fresh.contexts), dtype=bool)}
-        parts |= strata(fresh.contexts, fresh.relative_se, self.strata)
-        rows = [row for sampler in ranks.SAMPLERS for row in self._rows(fresh, parts, sampler)]
-        return pd.DataFrame(rows)
-
-    def checks(self, fresh: dict[str, FreshInferred]) -> pd.DataFrame:
-        """Return one row a check over all fresh contexts, by kind of recording and sampler."""
-        rows: list[dict[str, object]] = []
-        for kind, part in fresh.items():
-            for sampler in ranks.SAMPLERS:
-                ranked = part.inferred.ranked
-                checks = check_scores(
-                    ranked.of(sampler), ranked.prior_variance, ranked.names,
-                    self.judgement.alpha, self.judgement.least_contraction,
-                )  # fmt: skip
-                labels = {"recordings": kind, "sampler": sampler}
-                rows.extend(labels | asdict(check) | {"flagged": int(check.flagged)} for check in checks)
-        return pd.DataFrame(rows)
-
-    def _rows(
-        self, fresh: FreshInferred, parts: dict[str, np.typing.NDArray[np.bool_]], sampler: str
-    ) -> Iterator[dict[str, object]]:
+    parts = {ALL: np.ones(len(fresh.contexts), dtype=bool)}
+    parts |= strata(fresh.contexts, fresh.relative_se, settings)
+    rows: list[dict[str, object]] = []
+    for sampler in ranks.SAMPLERS:
         for name, chosen in parts.items():
             if not chosen.any():
                 continue
             median = float(np.median(fresh.inferred.diagnostics.efficiency[chosen]))
-            for row in self.recovery(fresh.inferred.ranked.rows(chosen), sampler):
+            recovered = rows_of(fresh.inferred.ranked, chosen).recovered(sampler)
+            for row in score_recovery(recovered, prior, judgement):
                 labels = {"sampler": sampler, "stratum": name}
-                yield labels | asdict(row) | {"median_efficiency": median}
+                rows.append(labels | asdict(row) | {"median_efficiency": median})
+    return pd.DataFrame(rows)
+
+
+def checks_of(fresh: dict[str, FreshInferred], judgement: JudgementSettings) -> pd.DataFrame:
+    """Return one row a check over all fresh contexts, by kind of recording and sampler."""
+    rows: list[dict[str, object]] = []
+    for kind, part in fresh.items():
+        for sampler in ranks.SAMPLERS:
+            ranked = part.inferred.ranked
+            checks = check_scores(
+                ranked.of(sampler), ranked.prior_variance, ranked.names,
+                judgement.alpha, judgement.least_contraction,
+            )  # fmt: skip
+            labels = {"recordings": kind, "sampler": sampler}
+            rows.extend(labels | asdict(check) | {"flagged": int(check.flagged)} for check in checks)
+    return pd.DataFrame(rows)

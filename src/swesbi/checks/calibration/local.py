@@ -15,9 +15,9 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.settings import LocalSettings
@@ -31,7 +31,6 @@ from swesbi.posterior.space import PlacedProposal
 from swesbi.prior import BoxPrior, to_logit
 from swesbi.seeds import generator, integer_seed
 
-FloatArray = NDArray[np.float64]
 FOLDS: Final = 5
 FARTHEST_SD: Final = 6.0
 RIDGE: Final = 0.05
@@ -94,64 +93,50 @@ class TwoRecordings:
         return replace(recording, speed_m_s=np.sqrt(recording.speed_m_s * self.second.speed_m_s))
 
 
-@dataclass(frozen=True)
-class LocalRun:
-    """What the local calibration of a subject needs beside the draws that it judges.
+def local_scores(
+    model: SpeedModel,
+    propose: Callable[[SpeedRecording], PlacedProposal],
+    exact: ExactSettings,
+    effective_draws: int,
+    phi: FloatArray,
+    references: FloatArray,
+    seed: int,
+    sampler: str,
+) -> tuple[FloatArray, ranks.RankScores]:
+    """Simulate a second recording from each draw and rank the draw in the posterior given both.
 
-    Attributes:
+    Args:
         model: The subject's model.
         propose: Returns the proposal for a recording.
         exact: The study's own settings of the exact posterior.
         effective_draws: Effective draws given both recordings, at least.
+        phi: Draws from a sampler's posterior given the subject's recording; shape (r, d).
+        references: phi around which joint coverage is taken, other draws of that posterior; (r, d).
+        seed: Seed of the study.
+        sampler: The sampler's name, for progress; random streams are the same for all.
+
+    Returns:
+        True quantities (r, q), and their scores.
     """
+    recording, prior = model.recording, model.settings.prior
+    rng = generator(seed, "calibration", "local", "speeds", recording.subject)
+    speeds = draw_speeds(model.predict(phi), recording.errors, model.settings.discrepancy, rng)
+    points = ranks.standardised(references, prior)
+    progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
 
-    model: SpeedModel
-    propose: Callable[[SpeedRecording], PlacedProposal]
-    exact: ExactSettings
-    effective_draws: int
+    def quantities(drawn: FloatArray, log_likelihood: FloatArray) -> FloatArray:
+        return ranks.quantities(drawn, log_likelihood, model.activation_duration_s(drawn))
 
-    def scores(
-        self, phi: FloatArray, references: FloatArray, seed: int, sampler: str
-    ) -> tuple[FloatArray, ranks.RankScores]:
-        """Simulate a second recording from each draw and rank the draw in the posterior given both.
-
-        Args:
-            phi: Draws from a sampler's posterior given the subject's recording; shape (r, d).
-            references: phi around which joint coverage is taken, other draws of that posterior; (r, d).
-            seed: Seed of the study.
-            sampler: The sampler's name, for progress; random streams are the same for all.
-
-        Returns:
-            True quantities (r, q), and their scores.
-        """
-        recording, settings = self.model.recording, self.model.settings
-        rng = generator(seed, "calibration", "local", "speeds", recording.subject)
-        predicted = self.model.predict(phi)
-        speeds = draw_speeds(predicted, recording.errors, settings.discrepancy, rng)
-        points = ranks.standardised(references, settings.prior)
-        progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
-        truths: list[FloatArray] = []
-        scores: list[ranks.RankScore] = []
-        for index, second in enumerate(speeds):
-            both = TwoRecordings(self.model, replace(recording, speed_m_s=second))
-            stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
-            truth, rank_score = self._one(both, phi[index], points[index], stream)
-            truths.append(truth)
-            scores.append(rank_score)
-            progress.step()
-        return np.stack(truths), ranks.stack_scores(scores)
-
-    def _one(
-        self, both: TwoRecordings, phi: FloatArray, reference: FloatArray, seed: int
-    ) -> tuple[FloatArray, ranks.RankScore]:
-        proposal = self.propose(both.averaged())
-        drawn, _ = weighted_posterior(both, proposal, self.effective_draws, self.exact, seed)
-        truth = self._quantities(phi[None], both.log_likelihood(phi[None]))[0]
-        values = self._quantities(drawn.phi, drawn.log_likelihood)
-        return truth, ranks.score(truth, values, drawn.weight, reference, self.model.settings.prior)
-
-    def _quantities(self, phi: FloatArray, log_likelihood: FloatArray) -> FloatArray:
-        return ranks.quantities(phi, log_likelihood, self.model.activation_duration_s(phi))
+    truths, scores = [], []
+    for index, second in enumerate(speeds):
+        both, true = TwoRecordings(model, replace(recording, speed_m_s=second)), phi[index][None]
+        stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
+        drawn, _ = weighted_posterior(both, propose(both.averaged()), effective_draws, exact, stream)
+        truths.append(quantities(true, both.log_likelihood(true))[0])
+        values = quantities(drawn.phi, drawn.log_likelihood)
+        scores.append(ranks.score(truths[-1], values, drawn.weight, points[index], prior))
+        progress.step()
+    return np.stack(truths), below_each_other(scores)
 
 
 def calibrate_locally(
@@ -175,10 +160,10 @@ def calibrate_locally(
     Returns:
         Their scores; the truths are those of the reported posterior, the prior variance is its variance.
     """
-    run = LocalRun(model, partial(flow_proposal, flow), exact, sizes.effective_draws)
-    count = sizes.replicates
+    propose, count = partial(flow_proposal, flow), sizes.replicates
+    given = (model, propose, exact, sizes.effective_draws)
     by_sampler = {
-        name: run.scores(phi[:count], phi[count : 2 * count], seed, name)
+        name: local_scores(*given, phi[:count], phi[count : 2 * count], seed, name)
         for name, phi in ((ranks.NETWORK, posterior.npe_phi), (ranks.WEIGHTED, posterior.phi))
     }
     return ranks.Ranked(

@@ -12,22 +12,18 @@ import pandas as pd
 import xarray as xr
 
 from swesbi import artefacts
-from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray, rows_of
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration.ranks import (
     Ranked,
     prior_variance,
-    quantities,
-    quantity_names,
+    ranked,
     reference_points,
-    score,
-    stack_scores,
 )
 from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings, RecordingsSettings
 from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
-from swesbi.draws import equal_weights, resampled_rows
-from swesbi.measurement.instants import FreeModel
+from swesbi.draws import resampled_rows
 from swesbi.networks.flow.flow import TrainedFlow, free_proposal
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import FreshSettings, record_pushes
@@ -64,92 +60,54 @@ class InferredPushes:
     ranked: Annotated[Ranked, artefacts.Part()]
 
 
-@dataclass(frozen=True)
-class PushesStudy:
-    """Where free-running recordings come from, and how they are inferred.
+def infer_pushes(
+    index: Sequence[int],
+    flow: TrainedFlow,
+    fresh: FreshSettings,
+    pushes: PushesSettings,
+    sizes: RecordingsSettings,
+    exact: ExactSettings,
+    strip_fraction: float,
+    seed: int,
+) -> InferredPushes:
+    """Record the numbered contexts once for each number of pushes, and infer every recording.
 
-    Attributes:
+    Each recording has random streams of its own, so neither the order nor other numbers matter.
+
+    Args:
+        index: Numbers of the contexts.
+        flow: The trained network.
         fresh: Population and model.
-        pushes: How many recordings of how many pushes.
+        pushes: How many pushes recordings have.
         sizes: Draws of each posterior.
         exact: The study's own settings of the exact posterior.
         strip_fraction: Width of the strip at a bound, over the box's.
         seed: The study's seed.
     """
-
-    fresh: FreshSettings
-    pushes: PushesSettings
-    sizes: RecordingsSettings
-    exact: ExactSettings
-    strip_fraction: float
-    seed: int
-
-    def infer(self, index: Sequence[int], flow: TrainedFlow) -> InferredPushes:
-        """Record the numbered contexts once for each number of pushes, and infer every recording.
-
-        Each recording has random streams of its own, so neither the order nor other numbers matter.
-        """
-        asked = [(number, pushes) for number in index for pushes in self.pushes.pushes]
-        progress = Progress("calibration on free-running recordings", len(asked), unit="recording")
-        parts = []
-        for number, pushes in asked:
-            parts.append(self._infer(number, pushes, flow))
-            progress.step()
-        return _joined(parts)
-
-    def _infer(self, number: int, pushes: int, flow: TrainedFlow) -> InferredPushes:
-        model, phi = record_pushes(number, (pushes, pushes), self.fresh, self.seed, STREAM, pushes)
-        seed = integer_seed(self.seed, "calibration", STREAM, pushes, number)
-        network_posterior = free_proposal(flow, model)
-        drawn, by_mcmc = weighted_posterior(
-            model, network_posterior, self.sizes.effective_draws, self.exact, seed
-        )
-        rng = generator(seed, "residuals")
+    asked = [(number, count) for number in index for count in pushes.pushes]
+    progress = Progress("calibration on free-running recordings", len(asked), unit="recording")
+    parts = []
+    for number, count in asked:
+        model, phi = record_pushes(number, (count, count), fresh, seed, STREAM, count)
+        stream = integer_seed(seed, "calibration", STREAM, count, number)
+        proposal, plain = free_proposal(flow, model), model.model
+        drawn, by_mcmc = weighted_posterior(model, proposal, sizes.effective_draws, exact, stream)
+        rng = generator(stream, "residuals")
         chosen = model.predict(drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)])
-        network = flow_draws(flow, model, self.sizes.network_draws, seed)
-        return InferredPushes(
-            contexts=(model.model.recording.context,),
-            checks=check_pushes(model, drawn.phi, drawn.weight, chosen, self.strip_fraction, rng),
+        network = proposal.draw(sizes.network_draws, integer_seed(stream, "network"))
+        reference = reference_points(1, plain.settings.prior, generator(stream, "tarp"))[0]
+        variance = prior_variance(plain)
+        one = InferredPushes(
+            contexts=(plain.recording.context,),
+            checks=check_pushes(model, drawn.phi, drawn.weight, chosen, strip_fraction, rng),
             k_hat=np.array([drawn.k_hat]),
             efficiency=np.array([drawn.efficiency]),
             by_mcmc=np.array([by_mcmc]),
-            ranked=_ranked(model, phi, network, (drawn.phi, drawn.weight, drawn.log_likelihood), seed),
+            ranked=ranked(plain, model.log_likelihood, phi, network, drawn, reference, variance),
         )
-
-
-def flow_draws(flow: TrainedFlow, model: FreeModel, draws: int, seed: int) -> FloatArray:
-    """Return the network's own draws of phi; shape (draws, d)."""
-    return free_proposal(flow, model).draw(draws, integer_seed(seed, "network"))
-
-
-def _ranked(
-    model: FreeModel,
-    phi: FloatArray,
-    network: FloatArray,
-    drawn: tuple[FloatArray, FloatArray, FloatArray],
-    seed: int,
-) -> Ranked:
-    """Rank the true phi (d,) among the network's draws, and among weighted ones with log-likelihoods."""
-    prior, plain = model.settings.prior, model.model
-    exact_phi, weight, log_likelihood = drawn
-    both = np.concatenate([phi[None], network])
-    truth, *rest = quantities(both, model.log_likelihood(both), plain.activation_duration_s(both))
-    values = quantities(exact_phi, log_likelihood, plain.activation_duration_s(exact_phi))
-    reference = reference_points(1, prior, generator(seed, "tarp"))[0]
-    of_network = np.stack(rest)
-    by_network = score(truth, of_network, equal_weights(len(of_network)), reference, prior)
-    return Ranked(
-        names=quantity_names(prior),
-        subject=np.array([plain.recording.subject]),
-        truth=truth[None],
-        prior_variance=prior_variance(plain)[None],
-        network=stack_scores([by_network]),
-        weighted=stack_scores([score(truth, values, weight, reference, prior)]),
-    )
-
-
-def _joined(parts: Sequence[InferredPushes]) -> InferredPushes:
-    return pushes_of(xr.concat([pushes_dataset(part) for part in parts], dim=ALONG))
+        parts.append(pushes_dataset(one))
+        progress.step()
+    return pushes_of(xr.concat(parts, dim=ALONG))
 
 
 SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(InferredPushes)["/"]
@@ -210,7 +168,7 @@ def by_pushes(
             "by_mcmc": float(np.mean(inferred.by_mcmc[chosen])),
             "false_alarms": float(np.mean(overall[chosen] <= rule.strained_level)),
         }
-        recovered = inferred.ranked.rows(chosen).recovered
+        recovered = rows_of(inferred.ranked, chosen).recovered()
         rows += [
             {"pushes": name} | asdict(row) | beside
             for row in score_recovery(recovered, prior.theta, judgement)

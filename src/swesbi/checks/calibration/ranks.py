@@ -7,7 +7,7 @@ equally weighted draws; the one here takes arrays with weights.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Final
 
@@ -15,29 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Part, Variable
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.checks.recovery import Recovered
-from swesbi.draws import effective_draws
+from swesbi.draws import effective_draws, equal_weights
 from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import ISOMETRIC, PHI_NAMES, REPORTED, THETA_NAMES
+from swesbi.posterior.importance import WeightedDraws
 from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
 from swesbi.prior import prior_variance as prior_variance_of
 
-FloatArray = NDArray[np.float64]
 LOG_LIKELIHOOD: Final = "log_likelihood"
 QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC, LOG_LIKELIHOOD)
 EACH: Final = "as named in quantity"
 NETWORK: Final = "npe"
 WEIGHTED: Final = "weighted"
 SAMPLERS: Final = (NETWORK, WEIGHTED)
-
-
-@dataclass(frozen=True)
-class WeightedMoments:
-    """Weighted mean and standard deviation of q quantities; shape (q,) each."""
-
-    mean: FloatArray
-    sd: FloatArray
 
 
 def level_of_truth(truth: FloatArray, draws: FloatArray, weight: FloatArray) -> FloatArray:
@@ -66,8 +59,8 @@ def central_level(level: FloatArray) -> FloatArray:
     return np.abs(2.0 * level - 1.0)
 
 
-def moments(draws: FloatArray, weight: FloatArray) -> WeightedMoments:
-    """Return the weighted moments of draws (n, q) that carry weight; others may hold anything.
+def moments(draws: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return weighted mean and sd (q,) of draws (n, q) that carry weight; others may hold anything.
 
     A quantity that is -inf in one of them, the log-likelihood of a simulation that failed, has mean -inf and
     standard deviation NaN.
@@ -76,7 +69,7 @@ def moments(draws: FloatArray, weight: FloatArray) -> WeightedMoments:
     kept, share = draws[used], weight[used]
     mean = share @ kept
     with np.errstate(invalid="ignore"):  # -inf less -inf
-        return WeightedMoments(mean, np.sqrt(share @ (kept - mean) ** 2))
+        return mean, np.sqrt(share @ (kept - mean) ** 2)
 
 
 def quantity_names(prior: JointPriorSettings) -> tuple[str, ...]:
@@ -139,27 +132,8 @@ def tarp_level(
 
 
 @dataclass(frozen=True)
-class RankScore:
-    """One posterior against its truth.
-
-    Attributes:
-        level: Mid-rank of the truth in each quantity; shape (q,).
-        tarp: Posterior mass nearer to the reference point than the truth.
-        mean: Posterior means; shape (q,).
-        sd: Posterior standard deviations; shape (q,).
-        effective_draws: Effective number of the draws behind all of these.
-    """
-
-    level: FloatArray
-    tarp: float
-    mean: FloatArray
-    sd: FloatArray
-    effective_draws: float
-
-
-@dataclass(frozen=True)
 class RankScores:
-    """The posteriors of n recordings under one sampler; arrays as in :class:`RankScore`, recordings first."""
+    """The posteriors of n recordings under one sampler, each against its truth."""
 
     level: Annotated[
         FloatArray, Variable("recording quantity", "1", "mid-rank of the truth among the draws of {sampler}")
@@ -171,16 +145,11 @@ class RankScores:
     sd: Annotated[FloatArray, Variable("recording quantity", EACH, "standard deviation of {sampler}")]
     effective_draws: Annotated[FloatArray, Variable("recording", "1", "effective draws of {sampler}")]
 
-    def rows(self, chosen: NDArray[np.bool_]) -> RankScores:
-        """Return the recordings that are chosen; shape (n,)."""
-        values = {name: of_all[chosen] for name, of_all in vars(self).items()}
-        return RankScores(**values)
-
 
 def score(
     truth: FloatArray, draws: FloatArray, weight: FloatArray, reference: FloatArray, prior: BoxPrior
-) -> RankScore:
-    """Rank one truth among its posterior draws.
+) -> RankScores:
+    """Rank one truth among its posterior draws; one row.
 
     Args:
         truth: True quantities; shape (q,).
@@ -190,21 +159,10 @@ def score(
         prior: Prior of the d parameters.
     """
     of_phi = [*range(REPORTED.stop), *range(len(QUANTITY_NAMES), len(truth))]
-    moment = moments(draws, weight)
+    mean, sd = moments(draws, weight)
     tarp = tarp_level(truth[of_phi], draws[:, of_phi], weight, reference, prior)
     level, number = level_of_truth(truth, draws, weight), effective_draws(weight)
-    return RankScore(level, tarp, moment.mean, moment.sd, number)
-
-
-def stack_scores(scores: Sequence[RankScore]) -> RankScores:
-    """Put the scores of n recordings together, in order."""
-    return RankScores(
-        level=np.stack([rank_score.level for rank_score in scores]),
-        tarp=np.array([rank_score.tarp for rank_score in scores]),
-        mean=np.stack([rank_score.mean for rank_score in scores]),
-        sd=np.stack([rank_score.sd for rank_score in scores]),
-        effective_draws=np.array([rank_score.effective_draws for rank_score in scores]),
-    )
+    return RankScores(level[None], np.array([tarp]), mean[None], sd[None], np.array([number]))
 
 
 @dataclass(frozen=True)
@@ -224,27 +182,48 @@ class Ranked:
         """Return the scores of a sampler of ``SAMPLERS``."""
         return {NETWORK: self.network, WEIGHTED: self.weighted}[sampler]
 
-    def rows(self, chosen: NDArray[np.bool_]) -> Ranked:
-        """Return the recordings that are chosen; shape (n,)."""
-        return Ranked(
-            self.names,
-            self.subject[chosen],
-            self.truth[chosen],
-            self.prior_variance[chosen],
-            self.network.rows(chosen),
-            self.weighted.rows(chosen),
-        )
-
-    @property
-    def recovered(self) -> Recovered:
-        """The exact posteriors of theta, which come first among the quantities, as they are scored."""
-        columns, scores = slice(0, len(THETA_NAMES)), self.weighted
+    def recovered(self, sampler: str = WEIGHTED) -> Recovered:
+        """Return the posteriors of theta, which come first among the quantities, as they are scored."""
+        columns, scores = slice(0, len(THETA_NAMES)), self.of(sampler)
         return Recovered(
             truth=self.truth[:, columns],
             mean=scores.mean[:, columns],
             variance=scores.sd[:, columns] ** 2,
             level_of_truth=scores.level[:, columns],
         )
+
+
+def ranked(
+    model: SpeedModel,
+    log_likelihood: Callable[[FloatArray], FloatArray],
+    phi: FloatArray,
+    network: FloatArray,
+    drawn: WeightedDraws,
+    reference: FloatArray,
+    variance: FloatArray,
+) -> Ranked:
+    """Rank the true phi of one recording among the network's draws, and among weighted ones.
+
+    Args:
+        model: The recording's model.
+        log_likelihood: Of phi (n, d), given the recording.
+        phi: True parameters; shape (d,).
+        network: Draws of the network; shape (n, d).
+        drawn: Draws of the exact posterior.
+        reference: Standardised reference point of the joint coverage; shape (d,).
+        variance: Prior variance of each quantity; shape (d + 2,).
+    """
+    prior, both = model.settings.prior, np.concatenate([phi[None], network])
+    truth, *rest = quantities(both, log_likelihood(both), model.activation_duration_s(both))
+    values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
+    return Ranked(
+        names=quantity_names(prior),
+        subject=np.array([model.recording.subject]),
+        truth=truth[None],
+        prior_variance=variance[None],
+        network=score(truth, np.stack(rest), equal_weights(len(rest)), reference, prior),
+        weighted=score(truth, values, drawn.weight, reference, prior),
+    )
 
 
 @dataclass(frozen=True)
@@ -256,10 +235,8 @@ class Diagnostics:
     log_evidence: Annotated[
         FloatArray, Variable("recording", "1", "log evidence of the log speeds, from the weights")
     ]
-    by_mcmc: Annotated[
-        NDArray[np.bool_], Variable("recording", "1", "1 where MCMC took over from the weights")
-    ]
-    phases: Annotated[NDArray[np.int64], Variable("recording", "1", "measured phases")]
+    by_mcmc: Annotated[BoolArray, Variable("recording", "1", "1 where MCMC took over from the weights")]
+    phases: Annotated[IntArray, Variable("recording", "1", "measured phases")]
     min_chi2: Annotated[
         FloatArray, Variable("recording", "1", "smallest sum of squared residuals over posterior draws")
     ]

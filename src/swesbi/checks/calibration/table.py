@@ -16,15 +16,13 @@ from typing import Final
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.special import bdtr, bdtrc
 
+from swesbi.base.arrays import FloatArray, IntArray, rows_of
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, SAMPLERS, Ranked, RankScores, central_level
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.seeds import generator
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 POINTS: Final = 100
 """Intervals between the points of evaluation; ranks among L draws fit them where L + 1 is a multiple."""
 NULL_SAMPLES: Final = 10_000
@@ -176,16 +174,19 @@ def check_scores(
         least_contraction: Less than this says that the data were hardly used.
         groups: Sets of tests that share alpha.
     """
-    held = _contraction(scores, prior_variance)
+    held = 1.0 - (scores.sd**2).mean(axis=0) / prior_variance.mean(axis=0)
     limit = alpha / len(names) / groups
     checks: list[Check] = []
     for test, levels in ((SBC, scores.level), (COVERAGE, central_level(scores.level))):
         for j, name in enumerate(names):
-            covered = _covered(scores.level[:, j])
+            covered = float(np.mean(central_level(scores.level[:, j]) <= REPORTED_LEVEL))
             checks.append(_uniform(test, name, levels[:, j], limit, covered, float(held[j])))
     within = float(np.mean(scores.tarp <= REPORTED_LEVEL))
     checks.append(_uniform(TARP, JOINT, scores.tarp, alpha / groups, within, np.nan))
-    checks.extend(_contracted(names, held, len(scores.tarp), least_contraction))
+    for name, value in zip(names, held.tolist(), strict=True):
+        if name in QUANTITY_NAMES and not np.isnan(value):
+            of = CONTRACTION, name, len(scores.tarp), value, np.nan, least_contraction
+            checks.append(Check(*of, value < least_contraction, np.nan, value))
     return tuple(checks)
 
 
@@ -200,37 +201,11 @@ def c2st_check(quantity: str, n: int, accuracy: float, limit: float) -> Check:
     return Check(C2ST, quantity, n, accuracy, np.nan, limit, not accuracy <= limit, np.nan, np.nan)
 
 
-def _contraction(scores: RankScores, prior_variance: FloatArray) -> FloatArray:
-    return np.asarray(1.0 - (scores.sd**2).mean(axis=0) / prior_variance.mean(axis=0))
-
-
-def _covered(level: FloatArray) -> float:
-    return float(np.mean(central_level(level) <= REPORTED_LEVEL))
-
-
 def _uniform(
     test: str, name: str, level: FloatArray, limit: float, covered: float, contraction: float
 ) -> Check:
-    test_of_levels = uniformity(level)
-    flag = test_of_levels.p_value < limit
-    return Check(
-        test,
-        name,
-        test_of_levels.n,
-        test_of_levels.distance,
-        test_of_levels.p_value,
-        limit,
-        flag,
-        covered,
-        contraction,
-    )
-
-
-def _contracted(names: Sequence[str], held: FloatArray, n: int, least: float) -> Iterator[Check]:
-    for name, value in zip(names, held, strict=True):
-        if name in QUANTITY_NAMES and not np.isnan(value):
-            value = float(value)
-            yield Check(CONTRACTION, name, n, value, np.nan, least, value < least, np.nan, value)
+    of = uniformity(level)
+    return Check(test, name, of.n, of.distance, of.p_value, limit, of.p_value < limit, covered, contraction)
 
 
 def calibration_table(
@@ -255,7 +230,7 @@ def calibration_table(
 
 def _of_recordings(name: str, ranked: Ranked, settings: JudgementSettings) -> Iterator[dict[str, object]]:
     subjects = list(dict.fromkeys(ranked.subject.tolist()))
-    parts = {subject: ranked.rows(ranked.subject == subject) for subject in subjects}
+    parts = {subject: rows_of(ranked, ranked.subject == subject) for subject in subjects}
     for sampler in SAMPLERS:
         if name != LOCAL:
             checks = _checks(ranked, sampler, settings, settings.least_contraction, 1)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.checks.identifiability.information import (
     SimulatedStencil,
     SpeedDerivatives,
@@ -29,9 +29,6 @@ from swesbi.checks.identifiability.settings import DesignSettings
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def uniform_phases(count: int, offset: float = 0.5) -> FloatArray:
@@ -307,24 +304,16 @@ def _sd(
     sets: Sequence[FloatArray],
     reach: float | None,
 ) -> FloatArray:
-    """Return the root of the expected variance (q, noise levels), averaged over sets of phases and draws."""
+    """Return the root of the expected variance (q, noise levels), averaged over sets of phases and draws.
+
+    Without a reach, model errors are independent.
+    """
     gradient = log_gradient(model, np.exp(simulated.log_phi[0]))
     precision = prior_precision(model.settings.prior)
-    expected = [
-        expected_variance(precision, _information(model, simulated, phase, noises, reach), gradient)
-        for phase in sets
-    ]
+    expected = []
+    for phase in sets:
+        together = np.eye(len(phase)) if reach is None else correlation(phase, reach)
+        at = derivatives_at(model, simulated, phase)
+        information = design_information(at, noises, model.settings.discrepancy, together[None])
+        expected.append(expected_variance(precision, information, gradient))
     return np.asarray(np.sqrt(np.mean(expected, axis=(0, 2))).T)
-
-
-def _information(
-    model: SpeedModel,
-    simulated: SimulatedStencil,
-    phase: FloatArray,
-    noises: Sequence[MeanNoise],
-    reach: float | None,
-) -> FloatArray:
-    """Return the information (noise levels, n, d, d); without a reach, model errors are independent."""
-    at = derivatives_at(model, simulated, phase)
-    together = np.eye(len(phase)) if reach is None else correlation(phase, reach)
-    return design_information(at, noises, model.settings.discrepancy, together[None])

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.likelihood import (
     Maxima,
     MomentFunction,
@@ -33,7 +33,6 @@ from swesbi.parameters import ISOMETRIC, K_0, K_ATP, PHI_NAMES, REPORTED
 from swesbi.prior import BoxPrior, from_logit, sample, spread_points, to_logit
 from swesbi.seeds import generator
 
-FloatArray = NDArray[np.float64]
 QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC)
 LOGIT_REACH: Final = 8.0
 """The search's box in logit: within 0.03 % of the prior's box at either bound."""
@@ -189,15 +188,6 @@ class SpeedDerivatives:
     slope: FloatArray
     log_speed_by: FloatArray
     slope_by: FloatArray
-
-    def at(self, which: NDArray[np.int64]) -> SpeedDerivatives:
-        """Return the derivatives at some of the phases."""
-        return SpeedDerivatives(
-            self.phase[which],
-            self.slope[..., which],
-            self.log_speed_by[..., which],
-            self.slope_by[..., which],
-        )
 
 
 def simulate_stencil(model: SpeedModel, phi: FloatArray, step: float) -> SimulatedStencil:

@@ -17,12 +17,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.measurement.shared_error import innovations, normal_log_density, precision
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 MAXIMUM_ROUNDS: Final = 60
 TOLERANCE: Final = 1e-4  # of the log likelihood; likelihood-ratio levels differ by more than 0.2
 FIRST_DAMPING: Final = 1e-2

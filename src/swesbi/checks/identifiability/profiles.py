@@ -15,10 +15,10 @@ from itertools import product
 from typing import Annotated, Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.identifiability.information import in_logit, maximum_likelihood
 from swesbi.checks.identifiability.likelihood import Maxima, NormalProblem, maximise
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
@@ -26,7 +26,6 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import K_0, K_ATP, PHI_COLUMNS, PHI_NAMES, REPORTED
 from swesbi.prior import JointPriorSettings, bounds, from_logit
 
-FloatArray = NDArray[np.float64]
 CLOSING_ROUNDS: Final = 8
 STILL_CLOSING: Final = 0.7
 NEIGHBOUR_ROUNDS: Final = 2
@@ -194,7 +193,7 @@ class Profiles:
     ]
     interval: Annotated[FloatArray, Variable("parameter bound", PHI_COLUMNS, "likelihood-ratio interval")]
     closed: Annotated[
-        NDArray[np.bool_],
+        BoolArray,
         Variable("parameter bound", "1", "0 where it is open, up to the bound of the prior"),
     ]
     k0_kpa: Annotated[FloatArray, Variable("k0_point", "kPa", "grid of k_0")]
@@ -231,7 +230,7 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
 
 def _intervals(
     single: list[Profile], best: FloatArray, maximum: float, level: float, prior: JointPriorSettings
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, BoolArray]:
     crossings = np.array([interval(profiled, best, maximum, level) for profiled in single])
     ends = np.stack([_phi_of(row, j, prior) for j, row in enumerate(crossings)])
     closed = np.isfinite(crossings)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swesbi.artefacts import Part, Variable
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.progress import Progress
 from swesbi.checks.identifiability.designs import (
     Designs,
@@ -48,7 +48,6 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import PHI_COLUMNS, REPORTED
 from swesbi.seeds import generator
 
-FloatArray = NDArray[np.float64]
 QUANTITY_COLUMNS: Final = f"{PHI_COLUMNS}, kPa"
 
 
@@ -67,7 +66,7 @@ class RecordedSubject:
     model: SpeedModel
     phi: FloatArray
     phase: FloatArray
-    measured: NDArray[np.bool_]
+    measured: BoolArray
     repeat: MeanNoise
 
     @property
@@ -147,16 +146,19 @@ def identify(
 ) -> SubjectIdentifiability:
     """Study the identifiability of one subject."""
     model = recorded.model
-    values = quantities(model, recorded.phi)
+    values, step = quantities(model, recorded.phi), settings.difference_step
     simulated = stencil_of(recorded, settings.design.draws, settings, seed)
     informing = drawn(recorded, settings.information_draws, seed, "information")
     moments = moments_of_phi(model, recorded.phi)
+    at, information, sd_log = _expected(recorded, informing, step)
+    _, _, at_median = _expected(recorded, np.median(recorded.phi, axis=0)[None], step)
+    precision, gradient = prior_precision(model.settings.prior), log_gradient(model, informing)
     return SubjectIdentifiability(
         subject=recorded.name,
-        spread=_spread(recorded, informing, settings.difference_step),
+        spread=Spread(np.median(values, axis=0), np.log(values).std(axis=0), sd_log, at_median),
         contraction=contraction(values, prior_quantities(model)),
         profiles=profiles_of(model, settings, seed),
-        phases=_phases(recorded, informing, settings.difference_step),
+        phases=phase_information(information, information_by_datum(at), precision, gradient),
         left_out=leave_phases_out(
             np.log(values), log_likelihood_terms(moments, np.log(model.recording.speed_m_s))
         ),
@@ -165,31 +167,13 @@ def identify(
     )
 
 
-def _differentiated(recorded: RecordedSubject, phi: FloatArray, step: float) -> Differentiated:
-    """Return how the measured log speeds' moments change with log phi, at phi (n, d)."""
-    return differentiate(in_log(recorded.model), np.log(phi), step)
-
-
-def _spread(recorded: RecordedSubject, phi: FloatArray, step: float) -> Spread:
-    values = quantities(recorded.model, recorded.phi)
-    at_median = np.median(recorded.phi, axis=0)[None]
-    precision = prior_precision(recorded.model.settings.prior)
-    over_draws, at_one = (
-        expected_sd(
-            precision,
-            expected_information(_differentiated(recorded, at, step)),
-            log_gradient(recorded.model, at),
-        )
-        for at in (phi, at_median)
-    )
-    return Spread(np.median(values, axis=0), np.log(values).std(axis=0), over_draws, at_one)
-
-
-def _phases(recorded: RecordedSubject, phi: FloatArray, step: float) -> PhaseInformation:
-    precision = prior_precision(recorded.model.settings.prior)
-    gradient = log_gradient(recorded.model, phi)
-    at = _differentiated(recorded, phi, step)
-    return phase_information(expected_information(at), information_by_datum(at), precision, gradient)
+def _expected(
+    recorded: RecordedSubject, phi: FloatArray, step: float
+) -> tuple[Differentiated, FloatArray, FloatArray]:
+    """Return derivatives of the measured log speeds' moments by log phi (n, d), the information, and sd."""
+    at = differentiate(in_log(recorded.model), np.log(phi), step)
+    precision, information = prior_precision(recorded.model.settings.prior), expected_information(at)
+    return at, information, expected_sd(precision, information, log_gradient(recorded.model, phi))
 
 
 @dataclass(frozen=True)

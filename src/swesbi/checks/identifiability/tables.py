@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from swesbi.artefacts import Variable, arranged, build_dataset, register, schema_of, stacked_values, values_of
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.designs import Placement
 from swesbi.checks.identifiability.information import QUANTITY_NAMES, interval_fold
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
@@ -20,7 +21,6 @@ from swesbi.checks.identifiability.subject import (
 )
 from swesbi.parameters import PHI_COLUMNS, PHI_NAMES
 
-FloatArray = NDArray[np.float64]
 BY_PHASE: Final = "subject quantity phase"
 OF_SUBJECTS: Final = schema_of(SubjectIdentifiability, along="subject")
 ADDED: Final = {
@@ -57,17 +57,47 @@ KIND: Final = register("identifiability", SCHEMA, ("subject", "quantity", "param
 PLACEMENTS: Final = ("even", "chosen")
 
 
+OF_PHASES: Final = {
+    "share": "phases.share",
+    "expected_sd_increase": "phases.sd_increase",
+    "left_out_sd_increase": "left_out.sd_increase",
+    "left_out_mean_shift": "left_out.mean_shift",
+    "k_hat": "left_out.k_hat",
+}
+"""Where what is told of each measured phase lies in what was found of a subject."""
+
+
 def to_groups(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, xr.Dataset]:
     """Return the groups of ``identifiability.h5``."""
-    added = {
-        "/": _root(cohort, settings),
-        "profile": _profiles(cohort, settings),
-        "phases": _phases(cohort),
-        "design": _designs(cohort),
+    recorded, subjects = cohort.recorded, cohort.subjects
+    fewest = min(len(subject.shown) for subject in subjects)
+    pairs = list(zip(recorded, subjects, strict=True))
+    added: dict[str, dict[str, Any]] = {
+        "/": {
+            "interval_mass": settings.interval,
+            "shown_phi": np.stack([subject.shown[:fewest] for subject in subjects]),
+        },
+        "profile": {
+            "activation_duration_s": np.array([subject.duration_s for subject in recorded]),
+            "confidence_level": list(settings.profile.confidence_levels),
+        },
+        "phases": {
+            "phase_of": np.stack([subject.phase for subject in recorded]),
+            "measured": np.stack([subject.measured for subject in recorded]).astype(np.int8),
+            **{
+                name: np.stack([_with_missing(one, attrgetter(path)(found)) for one, found in pairs])
+                for name, path in OF_PHASES.items()
+            },
+        },
+        "design": {
+            "repeat_se": np.sqrt([subject.repeat.total for subject in recorded]),
+            "own_repeats": np.array([subject.equivalent_repeats for subject in recorded]),
+            "own_phases": np.array([int(subject.measured.sum()) for subject in recorded]),
+        },
     }
-    values = stacked_values(cohort.subjects) | values_of(cohort.placement)
+    values = stacked_values(subjects) | values_of(cohort.placement)
     labels = {
-        "subject": [subject.subject for subject in cohort.subjects],
+        "subject": [subject.subject for subject in subjects],
         "quantity": list(QUANTITY_NAMES),
         "parameter": list(PHI_NAMES),
         "bound": ["lower", "upper"],
@@ -81,52 +111,11 @@ def to_groups(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) 
     }
 
 
-def _root(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
-    return {
-        "interval_mass": settings.interval,
-        "shown_phi": _equal_rows([subject.shown for subject in cohort.subjects]),
-    }
-
-
-def _equal_rows(draws: list[FloatArray]) -> FloatArray:
-    """Stack draws (m_i, 4), cut to the fewest of any subject."""
-    fewest = min(map(len, draws))
-    return np.stack([rows[:fewest] for rows in draws])
-
-
-def _profiles(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
-    return {
-        "activation_duration_s": np.array([subject.duration_s for subject in cohort.recorded]),
-        "confidence_level": list(settings.profile.confidence_levels),
-    }
-
-
-def _phases(cohort: CohortIdentifiability) -> dict[str, Any]:
-    pairs = list(zip(cohort.recorded, cohort.subjects, strict=True))
-    return {
-        "phase_of": np.stack([subject.phase for subject in cohort.recorded]),
-        "measured": np.stack([subject.measured for subject in cohort.recorded]).astype(np.int8),
-        "share": np.stack([_with_missing(r, s.phases.share) for r, s in pairs]),
-        "expected_sd_increase": np.stack([_with_missing(r, s.phases.sd_increase) for r, s in pairs]),
-        "left_out_sd_increase": np.stack([_with_missing(r, s.left_out.sd_increase) for r, s in pairs]),
-        "left_out_mean_shift": np.stack([_with_missing(r, s.left_out.mean_shift) for r, s in pairs]),
-        "k_hat": np.stack([_with_missing(r, s.left_out.k_hat) for r, s in pairs]),
-    }
-
-
 def _with_missing(recorded: RecordedSubject, values: FloatArray) -> FloatArray:
     """Spread values (..., p) of the measured phases over all phases (..., P), NaN where missing."""
     spread = np.full((*values.shape[:-1], len(recorded.measured)), np.nan)
     spread[..., recorded.measured] = values
     return spread
-
-
-def _designs(cohort: CohortIdentifiability) -> dict[str, Any]:
-    return {
-        "repeat_se": np.sqrt([subject.repeat.total for subject in cohort.recorded]),
-        "own_repeats": np.array([subject.equivalent_repeats for subject in cohort.recorded]),
-        "own_phases": np.array([int(subject.measured.sum()) for subject in cohort.recorded]),
-    }
 
 
 def summary_table(root: xr.Dataset, profile: xr.Dataset) -> pd.DataFrame:

@@ -24,8 +24,8 @@ from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.base.settings import Settings
 from swesbi.context import CONTEXT_RANGES, Context
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.flow.conditioning import LARGEST_Z
-from swesbi.networks.standardisation import Standardisation, fit_standardisation
+from swesbi.networks.flow.conditioning import LARGEST_Z, Conditioner
+from swesbi.networks.standardisation import Standardisation
 from swesbi.recording.phases import nominal_phases
 
 CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
@@ -204,6 +204,5 @@ class CellConditioner:
         return np.clip(self.inputs.apply(inputs), -LARGEST_Z, LARGEST_Z)
 
 
-def fit_cell_conditioner(inputs: FloatArray, settings: CellSettings) -> CellConditioner:
-    """Take the statistics of training inputs (n, C)."""
-    return CellConditioner(settings, fit_standardisation(inputs))
+AnyConditioner = Conditioner | CellConditioner
+"""What makes the conditioning vector of a recording."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
@@ -20,17 +20,6 @@ from swesbi.recording.speed import youngs_modulus_kpa
 
 LEAST_KPA: Final = 1e-3  # a flat curve has no amplitude and no slope, hence no logarithm of them
 LARGEST_Z: Final = 8.0  # what lies farther out is judged by the misspecification tests, not by the network
-
-
-class RecordingConditioner(Protocol):
-    """Makes the conditioning vector of a recording, of C named components."""
-
-    @property
-    def components(self) -> tuple[str, ...]:
-        """Names of the C components."""
-
-    def condition(self, recording: SpeedRecording) -> FloatArray:
-        """Return z of one recording; shape (C,)."""
 
 
 class ConditioningSettings(Settings):
@@ -92,13 +81,9 @@ class Conditioner:
 
     def condition(self, recording: SpeedRecording) -> FloatArray:
         """Return z of one recording; shape (C,)."""
-        z: FloatArray = self.condition_many(recording.speed_m_s[None], recording)[0]
+        raw = raw_features(recording.speed_m_s[None], recording.phase, self.settings)
+        z: FloatArray = self.standardise(raw, recording.context)[0]
         return z
-
-    def condition_many(self, speed_m_s: FloatArray, recording: SpeedRecording) -> FloatArray:
-        """Return z of several sets of speeds (n, p) at the phases of one recording; shape (n, C)."""
-        raw = raw_features(speed_m_s, recording.phase, self.settings)
-        return self.standardise(raw, recording.context)
 
     def standardise(self, raw: FloatArray, context: Context) -> FloatArray:
         """Standardise raw features (n, F), within bounds, and put the context behind them; shape (n, C)."""

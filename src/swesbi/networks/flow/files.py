@@ -42,12 +42,13 @@ def save_flow(path: Path, flow: TrainedFlow, provenance: Provenance) -> None:
     """Write the flow atomically; equal flows give equal bytes.
 
     Raises:
-        TypeError: Its conditioner is of no kind that a file can hold.
         ArtefactError: The file cannot be written.
     """
     kind, settings, inputs = _described(flow.conditioner)
+    of_transforms = (layer for transform in flow.net.transforms for layer in transform.layers)
+    layers = [*flow.net.embedding, *of_transforms]
     values: dict[str, Any] = {
-        "weight": _in_one_row(flow.net),
+        "weight": np.concatenate([part.ravel() for one in layers for part in (one.weight, one.bias)]),
         "input_mean": inputs.mean,
         "input_scale": inputs.scale,
         "eta_mean": flow.eta.mean,
@@ -99,11 +100,6 @@ def load_flow_provenance(path: Path) -> Provenance:
     return load(path, KIND)[1]
 
 
-def _in_one_row(net: FlowArrays) -> SingleArray:
-    layers = [*net.embedding, *(layer for transform in net.transforms for layer in transform.layers)]
-    return np.concatenate([part.ravel() for layer in layers for part in (layer.weight, layer.bias)])
-
-
 def _from_one_row(
     weight: SingleArray, settings: SplineSettings, parameters: int, components: int
 ) -> FlowArrays:
@@ -140,22 +136,17 @@ def _from_one_row(
     )
 
 
-def _described(conditioner: conditioning.RecordingConditioner) -> tuple[str, str, Standardisation]:
-    """Return kind and settings of a conditioner, and the statistics of all its components.
-
-    Raises:
-        TypeError: It is of no kind that can be written.
-    """
-    if isinstance(conditioner, conditioning.Conditioner):
-        parts = conditioner.features, conditioner.context
-        both = [np.concatenate(values) for values in zip(*((p.mean, p.scale) for p in parts), strict=True)]
-        return FEATURES, conditioner.settings.model_dump_json(), Standardisation(*both)
+def _described(conditioner: cells.AnyConditioner) -> tuple[str, str, Standardisation]:
+    """Return kind and settings of a conditioner, and the statistics of all its components."""
+    settings = conditioner.settings.model_dump_json()
     if isinstance(conditioner, cells.CellConditioner):
-        return CELLS, conditioner.settings.model_dump_json(), conditioner.inputs
-    raise TypeError(f"{type(conditioner).__name__} is no conditioner that a file can hold")
+        return CELLS, settings, conditioner.inputs
+    parts = conditioner.features, conditioner.context
+    both = [np.concatenate(values) for values in zip(*((p.mean, p.scale) for p in parts), strict=True)]
+    return FEATURES, settings, Standardisation(*both)
 
 
-def _conditioner(stored: xr.Dataset) -> conditioning.RecordingConditioner:
+def _conditioner(stored: xr.Dataset) -> cells.AnyConditioner:
     mean, scale = stored["input_mean"].to_numpy(), stored["input_scale"].to_numpy()
     if stored["conditioner"].item() == CELLS:
         seen = cells.CellSettings.model_validate_json(stored["conditioning"].item())

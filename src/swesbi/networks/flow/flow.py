@@ -12,8 +12,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.arrays import ConditionedFlow, FlowArrays
-from swesbi.networks.flow.cells import CellConditioner
-from swesbi.networks.flow.conditioning import RecordingConditioner
+from swesbi.networks.flow.cells import AnyConditioner, CellConditioner
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation
 from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
@@ -39,7 +38,7 @@ class TrainedFlow:
     net: FlowArrays
     settings: SplineSettings
     prior: JointPriorSettings
-    conditioner: RecordingConditioner
+    conditioner: AnyConditioner
     eta: Standardisation
     best_epoch: int
     epochs_run: int

@@ -17,10 +17,10 @@ from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.flow.arrays import SingleArray
+from swesbi.networks.flow.cells import AnyConditioner
 from swesbi.networks.flow.conditioning import (
     Conditioner,
     ConditioningSettings,
-    RecordingConditioner,
     fit_conditioner,
     raw_features,
 )
@@ -52,12 +52,6 @@ def single(values: FloatArray) -> SingleArray:
     return values.astype(np.float32)
 
 
-@dataclass(frozen=True)
-class _Raw:
-    eta: FloatArray
-    features: FloatArray
-
-
 def split_by_theta(
     subjects: Sequence[SubjectSimulations], validation_fraction: float
 ) -> tuple[list[SubjectSimulations], list[SubjectSimulations]]:
@@ -84,10 +78,10 @@ def fit_statistics(
     subjects: Sequence[SubjectSimulations], settings: ConditioningSettings, seed: int
 ) -> tuple[Conditioner, Standardisation]:
     """Take the statistics of z and eta over one epoch of training rows."""
-    raw = [_raw(subject, settings, seed, "statistics") for subject in subjects]
+    eta, features = zip(*(_raw(subject, settings, seed, "statistics") for subject in subjects), strict=True)
     contexts = tuple(subject.model.recording.context for subject in subjects)
-    conditioner = fit_conditioner(np.concatenate([rows.features for rows in raw]), contexts, settings)
-    return conditioner, fit_standardisation(np.concatenate([rows.eta for rows in raw]))
+    conditioner = fit_conditioner(np.concatenate(features), contexts, settings)
+    return conditioner, fit_standardisation(np.concatenate(eta))
 
 
 def make_rows(
@@ -100,20 +94,21 @@ def make_rows(
     """Make one epoch's rows; the stream of each subject depends on the seed, the name and the subject."""
     raw = [_raw(subject, conditioner.settings, seed, *name) for subject in subjects]
     z = [
-        conditioner.standardise(rows.features, subject.model.recording.context)
-        for rows, subject in zip(raw, subjects, strict=True)
+        conditioner.standardise(features, subject.model.recording.context)
+        for (_, features), subject in zip(raw, subjects, strict=True)
     ]
-    return Rows(single(eta.apply(np.concatenate([rows.eta for rows in raw]))), single(np.concatenate(z)))
+    return Rows(single(eta.apply(np.concatenate([rows for rows, _ in raw]))), single(np.concatenate(z)))
 
 
 def _raw(
     simulations: SubjectSimulations, settings: ConditioningSettings, seed: int, *name: str | int
-) -> _Raw:
+) -> tuple[FloatArray, FloatArray]:
+    """Return eta (n, d) and features (n, F) of noisy recordings, one of each simulation."""
     recording = simulations.model.recording
     rng = generator(seed, "flow", *name, recording.subject)
     phi, speeds = noisy_speeds(simulations, rng)
     prior = simulations.model.settings.prior
-    return _Raw(to_logit(phi, prior), raw_features(speeds, recording.phase, settings))
+    return to_logit(phi, prior), raw_features(speeds, recording.phase, settings)
 
 
 class TrainingDivergedError(RuntimeError):
@@ -182,7 +177,7 @@ class SplineParts:
         prior: The joint prior whose box the logit maps.
     """
 
-    conditioner: RecordingConditioner
+    conditioner: AnyConditioner
     eta: Standardisation
     prior: JointPriorSettings
 

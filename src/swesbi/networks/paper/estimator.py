@@ -98,19 +98,8 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
     )
 
 
-@dataclass(frozen=True)
-class Weights:
-    """The weights after one epoch, on the CPU.
-
-    Attributes:
-        epoch: Number of the epoch, from 1.
-        validation_loss: Mean of -log q over the held-out rows after it.
-        state: The state_dict.
-    """
-
-    epoch: int
-    validation_loss: float
-    state: Mapping[str, Tensor]
+Weights = tuple[int, float, Mapping[str, Tensor]]
+"""Number of an epoch from 1, mean of -log q over the held-out rows after it, its state_dict on the CPU."""
 
 
 @dataclass(frozen=True)
@@ -145,10 +134,10 @@ def save_checkpoints(
         **provenance.attributes(),
         **describe_net(settings, components),
         "best_epoch": best_epoch,
-        "epochs": [kept.epoch for kept in weights],
-        "validation_losses": [kept.validation_loss for kept in weights],
+        "epochs": [epoch for epoch, _, _ in weights],
+        "validation_losses": [loss for _, loss, _ in weights],
     }
-    states = {str(kept.epoch): dict(kept.state) for kept in weights}
+    states = {str(epoch): dict(state) for epoch, _, state in weights}
     files.write_plain(path, {"metadata": metadata, "state_dicts": states})
 
 

@@ -60,7 +60,9 @@ class MaskedFlow(nn.Module):
         super().__init__()
         with reproducible(0):  # permutations are drawn, before the state's take their place
             transform = CompositeTransform(_transforms(settings, parameters, components))
-        self.net = Flow(transform, StandardNormal((parameters,)), _standardisation(settings, components))
+        standardise = [] if settings.z_score_x == "none" else [_Standardise(components)]
+        embedding = nn.Sequential(*standardise, nn.Identity())
+        self.net = Flow(transform, StandardNormal((parameters,)), embedding)
         self.load_state_dict(dict(state))
         self.eval()
 
@@ -103,12 +105,6 @@ def _transforms(settings: EstimatorSettings, parameters: int, components: int) -
         )
         parts += [transform, RandomPermutation(features=parameters)]
     return parts
-
-
-def _standardisation(settings: EstimatorSettings, components: int) -> nn.Module:
-    if settings.z_score_x == "none":
-        return nn.Identity()
-    return nn.Sequential(_Standardise(components), nn.Identity())
 
 
 def for_drawing(net: MaskedFlow) -> MaskedFlow:

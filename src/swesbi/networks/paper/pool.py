@@ -202,15 +202,10 @@ def pool_to_dataset(pool: Pool) -> xr.Dataset:
     return artefacts.to_dataset(pool, {"parameter": list(THETA_NAMES)})
 
 
-def pool_from_dataset(dataset: xr.Dataset) -> Pool:
-    """Rebuild the pool from its dataset."""
-    return artefacts.from_dataset(Pool, dataset)
-
-
 def read_pool(path: Path) -> Pool:
     """Read ``pool.h5``.
 
     Raises:
         ArtefactError: The file is not a pool.
     """
-    return pool_from_dataset(artefacts.load(path, POOL)[0])
+    return artefacts.from_dataset(Pool, artefacts.load(path, POOL)[0])

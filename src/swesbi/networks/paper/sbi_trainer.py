@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
 import torch
 from sbi.inference import NPE_C
@@ -13,20 +14,47 @@ from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 from torch.utils.data import DataLoader, Dataset
 
+from swesbi.base.progress import Progress
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.networks.torch_prior import torch_prior
 from swesbi.prior import PriorSettings
 
 
-class Record(Protocol):
-    """What a trainer reports its epochs to."""
+@dataclass(frozen=True)
+class Epoch:
+    """One epoch of training: its number from 1 and mean -log q over training and held-out rows."""
+
+    number: int
+    training_loss: float
+    validation_loss: float
+    best_so_far: bool
+
+
+class EpochRecord:
+    """Collects the epochs and logs a line for each."""
+
+    def __init__(self, label: str, at_most: int) -> None:
+        self.epochs: list[Epoch] = []
+        self.best_loss = float("inf")
+        self._progress = Progress(label, at_most, unit="epoch", every_s=0.0)
+
+    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None:
+        """Take in one epoch."""
+        improved = validation_loss < self.best_loss
+        self.best_loss = min(validation_loss, self.best_loss)
+        self.epochs.append(Epoch(len(self.epochs) + 1, training_loss, validation_loss, improved))
+        losses = f"loss {training_loss:.4f}, validation {validation_loss:.4f}{' (best)' if improved else ''}"
+        self._progress.step(note=f"{losses}, {seconds:.1f} s")
 
     @property
     def number(self) -> int:
         """Epochs so far."""
+        return len(self.epochs)
 
-    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None:
-        """Take in one epoch."""
+    @property
+    def best(self) -> tuple[int, int]:
+        """The best epoch's number and the number of epochs run."""
+        return max(epoch.number for epoch in self.epochs if epoch.best_so_far), len(self.epochs)
 
 
 class SbiTrainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
@@ -38,7 +66,7 @@ class SbiTrainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
 
     def __init__(
         self,
-        record: Record,
+        record: EpochRecord,
         prior: PriorSettings,
         settings: EstimatorSettings,
         device: str,

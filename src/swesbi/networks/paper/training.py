@@ -15,25 +15,14 @@ from numpy.typing import NDArray
 from sbi.inference import NPE_C
 from torch import Tensor
 
-from swesbi.base.progress import Progress
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.estimator import TrainedEstimator, Weights
 from swesbi.networks.paper.maf import MaskedFlow
-from swesbi.networks.paper.sbi_trainer import SbiTrainer, on_cpu
+from swesbi.networks.paper.sbi_trainer import Epoch, EpochRecord, SbiTrainer, on_cpu
 from swesbi.networks.settings import EstimatorSettings, Procedure
 from swesbi.prior import PriorSettings
 
 LOGGER = logging.getLogger("swesbi")
-
-
-@dataclass(frozen=True)
-class Epoch:
-    """One epoch of training: its number from 1 and mean -log q over training and held-out rows."""
-
-    number: int
-    training_loss: float
-    validation_loss: float
-    best_so_far: bool
 
 
 @dataclass(frozen=True)
@@ -85,7 +74,7 @@ def train(
     device = choose_device(device, settings.procedure)
     _check_rows(len(theta), settings)
     with reproducible(seed), contextlib.redirect_stdout(io.StringIO()) as printed:
-        record = _EpochRecord(label, settings.max_num_epochs + 1)
+        record = EpochRecord(label, settings.max_num_epochs + 1)
         trainer = trainer_of(settings.procedure)(record, prior, settings, device, keep)
         _append(trainer, torch.from_numpy(theta), torch.from_numpy(z))
         trainer.train(
@@ -103,7 +92,7 @@ def train(
     estimator = TrainedEstimator(net, settings, components, *best, record.best_loss)
     states = trainer.kept | {best[0]: state}
     losses = [epoch.validation_loss for epoch in record.epochs]
-    weights = tuple(Weights(number, losses[number - 1], states[number]) for number in sorted(states))
+    weights = tuple((number, losses[number - 1], states[number]) for number in sorted(states))
     return Training(estimator, tuple(record.epochs), weights)
 
 
@@ -145,32 +134,6 @@ def choose_device(device: str, procedure: str = "sbi") -> str:
     if device == "auto" and procedure == "fast":
         return "cpu"
     return "cuda" if available and device != "cpu" else "cpu"
-
-
-class _EpochRecord:
-    """Collects the epochs and logs a line for each."""
-
-    def __init__(self, label: str, at_most: int) -> None:
-        self.epochs: list[Epoch] = []
-        self.best_loss = float("inf")
-        self._progress = Progress(label, at_most, unit="epoch", every_s=0.0)
-
-    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None:
-        improved = validation_loss < self.best_loss
-        self.best_loss = min(validation_loss, self.best_loss)
-        self.epochs.append(Epoch(len(self.epochs) + 1, training_loss, validation_loss, improved))
-        losses = f"loss {training_loss:.4f}, validation {validation_loss:.4f}{' (best)' if improved else ''}"
-        self._progress.step(note=f"{losses}, {seconds:.1f} s")
-
-    @property
-    def number(self) -> int:
-        """Epochs so far."""
-        return len(self.epochs)
-
-    @property
-    def best(self) -> tuple[int, int]:
-        """The best epoch's number and the number of epochs run."""
-        return max(epoch.number for epoch in self.epochs if epoch.best_so_far), len(self.epochs)
 
 
 def _check_rows(rows: int, settings: EstimatorSettings) -> None:

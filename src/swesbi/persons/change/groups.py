@@ -17,8 +17,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-
 from swesbi.context import Context
 from swesbi.draws import equal_weights
 from swesbi.parameters import OF_THETA, THETA_NAMES
@@ -131,10 +129,3 @@ def unlike_pairs(changes: Sequence[StoredChange]) -> tuple[str, ...]:
     if rough:
         notes.append(f"counted as outliers, since their draws have not converged: {', '.join(rough)}")
     return tuple(notes)
-
-
-def log_change(inferred: Inferred) -> np.ndarray:
-    """Return draws of each person's ratio within the population; shape (m, d, 3)."""
-    rows = inferred.shrunken.rows
-    drawn = [draws.theta[rows[:, d]] for d, draws in enumerate(inferred.model.recycled)]
-    return np.stack(drawn, axis=1)

@@ -74,9 +74,11 @@ def judge_one_person(
     """
     one, two = _covariances(visits, shares)
     means = np.concatenate([visit.mean for visit in visits])
-    null = rng.standard_normal((draws, len(means))) @ _root(one).T
-    test = _LogRatio.of(one, two)
-    observed, simulated = test(means[None])[0], test(null)
+    roots = [np.asarray(np.linalg.cholesky(covariance)) for covariance in (one, two)]
+    null = rng.standard_normal((draws, len(means))) @ roots[0].T
+    (observed,), simulated = (
+        _log_normal(x, roots[0]) - _log_normal(x, roots[1]) for x in (means[None], null)
+    )
     tied = np.flatnonzero(shares)
     p_value = (1.0 + (simulated <= observed).sum()) / (1.0 + draws) if len(tied) else 1.0
     return OnePerson(
@@ -107,25 +109,6 @@ def _covariances(visits: Sequence[NormalVisit], shares: FloatArray) -> tuple[Flo
     ]
     one = np.block([[own[0], cross], [cross.T, own[1]]])
     return one, np.block([[own[0], nothing], [nothing, own[1]]])
-
-
-def _root(covariance: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.cholesky(covariance))
-
-
-@dataclass(frozen=True)
-class _LogRatio:
-    """log N(m; 0, one) - log N(m; 0, two) by the Cholesky factors."""
-
-    one: FloatArray
-    two: FloatArray
-
-    @staticmethod
-    def of(one: FloatArray, two: FloatArray) -> _LogRatio:
-        return _LogRatio(_root(one), _root(two))
-
-    def __call__(self, means: FloatArray) -> FloatArray:
-        return _log_normal(means, self.one) - _log_normal(means, self.two)
 
 
 def _log_normal(values: FloatArray, root: FloatArray) -> FloatArray:

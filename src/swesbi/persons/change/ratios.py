@@ -48,47 +48,20 @@ class Ratios:
             as a fraction.
     """
 
-    median: Annotated[
-        FloatArray,
-        Variable("quantity", "1", "posterior median of the ratio, later to earlier", name="ratio_median"),
-    ]
-    low: Annotated[
-        FloatArray, Variable("quantity", "1", "lower end of its credible interval", name="ratio_low")
-    ]
-    high: Annotated[
-        FloatArray, Variable("quantity", "1", "upper end of its credible interval", name="ratio_high")
-    ]
-    rise: Annotated[
-        FloatArray, Variable("quantity", "1", "probability of a ratio above 1", name="ratio_rise")
-    ]
-    risen: Annotated[
-        FloatArray,
-        Variable("quantity", "1", "probability of a rise beyond the threshold", name="ratio_risen"),
-    ]
-    fallen: Annotated[
-        FloatArray,
-        Variable("quantity", "1", "probability of a fall beyond the threshold", name="ratio_fallen"),
-    ]
-    sd_log: Annotated[
-        FloatArray,
-        Variable("quantity", "1", "posterior standard deviation of the log ratio", name="ratio_sd_log"),
-    ]
+    median: Annotated[FloatArray, Variable("", "1", "posterior median of the ratio, later to earlier")]
+    low: Annotated[FloatArray, Variable("", "1", "lower end of its credible interval")]
+    high: Annotated[FloatArray, Variable("", "1", "upper end of its credible interval")]
+    rise: Annotated[FloatArray, Variable("", "1", "probability of a ratio above 1")]
+    risen: Annotated[FloatArray, Variable("", "1", "probability of a rise beyond the threshold")]
+    fallen: Annotated[FloatArray, Variable("", "1", "probability of a fall beyond the threshold")]
+    sd_log: Annotated[FloatArray, Variable("", "1", "posterior standard deviation of the log ratio")]
     detectable: Annotated[
-        FloatArray,
-        Variable(
-            "quantity",
-            "1",
-            "smallest change that the protocol can detect, as a fraction",
-            name="ratio_detectable",
-        ),
+        FloatArray, Variable("", "1", "smallest change that the protocol can detect, as a fraction")
     ]
     narrowing: Annotated[
         FloatArray,
         Variable(
-            "quantity",
-            "1",
-            "by how much the interval of the log ratio is narrower than by independent posteriors",
-            name="ratio_narrowing",
+            "", "1", "by how much the interval of the log ratio is narrower than by independent posteriors"
         ),
     ]
 
@@ -136,6 +109,7 @@ def summarise_ratios(
     low, median, high = median_and_interval(joint, mass)
     beyond = np.log1p(rule.threshold)
     sd = joint.std(axis=0)
+    alone = np.quantile(independent, interval_levels(mass), axis=0)
     return Ratios(
         median=np.exp(median),
         low=np.exp(low),
@@ -145,13 +119,8 @@ def summarise_ratios(
         fallen=(joint < -beyond).mean(axis=0),
         sd_log=sd,
         detectable=smallest_detectable(sd, rule),
-        narrowing=1.0 - (high - low) / _width(independent, mass),
+        narrowing=1.0 - (high - low) / (alone[1] - alone[0]),
     )
-
-
-def _width(draws: FloatArray, mass: float) -> FloatArray:
-    low, high = np.quantile(draws, interval_levels(mass), axis=0)
-    return np.asarray(high - low)
 
 
 def smallest_detectable(sd: FloatArray, rule: ChangeRuleSettings) -> FloatArray:

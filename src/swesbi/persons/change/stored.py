@@ -47,7 +47,7 @@ class StoredChange:
         FloatArray, Variable("visit draw quantity", "as named", "what is compared; NaN without a beat")
     ]
     shares: Annotated[FloatArray, Variable("share", "1", "what visits share, as configured")]
-    ratios: Annotated[Ratios, Part()]
+    ratios: Annotated[Ratios, Part("ratio_{}", "quantity")]
     one_person: Annotated[OnePerson, Part()]
     sampler: Annotated[str, Variable("", "1", "what gave the draws: importance or mcmc")]
     converged: Annotated[bool, Variable("", "1", "1 where weights or sampler are reliable, else 0")]
@@ -77,29 +77,25 @@ KIND: Final = artefacts.register(
 )
 
 
-@dataclass(frozen=True)
-class Visits:
-    """Whose two visits they are: the person, both visits, their recordings and their verdicts in a word."""
-
-    person: str
-    visit: tuple[str, str]
-    subject: tuple[str, str]
-    verdict: tuple[str, str]
-
-
 def stored_change(
-    change: Change, visits: Visits, parameters: tuple[str, ...], settings: ChangeSettings
+    change: Change,
+    person: str,
+    visits: tuple[str, str],
+    subjects: tuple[str, str],
+    verdicts: tuple[str, str],
+    settings: ChangeSettings,
+    parameters: tuple[str, ...],
 ) -> StoredChange:
-    """Return what is kept of a change."""
+    """Return what is kept of a change: whose, between which visits and recordings, of which verdicts."""
     exact, shares = change.exact, settings.shares.by_name
     return StoredChange(
-        visit=visits.visit,
+        visit=visits,
         quantity=QUANTITIES,
         parameter=parameters,
         share=tuple(shares),
-        person=visits.person,
-        subject=np.array(visits.subject),
-        verdict=np.array(visits.verdict),
+        person=person,
+        subject=np.array(subjects),
+        verdict=np.array(verdicts),
         phi=change.phi,
         quantities=change.quantities,
         shares=np.array(list(shares.values())),

@@ -9,30 +9,16 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from swesbi.artefacts import (
-    Labels,
-    Part,
-    Variable,
-    from_groups,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    to_groups,
-)
+from swesbi.artefacts import Labels, Part, Variable, from_groups, labels_of, load, register, schema_of
 from swesbi.base.arrays import FloatArray
-from swesbi.draws import interval_levels, median_and_interval
+from swesbi.draws import median_and_interval
 from swesbi.parameters import THETA_NAMES
-from swesbi.persons.change.groups import log_change
-from swesbi.persons.cohort.cohort import weighted_quantiles
 from swesbi.persons.cohort.hyperprior import in_rows
 from swesbi.persons.cohort.infer import Inferred
-from swesbi.posterior.space import log_posterior_of_logit
-from swesbi.prior import to_logit
+from swesbi.persons.cohort.result import StoredPopulation
+from swesbi.persons.cohort.stored import drawn_within, of_any_population, of_members
 
-NOTE_SEPARATOR: Final = " | "
 RATIO, SPREAD, DIFFERENCE = "mean ratio", "spread between persons", "ratio of groups"
 EVERYONE: Final = "all"
 COLUMNS: Final = (
@@ -92,42 +78,23 @@ class PersonRatios:
 
 
 @dataclass(frozen=True)
-class ChangeGroups:
+class ChangeGroups(StoredPopulation):
     """What has changed in groups, as it is stored.
 
     Attributes:
         person: Names of the d persons, with the verdicts on their pairs and their groups, which may be empty.
-        compared_group: Groups but the first, where groups are compared.
-        hyperparameter: Names of the hyperparameters.
-        first_group: The first of them; empty where they are not compared.
         notes: Who is left out and why, what is not compared, whose draws are few: a sentence each, joined.
     """
 
     person: Annotated[tuple[str, ...], Labels("person")]
     verdict: Annotated[tuple[str, ...], Labels("person", "verdict")]
     group: Annotated[tuple[str, ...], Labels("person", "group")]
-    compared_group: Annotated[tuple[str, ...], Labels("compared_group")]
-    hyperparameter: Annotated[tuple[str, ...], Labels("hyperparameter")]
-    first_group: Annotated[str, Variable("", "1", "group that the others are compared with; or empty")]
     notes: Annotated[str, Variable("", "1", "who and what was left out, and why; or empty")]
-    interval_mass: Annotated[float, Variable("", "1", "mass of the credible intervals")]
-    sampler: Annotated[str, Variable("", "1", "what gave the draws: importance or mcmc")]
-    reasons: Annotated[str, Variable("", "1", "why the weights were not used, what the sampler missed")]
-    converged: Annotated[bool, Variable("", "1", "1 where weights or sampler are reliable, else 0")]
-    k_hat: Annotated[float, Variable("", "1", "Pareto shape of the importance weights")]
-    efficiency: Annotated[float, Variable("", "1", "effective share of the weighted draws")]
-    effective_draws: Annotated[
-        FloatArray, Variable("hyperparameter", "1", "effective number behind the draws")
-    ]
     hyperprior: Annotated[
         FloatArray, Variable("hyperparameter law", "1", "centre, log sd, lower, upper bound")
     ]
     population: Annotated[GroupDraws, Part(group="posterior")]
     persons: Annotated[PersonRatios, Part(group="persons")]
-    log_posterior: Annotated[
-        FloatArray,
-        Variable("chain draw", "1", "log density, not normalised, of the logit", "lp", "sample_stats"),
-    ]
     log_likelihood: Annotated[
         FloatArray,
         Variable(
@@ -138,11 +105,6 @@ class ChangeGroups:
             "log_likelihood",
         ),
     ]
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """The groups that are compared, the first one first; empty where none are."""
-        return (self.first_group, *self.compared_group) if self.compared_group else ()
 
     def ratio_of(self, group: int) -> FloatArray:
         """Return draws (m, 3) of the mean ratio of a group; of all persons (0) where none are compared."""
@@ -156,55 +118,14 @@ KIND: Final = register("change_groups", SCHEMA, ("parameter", *labels_of(ChangeG
 
 def stored_groups(inferred: Inferred, notes: Sequence[str]) -> ChangeGroups:
     """Return what is stored of the change in groups; ``notes`` are put before those of its design."""
-    design, exact, shrunken, members = inferred.design, inferred.exact, inferred.shrunken, inferred.members
     rows = in_rows(inferred.eta)[None]
     return ChangeGroups(
-        person=tuple(member.subject for member in members),
-        verdict=tuple(member.status for member in members),
-        group=tuple(member.group for member in members),
-        compared_group=design.groups[1:],
-        hyperparameter=inferred.prior.names,
-        first_group=design.groups[0] if design.groups else "",
-        notes=NOTE_SEPARATOR.join((*notes, *design.notes)),
-        interval_mass=inferred.interval,
-        sampler=exact.sampler,
-        reasons=NOTE_SEPARATOR.join(exact.reasons),
-        converged=exact.converged,
-        k_hat=exact.k_hat,
-        efficiency=exact.efficiency,
-        effective_draws=exact.effective_draws,
-        hyperprior=np.array([[p.centre, p.log_sd, p.low, p.high] for p in inferred.prior.parameters]),
-        population=GroupDraws(rows[:, :, 0], rows[:, :, 1], rows[:, :, 2:], log_change(inferred)[None]),
-        persons=_persons(inferred),
-        log_posterior=log_posterior_of_logit(inferred.model, to_logit(inferred.eta, inferred.prior))[None],
-        log_likelihood=shrunken.log_likelihood[None],
+        **of_any_population(inferred, notes),
+        person=tuple(member.subject for member in inferred.members),
+        population=GroupDraws(rows[:, :, 0], rows[:, :, 1], rows[:, :, 2:], drawn_within(inferred)[None]),
+        persons=PersonRatios(**of_members(inferred)),
+        log_likelihood=inferred.shrunken.log_likelihood[None],
     )
-
-
-def _persons(inferred: Inferred) -> PersonRatios:
-    low, high = interval_levels(inferred.interval)
-    levels = np.array([low, 0.5, high])
-    shrunken = inferred.shrunken
-    after = zip(inferred.model.recycled, shrunken.weights, strict=True)
-    return PersonRatios(
-        before=np.stack([one.alone for one in inferred.members]),
-        after=np.stack([weighted_quantiles(draws.theta, weight, levels) for draws, weight in after]),
-        effective_draws=shrunken.effective,
-        outlier_prior=inferred.model.outlier,
-        outlier_posterior=shrunken.outlier,
-    )
-
-
-def change_groups_datasets(stored: ChangeGroups) -> dict[str, xr.Dataset]:
-    """Return the groups of ``changes_groups.h5``."""
-    labels = {
-        "parameter": list(THETA_NAMES),
-        "chain": [0],
-        "draw": np.arange(stored.log_posterior.shape[1]),
-        "limit": ["lower", "median", "upper"],
-        "law": ["centre", "log_sd", "low", "high"],
-    }
-    return to_groups(stored, labels)
 
 
 def read_change_groups(path: Path) -> ChangeGroups:

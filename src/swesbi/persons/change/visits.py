@@ -24,21 +24,9 @@ import numpy as np
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.persons.change.likelihood import shared_errors, stacked_covariance, stacked_log_density
+from swesbi.persons.cohort.model import PriorAlone
 from swesbi.posterior.space import normal_scores, of_scores
-from swesbi.prior import JointPriorSettings, ParameterPrior, SomeParameters
-
-
-@dataclass(frozen=True)
-class VisitsPrior:
-    """The prior of psi: that of one visit, as often as there are visits."""
-
-    one: JointPriorSettings
-    visits: int
-
-    @property
-    def parameters(self) -> tuple[ParameterPrior, ...]:
-        """The V d parameters, visit by visit."""
-        return self.one.parameters * self.visits
+from swesbi.prior import JointPriorSettings, SomeParameters
 
 
 def equal_correlation_factor(share: float, visits: int) -> FloatArray:
@@ -72,9 +60,9 @@ class Coupling:
     visits: int
 
     @property
-    def joint(self) -> VisitsPrior:
-        """The prior of psi."""
-        return VisitsPrior(self.prior, self.visits)
+    def joint(self) -> SomeParameters:
+        """The prior of psi: that of one visit, as often as there are visits."""
+        return SomeParameters(self.prior.parameters * self.visits)
 
     @cached_property
     def factors(self) -> FloatArray:
@@ -123,13 +111,6 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class VisitsSettings:
-    """What the machinery of posteriors asks of a model's settings: its prior."""
-
-    prior: VisitsPrior
-
-
-@dataclass(frozen=True)
 class VisitsModel:
     """The recordings of one person's visits under one experiment: prior and exact likelihood of psi.
 
@@ -146,9 +127,9 @@ class VisitsModel:
     discrepancy_share: float
 
     @property
-    def settings(self) -> VisitsSettings:
+    def settings(self) -> PriorAlone:
         """Hold the prior."""
-        return VisitsSettings(self.coupling.joint)
+        return PriorAlone(self.coupling.joint)
 
     def log_likelihood(self, psi: FloatArray) -> FloatArray:
         """Return log p(all recordings | psi) of psi (n, V d), -inf where a simulation failed; shape (n,)."""

@@ -11,7 +11,7 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.cohort.cohort import Design, Member, design_of
 from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of
-from swesbi.persons.cohort.model import CohortModel, PopulationSettings
+from swesbi.persons.cohort.model import CohortModel, PriorAlone
 from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.cohort.refresh import DrawSet, combined, shrunken_prior
 from swesbi.persons.cohort.settings import HierarchySettings
@@ -152,7 +152,7 @@ def _model(
     settings: HierarchySettings,
 ) -> CohortModel:
     return CohortModel(
-        settings=PopulationSettings(posed.prior),
+        settings=PriorAlone(posed.prior),
         recycled=tuple(combined(one) for one in sets),
         design=posed.design.matrix,
         outlier=np.array([settings.outliers.of(member.status) for member in members]),

@@ -25,9 +25,9 @@ from scipy.special import logsumexp
 from threadpoolctl import ThreadpoolController
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.cohort.hyperprior import Hyperprior, in_rows
+from swesbi.persons.cohort.hyperprior import in_rows
 from swesbi.persons.cohort.ratio import LOG_ROOT_TWO_PI, RatioPrior, log_density, log_normal_mass
-from swesbi.prior import PriorSettings, bounds
+from swesbi.prior import BoxPrior, PriorSettings, bounds
 
 BLOCK: Final = 256
 """Hyperdraws evaluated together: their matrix of log densities stays within the cache of a core."""
@@ -47,10 +47,10 @@ class RecycledDraws:
 
 
 @dataclass(frozen=True)
-class PopulationSettings:
-    """The prior of the hyperparameters, for what asks a model of a likelihood for its settings."""
+class PriorAlone:
+    """A prior, for what asks a model of a likelihood for its settings."""
 
-    prior: Hyperprior
+    prior: BoxPrior
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class CohortModel:
         theta_prior: pi, under which the draws were made; of ratios of theta where these are the draws.
     """
 
-    settings: PopulationSettings
+    settings: PriorAlone
     recycled: tuple[RecycledDraws, ...]
     design: FloatArray
     outlier: FloatArray
@@ -113,7 +113,12 @@ class CohortModel:
 
     def thinned(self, draws: int) -> CohortModel:
         """Return the same with about so many draws of each subject, evenly taken: rougher, and faster."""
-        return replace(self, recycled=tuple(_every(one, draws) for one in self.recycled))
+        thinned = []
+        for one in self.recycled:  # at even distances: neighbours may come from one part of a proposal
+            chosen = slice(None, None, max(1, len(one.theta) // draws))
+            log_weight = one.log_weight[chosen]
+            thinned.append(RecycledDraws(one.theta[chosen], log_weight - logsumexp(log_weight)))
+        return replace(self, recycled=tuple(thinned))
 
     @cached_property
     def _features(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
@@ -164,10 +169,3 @@ def _with_outlier(log_ratio: FloatArray, probability: float) -> FloatArray:
 def equal_draws(theta: Sequence[FloatArray]) -> tuple[RecycledDraws, ...]:
     """Return equally weighted draws (n, 3) of each subject as what is recycled."""
     return tuple(RecycledDraws(each, np.full(len(each), -np.log(len(each)))) for each in theta)
-
-
-def _every(recycled: RecycledDraws, draws: int) -> RecycledDraws:
-    """Return draws at even distances; neighbours may come from one part of a proposal."""
-    chosen = slice(None, None, max(1, len(recycled.theta) // draws))
-    log_weight = recycled.log_weight[chosen]
-    return RecycledDraws(recycled.theta[chosen], log_weight - logsumexp(log_weight))

@@ -84,25 +84,17 @@ class Subjects:
 
 
 @dataclass(frozen=True)
-class CohortPosterior:
-    """The posterior of a cohort as it is stored.
+class StoredPopulation:
+    """What is stored of any population's posterior: what is compared, and how the draws were obtained.
 
     Attributes:
-        subject: Names of the d subjects, with their verdicts and groups.
-        covariate: Names of the covariates that vary; ``group`` of each subject may be empty.
         compared_group: Groups but the first, where groups are compared.
         first_group: The first of them; empty where they are not compared.
-        notes: What was left out, a sentence each, joined.
     """
 
-    subject: Annotated[tuple[str, ...], Labels("subject")]
-    verdict: Annotated[tuple[str, ...], Labels("subject", "verdict")]
-    group: Annotated[tuple[str, ...], Labels("subject", "group")]
-    covariate: Annotated[tuple[str, ...], Labels("covariate")]
     compared_group: Annotated[tuple[str, ...], Labels("compared_group")]
     hyperparameter: Annotated[tuple[str, ...], Labels("hyperparameter")]
     first_group: Annotated[str, Variable("", "1", "group that the others are compared with; or empty")]
-    notes: Annotated[str, Variable("", "1", "what was left out, and why; or empty")]
     interval_mass: Annotated[float, Variable("", "1", "mass of the credible intervals")]
     sampler: Annotated[str, Variable("", "1", "what gave the draws: importance or mcmc")]
     reasons: Annotated[str, Variable("", "1", "why the weights were not used, what the sampler missed")]
@@ -112,6 +104,32 @@ class CohortPosterior:
     effective_draws: Annotated[
         FloatArray, Variable("hyperparameter", "1", "effective number behind the draws")
     ]
+    log_posterior: Annotated[
+        FloatArray,
+        Variable("chain draw", "1", "log density, not normalised, of the logit", "lp", "sample_stats"),
+    ]
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """The groups that are compared, the first one first; empty where none are."""
+        return (self.first_group, *self.compared_group) if self.compared_group else ()
+
+
+@dataclass(frozen=True)
+class CohortPosterior(StoredPopulation):
+    """The posterior of a cohort as it is stored.
+
+    Attributes:
+        subject: Names of the d subjects, with their verdicts and groups.
+        covariate: Names of the covariates that vary; ``group`` of each subject may be empty.
+        notes: What was left out, a sentence each, joined.
+    """
+
+    subject: Annotated[tuple[str, ...], Labels("subject")]
+    verdict: Annotated[tuple[str, ...], Labels("subject", "verdict")]
+    group: Annotated[tuple[str, ...], Labels("subject", "group")]
+    covariate: Annotated[tuple[str, ...], Labels("covariate")]
+    notes: Annotated[str, Variable("", "1", "what was left out, and why; or empty")]
     hyperprior: Annotated[
         FloatArray,
         Variable("hyperparameter law", "unit of the hyperparameter", "centre, log sd, lower, upper bound"),
@@ -127,10 +145,6 @@ class CohortPosterior:
     ]
     population: Annotated[Population, Part(group="posterior")]
     subjects: Annotated[Subjects, Part(group="subjects")]
-    log_posterior: Annotated[
-        FloatArray,
-        Variable("chain draw", "1", "log density, not normalised, of the logit", "lp", "sample_stats"),
-    ]
     log_likelihood: Annotated[
         FloatArray,
         Variable(
@@ -138,18 +152,13 @@ class CohortPosterior:
         ),
     ]
 
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """The groups that are compared, the first one first; empty where none are."""
-        return (self.first_group, *self.compared_group) if self.compared_group else ()
-
 
 SCHEMA: Final = schema_of(CohortPosterior)
 KIND: Final = register("cohort_posterior", SCHEMA, ("parameter", *labels_of(CohortPosterior)))
 
 
-def cohort_groups(posterior: CohortPosterior) -> dict[str, xr.Dataset]:
-    """Return the groups of ``cohort_posterior.h5``."""
+def population_groups(posterior: StoredPopulation) -> dict[str, xr.Dataset]:
+    """Return the groups of the artefact of a population."""
     labels = {
         "parameter": list(THETA_NAMES),
         "chain": [0],

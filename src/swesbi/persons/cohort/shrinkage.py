@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,28 +47,25 @@ def shrink(model: CohortModel, eta: FloatArray, rng: np.random.Generator) -> Shr
         ]
         for block, ratios in enumerate(model.log_ratios(eta))
     ]
-    subjects = [_joined(parts) for parts in zip(*blocks, strict=True)]
+    by_subject = [zip(*parts, strict=True) for parts in zip(*blocks, strict=True)]
+    joined = [(np.sum(weight, axis=0), *map(np.concatenate, rest)) for weight, *rest in by_subject]
+    weights, rows, effective, outlier, log_likelihood = zip(*joined, strict=True)
     return Shrunken(
-        weights=tuple(one.weight / len(eta) for one in subjects),
-        rows=np.stack([one.rows for one in subjects], axis=1),
-        effective=np.array([one.effective.mean() for one in subjects]),
-        outlier=np.array([one.outlier.mean() for one in subjects]),
-        log_likelihood=np.stack([one.log_likelihood for one in subjects], axis=1),
+        weights=tuple(weight / len(eta) for weight in weights),
+        rows=np.stack(rows, axis=1),
+        effective=np.array([one.mean() for one in effective]),
+        outlier=np.array([one.mean() for one in outlier]),
+        log_likelihood=np.stack(log_likelihood, axis=1),
     )
 
 
-@dataclass(frozen=True)
-class _Part:
-    """One subject under a block of hyperdraws; weights are summed over these."""
+def _of_subject(
+    model: CohortModel, number: int, log_ratio: FloatArray, levels: FloatArray
+) -> tuple[NDArray[Any], ...]:
+    """Return a subject under a block of hyperdraws: the sum of its weights over these, and the rest of each.
 
-    weight: FloatArray
-    rows: IntArray
-    effective: FloatArray
-    outlier: FloatArray
-    log_likelihood: FloatArray
-
-
-def _of_subject(model: CohortModel, number: int, log_ratio: FloatArray, levels: FloatArray) -> _Part:
+    It is one drawn row, the effective number of draws, the probability of an outlier, the log likelihood.
+    """
     p = float(model.outlier[number])
     own = np.exp(model.recycled[number].log_weight)
     largest = np.maximum(log_ratio.max(axis=1), 0.0)[:, None]
@@ -76,20 +74,10 @@ def _of_subject(model: CohortModel, number: int, log_ratio: FloatArray, levels: 
     weight /= total[:, None]
     edges = np.cumsum(weight, axis=1)
     drawn = (edges < levels[: len(weight), None] * edges[:, -1:]).sum(axis=1)
-    return _Part(
-        weight=weight.sum(axis=0),
-        rows=np.asarray(drawn),
-        effective=np.asarray(1.0 / (weight**2).sum(axis=1)),
-        outlier=np.asarray(p * np.exp(-largest[:, 0]) / total),
-        log_likelihood=np.asarray(largest[:, 0] + np.log(total)),
-    )
-
-
-def _joined(parts: tuple[_Part, ...]) -> _Part:
-    return _Part(
-        weight=np.sum([part.weight for part in parts], axis=0),
-        rows=np.concatenate([part.rows for part in parts]),
-        effective=np.concatenate([part.effective for part in parts]),
-        outlier=np.concatenate([part.outlier for part in parts]),
-        log_likelihood=np.concatenate([part.log_likelihood for part in parts]),
+    return (
+        weight.sum(axis=0),
+        drawn,
+        1.0 / (weight**2).sum(axis=1),
+        p * np.exp(-largest[:, 0]) / total,
+        largest[:, 0] + np.log(total),
     )

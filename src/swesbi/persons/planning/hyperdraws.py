@@ -25,7 +25,7 @@ from swesbi.persons.change.groups import ratio_hyperprior
 from swesbi.persons.change.settings import ChangeGroupsSettings
 from swesbi.persons.cohort.cohort import Design
 from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of
-from swesbi.persons.cohort.model import CohortModel, PopulationSettings, equal_draws
+from swesbi.persons.cohort.model import CohortModel, PriorAlone, equal_draws
 from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
@@ -160,7 +160,7 @@ def _model(
 ) -> CohortModel:
     """Return the model of persons with draws (N, n, 3), none of whose recordings is contradicted."""
     return CohortModel(
-        settings=PopulationSettings(prior),
+        settings=PriorAlone(prior),
         recycled=equal_draws(list(values)),
         design=planned_design(design, treated).matrix,
         outlier=np.full(len(values), by.cohort.outliers.not_contradicted),
@@ -176,7 +176,7 @@ class _Tempered:
     power: float
 
     @property
-    def settings(self) -> PopulationSettings:
+    def settings(self) -> PriorAlone:
         return self.model.settings
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:

@@ -17,11 +17,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.persons.cohort.model import thread_pools
 from swesbi.persons.planning.asked import Effect
-from swesbi.persons.planning.bank import EFFECT, NONE
+from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
 from swesbi.persons.planning.hyperdraws import STREAM, Likelihoods
 from swesbi.persons.planning.luck import Luck
 from swesbi.persons.planning.settings import PlannedStudiesSettings
@@ -102,13 +102,7 @@ def judge_studies(
             if likelihoods.control.shape[1]:
                 log_weight += likelihoods.control @ control[:, of]
             parts.append(_judged(log_weight, side))
-    return _together(parts)
-
-
-def _together(parts: Sequence[Judged]) -> Judged:
-    return Judged(
-        *(np.concatenate(values) for values in zip(*(vars(one).values() for one in parts), strict=True))
-    )
+    return below_each_other(parts)
 
 
 def _judged(log_weight: FloatArray, side: BoolArray) -> Judged:
@@ -158,7 +152,8 @@ def power_curve(
         seed: The study's seed.
     """
     probability, power = rule
-    everyone = np.arange(len(luck.weight))
+    everyone, without = (np.arange(likelihoods.changing[arm].shape[1]) for arm in (EFFECT, NONE))
+    moved = luck.displacement(everyone)
     rows = []
     progress = Progress(f"studies with {repeats} repeats", len(settings.sizes), unit="size")
     for size in settings.sizes:
@@ -166,8 +161,8 @@ def power_curve(
             generator(seed, STREAM, "studies", repeats, size, what)
             for what in ("effect", "none", "bootstrap")
         ]
-        found = _with_effect(likelihoods, luck, effect, size, settings.studies, everyone, rng[0])
-        none = _without(likelihoods, effect, size, settings.studies, rng[1])
+        found = _drawn(likelihoods, EFFECT, effect, size, settings.studies, everyone, rng[0], moved)
+        none = _drawn(likelihoods, NONE, effect, size, settings.studies, without, rng[1])
         resampled = _resampled(likelihoods, luck, effect, size, settings, rng[2])
         called = found.probability > probability
         rows.append(
@@ -187,27 +182,20 @@ def power_curve(
     return PowerCurve(repeats, sizes, share, error, false, rough, (middle, fewest, most))
 
 
-def _with_effect(
+def _drawn(
     likelihoods: Likelihoods,
-    luck: Luck,
+    arm: str,
     effect: Effect,
     size: int,
     studies: int,
     bank: NDArray[np.int_],
     rng: np.random.Generator,
+    displacement: float = 0.0,
 ) -> Judged:
-    """Analyse studies of a bank's persons with the effect, its luck taken off."""
-    counts, control = (draw_counts(bank, len(luck.weight), size, studies, rng) for _ in range(2))
-    return judge_studies(likelihoods, counts, control, EFFECT, effect, luck.displacement(bank))
-
-
-def _without(
-    likelihoods: Likelihoods, effect: Effect, size: int, studies: int, rng: np.random.Generator
-) -> Judged:
-    """Analyse studies of the bank's persons without the effect."""
-    persons = likelihoods.changing[NONE].shape[1]
-    counts, control = (draw_counts(np.arange(persons), persons, size, studies, rng) for _ in range(2))
-    return judge_studies(likelihoods, counts, control, NONE, effect)
+    """Draw studies of a bank's persons and analyse them; other arguments as of :func:`judge_studies`."""
+    persons = likelihoods.changing[arm].shape[1]
+    counts, control = (draw_counts(bank, persons, size, studies, rng) for _ in range(2))
+    return judge_studies(likelihoods, counts, control, arm, effect, displacement)
 
 
 def _resampled(
@@ -220,12 +208,12 @@ def _resampled(
 ) -> Judged:
     """Analyse studies with the effect in equal parts, each of a bank drawn from the bank with replacement."""
     persons, each = len(luck.weight), max(1, settings.studies // settings.resamples)
-    return _together(
-        [
-            _with_effect(likelihoods, luck, effect, size, each, rng.integers(persons, size=persons), rng)
-            for _ in range(settings.resamples)
-        ]
-    )
+    parts = []
+    for _ in range(settings.resamples):
+        bank = rng.integers(persons, size=persons)
+        moved = luck.displacement(bank)
+        parts.append(_drawn(likelihoods, EFFECT, effect, size, each, bank, rng, moved))
+    return below_each_other(parts)
 
 
 def _error(called: BoolArray, resampled: BoolArray, resamples: int) -> float:
@@ -255,3 +243,41 @@ def persons_for(power: float, sizes: Sequence[int] | NDArray[np.int_], found: Fl
         return int(sizes[0])
     step = (power - rising[least - 1]) / (rising[least] - rising[least - 1])
     return int(np.ceil((root[least - 1] + step * (root[least] - root[least - 1])) ** 2 - 1e-9))
+
+
+@dataclass(frozen=True)
+class OnePersonPower:
+    """The rule of `changes.rule` on the persons of a bank.
+
+    Attributes:
+        called: Share of those with the effect whose own change is called, in its direction.
+        wrongly: Share of those without it of whom one is called, in any direction.
+        detectable: Median over persons of the smallest change that can be detected, as a fraction.
+        persons: Behind these.
+    """
+
+    called: float
+    wrongly: float
+    detectable: float
+    persons: int
+
+
+def one_person_power(bank: Bank, effect: Effect, probability: float) -> OnePersonPower | None:
+    """Return what the protocol says of one person; None where persons came once.
+
+    Args:
+        bank: The persons.
+        effect: What has happened to them.
+        probability: Of a change beyond the threshold, above which one is called (``changes.rule``).
+    """
+    with_effect, without = ARMS.index(EFFECT), ARMS.index(NONE)
+    if np.isnan(bank.risen).any():
+        return None
+    right = (bank.risen if effect.rises else bank.fallen)[with_effect, :, effect.number]
+    either = np.maximum(bank.risen, bank.fallen)[without, :, effect.number]
+    return OnePersonPower(
+        called=float((right > probability).mean()),
+        wrongly=float((either > probability).mean()),
+        detectable=float(np.median(bank.detectable[with_effect, :, effect.number])),
+        persons=len(bank.number),
+    )

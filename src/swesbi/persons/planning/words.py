@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import pandas as pd
 
 from swesbi.persons.planning.asked import Effect
-from swesbi.persons.planning.individuals import OnePersonPower
-from swesbi.persons.planning.power import PowerCurve
+from swesbi.persons.planning.power import OnePersonPower, PowerCurve
 from swesbi.persons.planning.settings import PAIRED, PlanSettings
 
 ROUGH_SHARE: Final = 0.05
@@ -156,8 +155,3 @@ def _rows(planned: Planned, curve: PowerCurve) -> pd.DataFrame:
 
 def _text(number: int | None) -> str:
     return "" if number is None else str(number)
-
-
-def names_of(curves: Sequence[PowerCurve]) -> list[str]:
-    """Return what figures call each curve."""
-    return [f"{curve.repeats} repeats" for curve in curves]

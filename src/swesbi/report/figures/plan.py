@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.persons.planning.power import NINETY, PowerCurve
-from swesbi.persons.planning.words import Planned, names_of
+from swesbi.persons.planning.words import Planned
 from swesbi.report.figures.style import (
     CMAES,
     NETWORK,
@@ -32,8 +32,8 @@ def draw_plan(planned: Planned) -> Figure:
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         axes = figure.subplots()
-        for number, (curve, name) in enumerate(zip(planned.curves, names_of(planned.curves), strict=True)):
-            _draw_curve(axes, curve, name, COLORS[number % len(COLORS)])
+        for number, curve in enumerate(planned.curves):
+            _draw_curve(axes, curve, f"{curve.repeats} repeats", COLORS[number % len(COLORS)])
         axes.axhline(planned.power, color=PRIOR, lw=0.7, ls="--")
         axes.axhline(1.0 - planned.settings.probability, color=PRIOR, lw=0.5, ls=":")
         axes.set(

@@ -80,7 +80,7 @@ def calibration_local(
     for pair, value in accuracy.items():
         LOGGER.info("%s, C2ST between %s: %.3f", model.recording.subject, pair, value)
     groups = {
-        "local": dataset.ranked_dataset(ranked),
+        "local": dataset.recordings_dataset(ranked),
         "two_samples": dataset.two_samples_dataset(model.recording.subject, accuracy, sizes.two_sample_draws),
     }
     save(local, groups, origin.provenance(dataset.LOCAL_KIND, settings))
@@ -205,7 +205,7 @@ def calibration(
 
 
 def _write_recovery(path: Path, ranked: Ranked, settings: CalibrationStageSettings) -> None:
-    rows = score_recovery(ranked.recovered, settings.prior, settings.judgement)
+    rows = score_recovery(ranked.recovered(), settings.prior, settings.judgement)
     write_csv(path, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
 
 

@@ -9,17 +9,17 @@ from pathlib import Path
 
 from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
-from swesbi.persons.change.group_words import group_lines
 from swesbi.persons.change.groups import infer_change_groups, lacking_draws, member_of_change, unlike_pairs
 from swesbi.persons.change.settings import ChangeGroupsSettings
 from swesbi.persons.change.stored import read_change
 from swesbi.persons.change.stored_groups import (
     KIND,
-    change_groups_datasets,
     change_groups_table,
     change_persons_table,
     stored_groups,
 )
+from swesbi.persons.change.words import group_lines
+from swesbi.persons.cohort.result import population_groups
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import read_observation
@@ -84,7 +84,7 @@ def change_groups(
     inferred = infer_change_groups(members, settings.prior.theta, asked, effort, origin.seed)
     notes = (*settings.left_out, *unlike_pairs(read), *lacking_draws(inferred, asked.least_effective))
     stored = stored_groups(inferred, notes)
-    save(groups, change_groups_datasets(stored), origin.provenance(KIND, settings))
+    save(groups, population_groups(stored), origin.provenance(KIND, settings))
     write_csv(table, change_groups_table(stored))
     write_csv(persons, change_persons_table(stored))
     save_figure(draw_change_groups(stored, settings.cohort_title), figure_pdf, figure_png)

@@ -17,7 +17,7 @@ from swesbi.parameters import OF_THETA
 from swesbi.persons.cohort.anew import drawn_anew, stored_draws
 from swesbi.persons.cohort.cohort import Member, make_member
 from swesbi.persons.cohort.infer import infer_cohort
-from swesbi.persons.cohort.result import KIND, CohortPosterior, cohort_groups
+from swesbi.persons.cohort.result import KIND, CohortPosterior, population_groups
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.persons.cohort.stored import stored_form
 from swesbi.persons.cohort.table import hyperparameter_table, subject_table
@@ -139,7 +139,7 @@ def _write(
     settings: CohortPosteriorStageSettings,
     origin: Origin,
 ) -> None:
-    save(path, cohort_groups(posterior), origin.provenance(KIND, settings))
+    save(path, population_groups(posterior), origin.provenance(KIND, settings))
     write_csv(hyperparameters, hyperparameter_table(posterior))
     write_csv(subjects, subject_table(posterior))
     LOGGER.info(

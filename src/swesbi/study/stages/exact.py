@@ -11,7 +11,7 @@ from swesbi.answers.answer import log_certificate
 from swesbi.answers.settings import ExactPosteriorSettings
 from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
-from swesbi.checks.calibration.dataset import RECORDINGS_KIND, inferred_dataset
+from swesbi.checks.calibration.dataset import RECORDINGS_KIND, recordings_dataset
 from swesbi.checks.calibration.ranks import Inferred
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import RecordingsSettings
@@ -109,7 +109,7 @@ def calibration_recordings(
     for name, synthetic in (("own", own), ("acquired", acquired)):
         inferred = infer_recordings(model, synthetic, flow, sizes, settings.exact, origin.seed, name)
         LOGGER.info("%s, %s: %s", subject, name, _account(inferred))
-        groups[name] = inferred_dataset(inferred)
+        groups[name] = recordings_dataset(inferred)
     save(recordings, groups, origin.provenance(RECORDINGS_KIND, settings))
 
 

@@ -41,7 +41,7 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.other_network import check_network
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
-from swesbi.virtual.hearts.noise import noisier
+from swesbi.virtual.hearts.ranges import noisier
 from swesbi.virtual.trial.source import TrialSource
 
 LOGGER = logging.getLogger("swesbi")

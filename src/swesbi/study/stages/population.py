@@ -15,8 +15,9 @@ from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import FRESH as KIND
 from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
 from swesbi.checks.calibration.dataset import join_fresh as join
-from swesbi.checks.calibration.fresh import FreshInferred, Judge, infer_fresh
+from swesbi.checks.calibration.fresh import FreshInferred, by_stratum, checks_of, infer_fresh
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
+from swesbi.checks.recovery import score_recovery
 from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
 from swesbi.population.settings import StrataSettings
@@ -99,11 +100,12 @@ def population_scores(
     groups = join(parts)
     save(calibration, groups, origin.provenance(KIND, settings))
     inferred = {kind: fresh_of(group) for kind, group in groups.items()}
-    judge = Judge(settings.prior, settings.judgement, settings.strata)
-    write_csv(table, judge.checks(inferred))
-    write_csv(strata, judge.by_stratum(inferred[OWN]))
+    prior, judgement = settings.prior, settings.judgement
+    write_csv(table, checks_of(inferred, judgement))
+    write_csv(strata, by_stratum(inferred[OWN], prior, judgement, settings.strata))
     for path, kind in ((recovery, OWN), (recovery_acquisition, ACQUIRED)):
-        rows = [asdict(row) for row in judge.recovery(inferred[kind].inferred.ranked)]
+        recovered = inferred[kind].inferred.ranked.recovered()
+        rows = [asdict(row) for row in score_recovery(recovered, prior, judgement)]
         write_csv(path, pd.DataFrame(rows), float_format=None)
     _report(inferred)
 

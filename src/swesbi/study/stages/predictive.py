@@ -10,7 +10,6 @@ from swesbi.answers.settings import PredictiveSpeedsSettings
 from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.checks.draws import CheckedFeatures, FeatureModel, make_target
-from swesbi.checks.observed_curves import curve_noise
 from swesbi.checks.predictive import (
     KIND,
     Draws,
@@ -85,7 +84,7 @@ def predictive(
 def _predict(
     name: str, draws: Draws, target: Target, settings: PredictiveStageSettings, origin: Origin
 ) -> Prediction:
-    noise = curve_noise(settings.observation_model.feature_noise_sd)
+    noise = settings.observation_model.feature_noise_sd
     of_curves, of_values = noise_streams(origin.seed, origin.subject, name)
     observed = observe(draws, target.phase, noise, of_curves)
     return predict(draws, observed, target, settings.predictive.interval, of_values)

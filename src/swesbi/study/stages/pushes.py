@@ -13,8 +13,8 @@ from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration.pushes import (
     KIND,
-    PushesStudy,
     by_pushes,
+    infer_pushes,
     pushes_dataset,
     read_pushes,
 )
@@ -50,11 +50,10 @@ def pushes_calibration(
         ArtefactError: The network is no such artefact.
     """
     flow, _ = load_flow(estimator)
-    study = PushesStudy(
-        settings.fresh, settings.free_running, settings.sizes, settings.exact, settings.strip_fraction,
-        origin.seed,
+    inferred = infer_pushes(
+        range(*settings.index), flow, settings.fresh, settings.free_running, settings.sizes, settings.exact,
+        settings.strip_fraction, origin.seed,
     )  # fmt: skip
-    inferred = study.infer(range(*settings.index), flow)
     save(part, {"/": pushes_dataset(inferred)}, origin.provenance(KIND, settings))
 
 

@@ -15,7 +15,8 @@ from swesbi.checks.settings import CheckpointEpochs
 from swesbi.networks.paper.estimator import CHECKPOINTS, save_checkpoints, save_estimator
 from swesbi.networks.paper.estimator import ESTIMATOR as KIND
 from swesbi.networks.paper.pool import read_pool
-from swesbi.networks.paper.training import Epoch, choose_device
+from swesbi.networks.paper.sbi_trainer import Epoch
+from swesbi.networks.paper.training import choose_device
 from swesbi.networks.paper.training import train as train_estimator
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings

@@ -41,7 +41,6 @@ from swesbi.verdict.recordings import (
     VOLUNTEER,
     SubjectChecks,
     check_recordings,
-    find_volunteer,
     read_subject_checks,
     to_groups,
     volunteer_recordings,
@@ -49,7 +48,8 @@ from swesbi.verdict.recordings import (
 from swesbi.verdict.recordings import KIND as CHECKS
 from swesbi.verdict.settings import RuleSettings, SyntheticSettings
 from swesbi.verdict.statistics import no_checks, prior_strip_mass
-from swesbi.verdict.with_null import VerdictSettings, judge
+from swesbi.verdict.with_null import VerdictSettings, against_reference, judge
+from swesbi.virtual.volunteers import VOLUNTEERS
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -144,7 +144,7 @@ def _make(
         ACQUIRED: _Made(acquired.recordings, acquired.refused),
         VOLUNTEER: _Made((), 0),
     }
-    if volunteer := find_volunteer(observed.context):
+    if volunteer := next((one for one in VOLUNTEERS if one.context == observed.context), None):
         recordings, refused = volunteer_recordings(
             volunteer, sizes.volunteer_recordings, settings.recording, measurement.grid_points, noise, seed
         )
@@ -209,7 +209,9 @@ def verdict(
     model = read_speed_model(observation, noise, settings.model)
     reference = read_subject_checks(misspecification).reference(settings.rule)
     clinical, exact = read_observation(observation).clinical, read_exact_posterior(posterior)
-    result = judge(exact, model, others, reference, settings, origin.seed, clinical)
+    beats = model.simulate(exact.phi)
+    found = against_reference(exact, model, beats, reference, settings, origin.seed)
+    result = judge(exact, model, beats, found, others, settings, clinical)
     write_json(verdict, result.to_json())
     LOGGER.info("subject %s: %s", origin.subject, result.sentence)
 

@@ -19,7 +19,6 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.virtual.generated import PHYSIOLOGY, Range, draw_context, volunteer_in
 from swesbi.virtual.hearts.echocardiography import with_own_lvesv
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
-from swesbi.virtual.hearts.noise import louder
 from swesbi.virtual.hearts.passive import (
     acoustoelastic_kpa,
     fung_tangent,
@@ -35,6 +34,7 @@ from swesbi.virtual.hearts.ranges import (
     DrawContext,
     from_population,
     log_uniform,
+    louder,
     other_mechanics,
     with_extremes,
 )

@@ -1,4 +1,4 @@
-"""What other hearts are drawn from: contexts, physiology, mechanics."""
+"""What other hearts are drawn from: contexts, physiology, mechanics, and the noise of their recordings."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy as np
 from swesbi.context import Context
 from swesbi.population.contexts import draw_one, is_plausible
 from swesbi.population.settings import PopulationSettings
+from swesbi.prior import ParameterPrior
+from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.virtual.generated import PHYSIOLOGY, Range
 from swesbi.virtual.volunteers import COMMON
 
@@ -30,6 +32,8 @@ THICK_IVSD_CM: Final[Range] = (1.1, 2.0)
 # Severe dilatation begins at an LVEDV of 130 mL in women and 200 mL in men (Lang et al. 2015).
 DILATED_LVEDV_ML: Final[Range] = (150.0, 300.0)
 MAX_ATTEMPTS: Final = 1000
+LOUD_FACTOR: Final = 2.0
+"""Errors of (g) over those of the acquisition, and over the assumed width of the scale of the speeds."""
 SHAPE_FACTOR: Final[Range] = (0.8, 1.2)
 """Of the passive stretch's excursion from one against the cavity's."""
 
@@ -90,3 +94,24 @@ def other_mechanics(rng: np.random.Generator) -> dict[str, object]:
     factors = {name: log_uniform(FACTOR, rng) for name in DRAWN_BY_FACTOR}
     drawn: dict[str, object] = {name: factor * float(COMMON[name]) for name, factor in factors.items()}
     return {"length_dependence": 1.0} | drawn
+
+
+def noisier(acquisition: AcquisitionSettings, factor: float) -> AcquisitionSettings:
+    """Return the acquisition with so many times the errors of samples, repeats and sweeps."""
+    names = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction")
+    return acquisition.model_copy(update={name: factor * getattr(acquisition, name) for name in names})
+
+
+def louder(acquisition: AcquisitionSettings, speed_scale: ParameterPrior) -> AcquisitionSettings:
+    """Return the acquisition of (g): larger errors of repeats and sweeps, and of the scale of all speeds.
+
+    Args:
+        acquisition: That of the other generators.
+        speed_scale: Prior of that scale, whose width is what inference assumes.
+    """
+    changes = {
+        "repeat_sd_fraction": LOUD_FACTOR * acquisition.repeat_sd_fraction,
+        "sweep_fraction": LOUD_FACTOR * acquisition.sweep_fraction,
+        "scale_fraction": LOUD_FACTOR * speed_scale.log_sd,
+    }
+    return acquisition.model_copy(update=changes)

@@ -14,9 +14,12 @@ from swesbi.recording.samples import Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.seeds import generator as stream_of
 from swesbi.virtual.hearts.heart import Generator, OtherHeart
-from swesbi.virtual.hearts.names import VALIDATION_STREAM
 
 LOGGER = logging.getLogger("swesbi")
+VALIDATION_STREAM: Final = "exam"
+"""Name of the random streams of the hearts of the validation; another name gives other hearts."""
+DEVELOPMENT: Final = ("u", "v", "w", "x", "y", "z")
+"""Letters of the structures that are in no validation."""
 MAX_ATTEMPTS: Final = 20
 
 
