@@ -18,9 +18,8 @@ from typing import Final
 import pandas as pd
 
 from swesbi.report.csv import write_csv
-from swesbi.report.tables.validation import read_validation
+from swesbi.report.tables.validation import OF_SITTING, compared_width, read_sittings, read_validation
 from swesbi.report.tables.validation_outcomes import in_brief
-from swesbi.report.tables.validation_sittings import OF_SITTING, compared_width, read_sittings
 
 STORED: Final = Path(__file__).with_name("tables") / "sittings.csv"
 
@@ -40,8 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     add(given.table, given.stored, {"sitting": given.sitting, "date": given.date, "model": given.model})
     sittings = read_sittings(given.stored)
-    added = next(sitting for sitting in sittings if sitting.number == given.sitting)
-    print("\n".join(in_brief(added.rows, compared_width(sittings, added))))
+    added = sittings[sittings["sitting"] == given.sitting]
+    print("\n".join(in_brief(added, compared_width(sittings, given.sitting))))
 
 
 def add(table: Path, stored: Path, of_sitting: Mapping[str, object]) -> None:

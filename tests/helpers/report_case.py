@@ -8,7 +8,6 @@ import pandas as pd
 
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.report.results import Experiment, Recovery
-from swesbi.report.study_tables import FEATURE_COLUMNS, POSTERIOR_COLUMNS, PPC_COLUMNS
 from swesbi.verdict.verdict import Verdict
 
 SETTINGS = {
@@ -17,6 +16,25 @@ SETTINGS = {
     "support": {"max_abs_z": 3.0, "min_in_prior_draws": 1000, "candidate_draws": 500000},
     "summary": {"use_trajectory": True},
 }
+BEFORE = {
+    "rmse_prior_kpa": 10.0,
+    "rmse_cmaes_kpa": 4.0,
+    "coverage_prior_band_grid": 0.7,
+    "coverage_prior_envelope_grid": 0.75,
+}
+SCORES = {
+    "rmse_kpa": 2.0,
+    "rmse_reduction_percent": 80.0,
+    "nrmse": 0.1,
+    "r2": 0.99,
+    "post_peak_rmse_kpa": 3.0,
+    "coverage_grid": 0.6,
+    "coverage_phases": 0.5,
+    "coverage_noiseless_grid": 0.6,
+    "coverage_noiseless_phases": 0.5,
+    "coverage_observed_grid": 0.9,
+    "coverage_observed_phases": 0.8,
+}
 
 
 def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool = True) -> Experiment:
@@ -24,43 +42,17 @@ def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool 
     scores, posterior, features = [], [], []
     for subject, known in supported.items():
         one = 1.0 if known else math.nan
-        scores.append(
-            [
-                *(
-                    name,
-                    subject,
-                    known,
-                    10.0,
-                    *[one * value for value in (2, 80, 0.1, 0.99, 3, 0.6, 0.5)],
-                    4.0,
-                ),
-                *(one * value for value in (0.6, 0.5, 0.9, 0.8)),
-                *(0.7, 0.75),
-            ]
-        )
-        features.append(
-            [name, subject, known, "maximum_kpa", 40.0, 1.0, 30.0, 10.0, 50.0, one, one, one, known]
-        )
+        of = {"experiment": name, "subject": subject, "may_be_read": known}
+        scores.append(of | BEFORE | {column: one * value for column, value in SCORES.items()})
+        interval = {"median": one, "pi_low": one, "pi_high": one, "inside": known}
+        features.append(of | {"feature": "maximum_kpa", "observed": 40.0, "prior_median": 30.0} | interval)
+        correlations = {f"correlation_{parameter}": one * -0.5 for parameter in THETA_NAMES}
+        answer = {"median": one * 5, "ci_low": one * 4, "ci_high": one * 6, "measured": math.nan}
         for parameter, unit in zip(THETA_NAMES, THETA_UNITS, strict=True):
-            correlations = [one * -0.5] * 3
-            row = [
-                name,
-                subject,
-                known,
-                parameter,
-                unit,
-                one * 5,
-                one * 4,
-                one * 6,
-                math.nan,
-                *correlations,
-                7,
-                8,
-            ]
-            posterior.append(row)
-        posterior.append(
-            [name, subject, known, "ejection_fraction", "1", one, one, one, 0.6, *[math.nan] * 5]
-        )
+            fitted = {"parameter": parameter, "unit": unit, "unfiltered_median": 7.0, "cmaes": 8.0}
+            posterior.append(of | answer | correlations | fitted)
+        derived = {"parameter": "ejection_fraction", "unit": "1", "measured": 0.6}
+        posterior.append(of | {"median": one, "ci_low": one, "ci_high": one} | derived)
     recovery = pd.DataFrame(
         [[p, level, 0.25, 0.2, 0.3, 400, -1.0, 0.9] for p in THETA_NAMES for level in (0.5, 0.9)],
         columns=["parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "bias", "contraction"],
@@ -69,9 +61,9 @@ def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool 
         name=name,
         settings=SETTINGS | {"summary": {"use_trajectory": use_trajectory}},
         verdicts={subject: make_verdict(known) for subject, known in supported.items()},
-        scores=pd.DataFrame(scores, columns=list(PPC_COLUMNS)),
-        features=pd.DataFrame(features, columns=list(FEATURE_COLUMNS)),
-        posterior=pd.DataFrame(posterior, columns=list(POSTERIOR_COLUMNS)),
+        scores=pd.DataFrame(scores),
+        features=pd.DataFrame(features),
+        posterior=pd.DataFrame(posterior),
         recovery=Recovery(recovery, recovery.assign(coverage=0.125)),
         training=pd.DataFrame(
             {"epoch": [1, 2, 3], "training_loss": [3, 2, 1], "validation_loss": [3.0, 1.0, 2.0]}

@@ -22,7 +22,7 @@ from swesbi.report.paper.comparison import (
     origin,
     read_difference,
 )
-from swesbi.report.paper.measured import Asked, Measured, StudyResults, differ, shown, spread
+from swesbi.report.paper.measured import Measured, StudyResults, differ, shown, spread
 from swesbi.report.paper.values import PaperNumber, PaperRow, numbers, read_paper
 
 PRINTED = (
@@ -269,7 +269,7 @@ def test_printed_numbers() -> None:
 
 def test_numbers_are_shown_without_a_negative_zero() -> None:
     assert [shown(-0.001, 2), shown(-0.84, 2), shown(120_000, 0)] == ["0.00", "-0.84", "120,000"]
-    assert spread([1.0, 3.0], Asked({}, 1)).text == "2.0 ± 1.4"
+    assert spread([1.0, 3.0], printed(digits=1)).text == "2.0 ± 1.4"
 
 
 def test_a_wrong_data_file_is_refused(tmp_path: Path) -> None:

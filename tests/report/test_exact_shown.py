@@ -20,7 +20,7 @@ from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.report.figures.posterior import draw_exact_posteriors
 from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
-from swesbi.report.study_tables import TRUTH_COLUMNS, JudgedPosterior, truth_table
+from swesbi.report.study_tables import TRUTH_COLUMNS, truth_table
 from swesbi.study.stages import tables as truth_stage
 from swesbi.verdict.answers import is_exact, verdict_numbers
 
@@ -86,18 +86,16 @@ def posterior_of(low: float, high: float) -> Posterior:
 
 def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_contradicted() -> None:
     answers = [
-        JudgedPosterior("calibrated", "A", posterior_of(5.0, 60.0), verdict("A")),
-        JudgedPosterior("calibrated", "F", posterior_of(5.0, 60.0), verdict("F")),
-        JudgedPosterior("calibrated", "recorded", posterior_of(5.0, 60.0), verdict("A")),
+        ("calibrated", "A", posterior_of(5.0, 60.0), verdict("A")),
+        ("calibrated", "F", posterior_of(5.0, 60.0), verdict("F")),
+        ("calibrated", "recorded", posterior_of(5.0, 60.0), verdict("A")),
     ]
     table = truth_table(answers, {name: np.array(TRUE_THETA[name], float) for name in "AF"})
     assert tuple(table.columns) == TRUTH_COLUMNS
     assert table["subject"].tolist() == ["A"] * 3 + ["F"] * 3
     assert table["inside"].tolist() == [True, True, True, None, None, None]
     assert table["low"].isna().tolist() == [False] * 3 + [True] * 3
-    narrow = truth_table(
-        [JudgedPosterior("x", "A", posterior_of(5.0, 40.0), verdict("A"))], {"A": np.array([58, 6, 28])}
-    )
+    narrow = truth_table([("x", "A", posterior_of(5.0, 40.0), verdict("A"))], {"A": np.array([58, 6, 28])})
     assert narrow["inside"].tolist() == [False, True, True]
 
 

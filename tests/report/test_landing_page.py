@@ -8,7 +8,7 @@ from comparison_case import observation
 from jinja2 import ChainableUndefined
 from report_case import make_experiment
 
-from swesbi.report.page.forest import LEFT, Interval, panel
+from swesbi.report.page.forest import LEFT, panel
 from swesbi.report.page.landing import make_landing
 from swesbi.report.page.page import Cohort, templates
 from swesbi.report.results import Results
@@ -39,13 +39,10 @@ def test_the_verdicts_come_first_and_a_subject_that_is_not_to_be_read_says_so() 
 
 
 def test_a_panel_starts_at_zero_and_leaves_out_who_is_not_answered() -> None:
-    drawn = panel(
-        "k_0",
-        "kPa",
-        [Interval("A", "not contradicted", 5, 4, 6), Interval("F", "contradicted", NAN, NAN, NAN)],
-    )
+    rows = [("A", "not contradicted", 5.0, 4.0, 6.0), ("F", "contradicted", NAN, NAN, NAN)]
+    drawn = panel("k_0", "kPa", pd.DataFrame(rows, columns=["subject", "status", "median", "low", "high"]))
     (mark,) = drawn.marks
-    assert LEFT < mark.low < mark.median < mark.high <= drawn.right
-    assert mark.median - mark.low == pytest.approx(mark.high - mark.median, abs=0.2)
+    assert LEFT < mark["low"] < mark["median"] < mark["high"] <= drawn.right
+    assert mark["median"] - mark["low"] == pytest.approx(mark["high"] - mark["median"], abs=0.2)
     assert drawn.ticks[0] == (LEFT, "0")
     assert drawn.description == "k_0 in kPa: A 5.00 (4.00 to 6.00)"

@@ -56,12 +56,11 @@ def test_widths_and_shifts_stand_by_quantity() -> None:
 def test_the_section_has_them_where_there_are_any() -> None:
     with_them, without = (make_population_section(shown(one), {}, TITLE) for one in (made(), None))
     assert {"pressures", "pressures_subjects"} <= set(with_them.tables)
-    facts = {fact.name: fact.value for fact in with_them.facts}
-    assert facts["With cuff pressures"] == (
+    assert with_them.facts["With cuff pressures"] == (
         "R_d: intervals 0.85 times as wide (median); R_d C_s: intervals 0.95 times as wide (median)"
     )
     assert "pressures" not in without.tables
-    assert "With cuff pressures" not in {fact.name for fact in without.facts}
+    assert "With cuff pressures" not in without.facts
 
 
 def test_rows_are_those_of_the_experiment(tmp_path: Path) -> None:

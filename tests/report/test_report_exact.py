@@ -117,7 +117,7 @@ def exact() -> Exact:
 
 def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Exact) -> None:
     rows = verdicts_table(exact, TITLE).rows
-    assert [row.muted for row in rows] == [False, False, True]
+    assert [row.mark for row in rows] == ["", "strained", "muted"]
     assert rows[1].cells[:4] == ("D", "strained", "decay (p = 0.0002)", "importance weights")
     assert rows[0].cells[4:] == ("0.31", "82", "–", "yes")
     against = ("Mahalanobis", "MMD", "χ²", "peak", "mass at a bound")
@@ -134,7 +134,7 @@ def test_flagged_tests_are_bold_and_tests_without_a_p_value_show_their_statistic
 
 def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> None:
     section = make_section(exact, {}, TITLE)
-    facts = {fact.name: str(fact.value) for fact in section.facts}
+    facts = section.facts
     assert facts["Verdicts"] == "1 not contradicted, 1 strained, 1 contradicted"
     assert facts["Exact posteriors"].endswith("by MCMC: F")
     assert facts["Truth of the generated recordings"] == "inside 3 of 6 intervals"
@@ -144,17 +144,21 @@ def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> No
     own = shown["the model's own noiseexact weights"]
     assert own == ("1 of 4", "1 of 3", "87.5", "87.5", "87.5", "90.5", "12")
     assert shown["at the subject's own datanetwork alone"][0] == "–"
+    failed = [row.cells[4] for row in section.tables["checks"].rows]
+    assert failed == ["k_SR"] * 6
     rates = [row.cells[2] for row in section.tables["alarms"].rows]
     assert rates[0] == "5.5 (2.8 to 11.0)" and len(rates) == 2
     assert section.tables["identifiability"].rows[0].cells[2:] == ("0.812", "12.3", "13.0", "4.00 to (30.0)")
     assert section.tables["noise"].rows[0].cells == ("between repeats", "4.43", "0.10", "3.99 to 4.87")
-    assert [row.muted for row in section.tables["posterior"].rows] == [False] * 8 + [True] * 4
+    assert [row.mark for row in section.tables["posterior"].rows] == [""] * 4 + ["strained"] * 4 + [
+        "muted"
+    ] * 4
 
 
 def test_truth_of_the_contradicted_is_shown_without_an_answer(exact: Exact) -> None:
     rows = truth_table(exact, TITLE).rows
     assert [str(row.cells[-1]) for row in rows] == ["yes"] * 3 + ["no"] * 3 + ["–"] * 3
-    assert rows[-1].cells[4] == "5.50" and rows[-1].muted
+    assert rows[-1].cells[4] == "5.50" and rows[-1].mark == "muted"
     without = make_section(replace(exact, truth=pd.DataFrame(columns=["experiment"])), {}, TITLE)
     assert "truth" not in without.tables
 
@@ -168,7 +172,7 @@ def test_tables_of_all_experiments_take_both_kinds(exact: Exact) -> None:
     both = [paper, calibrated]
     assert comparison_table(both, TITLE).rows[0].cells[2] == "2 of 3 (A, D)"
     assert median_table(both, TITLE).rows[-1].cells[-1] == "–"
-    assert len(recovery_table(both).rows) == 6 and len(training_table(both).rows) == 2
+    assert len(recovery_table(both).rows) == 12 and len(training_table(both).rows) == 2
 
 
 def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
@@ -209,6 +213,6 @@ def test_a_strained_row_is_marked_and_left_out_of_the_mean_of_those_that_pass() 
     rows = score_table(experiment, TITLE).rows
     strained = {name for name in SUBJECTS if STATUS.get(name) == "strained"}
     assert strained
-    assert {str(row.cells[0]) for row in rows if row.strained} == strained
+    assert {str(row.cells[0]) for row in rows if row.mark == "strained"} == strained
     assert strained.isdisjoint(experiment.passed["subject"])
     assert len(experiment.passed)

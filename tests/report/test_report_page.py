@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from matplotlib.figure import Figure as Drawing
 from report_case import make_experiment
@@ -23,7 +24,7 @@ from swesbi.report.numbers import (
 )
 from swesbi.report.page.files import figure
 from swesbi.report.page.sections import caution, headline
-from swesbi.report.table import Column, Link, Row, Strong, Table, markdown, words
+from swesbi.report.table import MARK, MUTED, Column, Link, Strong, Table, markdown, words
 from swesbi.report.tables.experiments import (
     comparison_table,
     differences_table,
@@ -93,15 +94,45 @@ def test_a_predicted_quantity_beside_the_measured_says_so_in_words() -> None:
     assert beside_the_measured(row | {"measured": math.nan}) == "–"
 
 
-def test_a_row_of_another_length_is_refused() -> None:
-    with pytest.raises(ValueError, match="1 cells under 2 columns"):
-        Table("numbers", words("a", "b"), (Row(("1",)),))
+def test_a_column_of_several_values_is_an_interval_or_a_value_with_its_own() -> None:
+    row = {"value": 0.905, "low": 0.88, "high": 0.92, "none": math.nan}
+    assert Column("value", "Coverage", "%", "0%").cell(row) == "90"
+    assert Column(("low", "high"), "Interval", "", "2f").cell(row) == "0.88 to 0.92"
+    assert Column(("value", "low", "high"), "Coverage", "%", "1%").cell(row) == "90.5 (88.0 to 92.0)"
+    assert Column(("none", "none", "none"), "Coverage", "%", "1%").cell(row) == "–"
+    with pytest.raises(KeyError):
+        Column("absent", "Coverage").cell(row)
+
+
+def test_words_may_have_other_names() -> None:
+    column = words("sampler", "Answer", {"mcmc": "MCMC", "": "–"})
+    assert [column.cell({"sampler": name}) for name in ("mcmc", "", "other", None)] == [
+        "MCMC",
+        "–",
+        "other",
+        "–",
+    ]
 
 
 def test_a_table_as_markdown_keeps_its_columns_and_its_note() -> None:
-    columns = (*words("Subject"), Column("Largest |z|"), Column("Coverage", "% (interval)"))
-    rows = (Row(("A", Strong("3.1"), "90 (88 to 92)")), Row(("B|C", (Link("f", "g/f"),), "–"), muted=True))
-    assert markdown(Table("shown", columns, rows, "Note.")).splitlines() == [
+    frame = pd.DataFrame(
+        {
+            "name": ["A", "B|C"],
+            "z": [Strong("3.1"), (Link("f", "g/f"),)],
+            "coverage": [0.9, math.nan],
+            "low": [0.88, math.nan],
+            "high": [0.92, math.nan],
+            MARK: ["", MUTED],
+        }
+    )
+    columns = (
+        words("name", "Subject"),
+        Column("z", "Largest |z|"),
+        Column(("coverage", "low", "high"), "Coverage", "% (interval)", "0%"),
+    )
+    table = Table("shown", frame, columns, "Note.")
+    assert [row.mark for row in table.rows] == ["", MUTED]
+    assert markdown(table).splitlines() == [
         r"| Subject | Largest \|z\| | Coverage, % (interval) |",
         "|---|---:|---:|",
         "| A | **3.1** | 90 (88 to 92) |",
@@ -141,19 +172,19 @@ def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
 def test_means_are_over_the_supported_subjects_alone() -> None:
     experiment = make_experiment("paper", {"A": True, "B": True, "E": False})
     experiment.scores.loc[0, "rmse_kpa"] = 1.0
-    facts = {fact.name: str(fact.value) for fact in headline(experiment)}
+    facts = headline(experiment)
     assert facts["Subjects that the prior supports"] == "2 of 3"
     assert "→ 1.50 ± 0.71 kPa" in facts["RMSE of the predictive median, prior → posterior"]
     rows = score_table(experiment, TITLE).rows
-    assert [row.muted for row in rows] == [False, False, True, False]
-    assert rows[-1].cells[2] == "1.50 ± 0.71"
+    assert [row.mark for row in rows] == ["", "", "muted", "summary", "summary"]
+    assert [row.cells[2] for row in rows[-2:]] == ["1.50", "0.71"]
     assert rows[2].cells[2] == "–"
 
 
-def test_both_recoveries_stand_side_by_side_at_the_level_of_the_credible_intervals() -> None:
+def test_both_recoveries_stand_side_by_side_at_every_level() -> None:
     rows = recovery_table([make_experiment("paper", {"A": True})]).rows
-    assert len(rows) == len(THETA_NAMES)
-    assert rows[0].cells[2:6] == ("90", "25.0 (20.0 to 30.0)", "400", "12.5 (20.0 to 30.0)")
+    assert len(rows) == 2 * len(THETA_NAMES)
+    assert rows[-1].cells[2:6] == ("90", "25.0 (20.0 to 30.0)", "400", "12.5 (20.0 to 30.0)")
 
 
 def test_intervals_that_cover_too_little_are_pointed_out() -> None:
@@ -171,7 +202,7 @@ def test_experiments_differ_in_the_settings_that_were_changed() -> None:
     assert [row.cells for row in rows] == [("scalar_only", "summary.use_trajectory", "true", "false")]
     shown = {str(row.cells[0]): row.cells[1:] for row in comparison_table([main, other], TITLE).rows}
     assert shown["Subjects prior-supported"] == ("2 of 2 (A, B)", "1 of 2 (A)")
-    assert shown["Epochs trained"] == ("3", "3")
+    assert shown["RMSE, posterior (kPa)"] == ("2.00 ± 0.00", "2.00")
     assert median_table([main, other], TITLE).rows[-1].cells[3:] == ("5.00 (4.00 to 6.00)", "–")
     larger = make_experiment("calibrated", {"A": True, "G": True})
     last = median_table([main, larger], TITLE).rows[-1].cells  # a subject that the first does not have
@@ -181,10 +212,10 @@ def test_experiments_differ_in_the_settings_that_were_changed() -> None:
 def test_a_study_that_supports_nobody_is_shown() -> None:
     nobody = make_experiment("paper", {"A": False, "B": False})
     facts = headline(nobody)
-    assert facts[0].value == "0 of 2"
-    assert not any("RMSE" in fact.name for fact in facts)
+    assert facts["Subjects that the prior supports"] == "0 of 2"
+    assert not any("RMSE" in name for name in facts)
     for make in (verdict_table, score_table, feature_table, posterior_table):
-        assert all(row.muted for row in make(nobody, TITLE).rows)
+        assert all(row.mark == MUTED for row in make(nobody, TITLE).rows)
     assert derived_table(nobody, TITLE).rows == ()
     assert comparison_table([nobody], TITLE).rows[1].cells[1] == "–"
 

@@ -11,8 +11,8 @@ from jinja2 import ChainableUndefined
 from swesbi.artefacts import ArtefactError
 from swesbi.report.csv import write_csv
 from swesbi.report.page.page import templates
-from swesbi.report.page.validation import stored_validation
 from swesbi.report.table import Strong
+from swesbi.report.tables.validation import stored_validation
 from swesbi.report.tables.validation_outcomes import POOLED_TOGETHER
 
 NAN = float("nan")
@@ -60,7 +60,7 @@ def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path)
     assert [row.cells[0] for row in rows] == ["(d) spring", "(e) blocks", "(a) own"]
     assert rows[0].cells[1:7] == ("k_SR", "60", "67", "0", "33", "73.3 (60 to 84)")
     assert rows[0].cells[7:] == (Strong("60.0 (40 to 78)"), Strong("40.0 (22 to 60)"), "−0.18", "0.45")
-    assert rows[1].muted and rows[1].cells[7:9] == ("not tested", "not tested")
+    assert rows[1].mark == "muted" and rows[1].cells[7:9] == ("not tested", "not tested")
     assert rows[2].cells[7:9] == ("98.2 (80 to 100)", "5.0 (0 to 20)")
 
 

@@ -25,7 +25,6 @@ from swesbi.report.tables.exact import (
     truth_table,
     verdicts_table,
 )
-from swesbi.report.tables.experiments import level
 from swesbi.report.tables.subjects import score_table
 from tools.docs.nuisances import Nuisance, nuisances, nuisances_part
 from tools.docs.results import at_length, finished, of_experiment, read_experiment, read_table
@@ -103,7 +102,7 @@ def answer_part(results: CalibrationResults) -> str:
     covered = experiment.passed["coverage_phases"]
     phases = f"{share(covered.min(), 0)} to {share(covered.max(), 0)}" if len(covered) else MISSING
     own, acquired = (
-        ", ".join(share(level(table, experiment)[name]) for name in THETA_NAMES)
+        ", ".join(share(experiment.at_level(table)["coverage"][name]) for name in THETA_NAMES)
         for table in (experiment.recovery.own, experiment.recovery.acquisition)
     )
     lines = [

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.information import contraction
 from swesbi.parameters import NUISANCES, PHI_NAMES, Parameter
 from swesbi.prior import JointPriorSettings, NuisanceSettings, ParameterPrior, even_quantiles
 from swesbi.report.numbers import MISSING, fixed, span
-from swesbi.report.table import Column, Table, body, markdown, words
+from swesbi.report.table import Table, markdown
 
 
 @dataclass(frozen=True)
@@ -58,14 +59,13 @@ def nuisances_part(free: Sequence[Nuisance]) -> str:
     """Show prior, contraction and reason of each; a dash where no posterior tells the contraction."""
     if not free:
         return "Nothing: every nuisance parameter is fixed."
-    prior = (Column("Median"), Column("Log sd"), Column("Bounds"))
-    columns = (*words("Parameter"), *prior, Column("Contraction"), *words("Reason"))
-    rows = [_row(nuisance) for nuisance in free]
+    heads = ["Parameter", "Median", "Log sd", "Bounds", "Contraction", "Reason"]
+    frame = pd.DataFrame([_row(nuisance) for nuisance in free], columns=heads)
     note = (
         "Contraction: 1 − posterior variance / prior variance of the logarithm, median over the subjects "
         "not contradicted, least and largest in brackets. Zero: the recording tells nothing."
     )
-    return markdown(Table("What is not known of a heart.", columns, body(rows), note))
+    return markdown(Table("What is not known of a heart.", frame, note=note))
 
 
 def _row(nuisance: Nuisance) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from swesbi.checks.calibration.ranks import WEIGHTED
 from swesbi.config.study import Study
 from swesbi.report.figures.population import read_strata
 from swesbi.report.numbers import fixed, share
-from swesbi.report.table import markdown, of_records
+from swesbi.report.table import Table, markdown
 from swesbi.report.tables.population import OverPopulation, counts_table, strata_table
 from swesbi.report.tables.pressures import pressures_of, pressures_table, subjects_table
 from swesbi.verdict.answers import read_cohort
@@ -112,7 +112,7 @@ def scaling_part(results: PopulationResults) -> str:
         for stage, of_stage in sorted(costs.items(), key=lambda item: -item[1][-1])
         if of_stage[-1] >= LEAST_SHOWN_S
     ]
-    return f"![Cost of cohorts](figures/scaling.png)\n\n{markdown(of_records(rows))}"
+    return f"![Cost of cohorts](figures/scaling.png)\n\n{markdown(Table('', pd.DataFrame(rows)))}"
 
 
 def pressures_part(results: PopulationResults) -> str:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Final, Self
 
 import pandas as pd
 
 from swesbi.parameters import THETA
 from swesbi.report.csv import checked
-from swesbi.report.numbers import count, percent, span
-from swesbi.report.results import records
-from swesbi.report.table import Cell, Column, Row, Table, markdown, words
+from swesbi.report.numbers import percent, span
+from swesbi.report.results import columns_of, wide
+from swesbi.report.table import Column, Table, markdown, words
 from tools.docs.results import read_table
 
 MARK: Final = "free_running"
@@ -71,33 +70,26 @@ def pushes_table(table: pd.DataFrame, interval: float) -> Table:
     """
     shown = table[table["nominal"] == interval].astype({"pushes": str})
     columns = (
-        *words("Pushes"),
-        Column("Recordings"),
-        *(Column(f"{parameter.text} inside", "% (interval)") for parameter in THETA),
-        Column("Efficiency", "%, median"),
-        *(Column(name, "%") for name in ("By MCMC", "False alarms")),
+        words("pushes", "Pushes"),
+        Column("n", "Recordings", "", "d"),
+        *(
+            Column(
+                columns_of(parameter.name, ("coverage", "ci_low", "ci_high")),
+                f"{parameter.text} inside",
+                "% (interval)",
+                _coverage,
+            )
+            for parameter in THETA
+        ),
+        Column("median_efficiency", "Efficiency", "%, median", "0%"),
+        Column("by_mcmc", "By MCMC", "%", "1%"),
+        Column("false_alarms", "False alarms", "%", "1%"),
     )
-    rows = [_row(str(pushes), group) for pushes, group in shown.groupby("pushes", sort=False)]
-    return Table("Free-running recordings of fresh contexts.", columns, tuple(rows))
+    return Table("Free-running recordings of fresh contexts.", wide(shown, ["pushes"], "parameter"), columns)
 
 
-def _row(pushes: str, group: pd.DataFrame) -> Row:
-    by_parameter = {row["parameter"]: row for row in records(group)}
-    beside = group.iloc[0]
-    cells: tuple[Cell, ...] = (
-        pushes,
-        count(beside["n"]),
-        *(_coverage(by_parameter[parameter.name]) for parameter in THETA),
-        percent(beside["median_efficiency"], 0),
-        percent(beside["by_mcmc"]),
-        percent(beside["false_alarms"]),
-    )
-    return Row(cells, muted=pushes == ALL)
-
-
-def _coverage(row: Mapping[Hashable, Any], ends: tuple[str, str] = ("ci_low", "ci_high")) -> str:
-    shown = (percent(row[name], 0) for name in ends)
-    return f"{percent(row['coverage'])} ({span(*shown)})"
+def _coverage(value: float, low: float, high: float) -> str:
+    return f"{percent(value)} ({span(percent(low, 0), percent(high, 0))})"
 
 
 def _doors(doors: pd.DataFrame | None) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 from swesbi.parameters import THETA_NAMES
 from swesbi.report import training_tables
 from swesbi.report.numbers import fixed, share
-from swesbi.report.table import markdown, of_records
+from swesbi.report.table import Table, markdown
 from swesbi.report.tables import experiments
 from swesbi.report.tables.subjects import score_table, verdict_table
 from tools.docs.results import ReproductionResults
@@ -53,7 +53,7 @@ def truth_part(results: ReproductionResults) -> str:
     if not rows:
         return "The prior supports no subject."
     total = len(rows) * len(THETA_NAMES)
-    shown = markdown(of_records(rows))
+    shown = markdown(Table("", pd.DataFrame(rows)))
     return f"True parameters inside their 90 % credible intervals: {inside} of {total}.\n\n{shown}"
 
 
@@ -61,7 +61,8 @@ def epochs_part(results: ReproductionResults) -> str:
     """Show loss, recovery, observed coverage, error and width at the first, best and last checkpoint."""
     epochs = results.epochs["epoch"]
     shown = sorted({int(epochs.min()), _best_epoch(results), int(epochs.max())})
-    return f"{markdown(of_records([_row(results, epoch) for epoch in shown]))}\n\n{_narrowed(results)}"
+    rows = pd.DataFrame([_row(results, epoch) for epoch in shown])
+    return f"{markdown(Table('', rows))}\n\n{_narrowed(results)}"
 
 
 def _row(results: ReproductionResults, epoch: int) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Final
 import pandas as pd
 
 from swesbi.report.results import records
-from swesbi.report.table import Row, Table, markdown, words
+from swesbi.report.table import Table, markdown
 from swesbi.report.tables.experiments import marked
 from tools.docs.results import ReproductionResults
 
@@ -60,9 +60,9 @@ STATEMENTS: Final = (
 
 def statements_part(results: ReproductionResults) -> str:
     """Show the paper's statements beside this study's, from the comparison of every number."""
-    rows = tuple(Row(_cells(statement, results.comparison)) for statement in STATEMENTS)
-    columns = words("Statement", "Paper", "Here", "Reading", "Designed or found")
-    return markdown(Table("", columns, rows))
+    rows = [_cells(statement, results.comparison) for statement in STATEMENTS]
+    heads = ["Statement", "Paper", "Here", "Reading", "Designed or found"]
+    return markdown(Table("", pd.DataFrame(rows, columns=heads)))
 
 
 def _cells(statement: Statement, comparison: pd.DataFrame) -> tuple[str, ...]:

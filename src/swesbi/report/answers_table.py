@@ -10,7 +10,7 @@ from typing import Final
 import pandas as pd
 
 from swesbi.report.csv import write_csv
-from swesbi.report.workbook import Sheet, write_workbook
+from swesbi.report.workbook import write_workbook
 from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
 from swesbi.verdict.trust import ANSWER, IN_WORDS
 
@@ -92,4 +92,4 @@ def write_answers(table: pd.DataFrame, folder: Path) -> None:
     meanings = pd.DataFrame({"column": list(said), "meaning": list(said.values())})
     write_csv(folder / TABLE, table)
     write_csv(folder / COLUMNS, meanings)
-    write_workbook(folder / WORKBOOK, [Sheet("answers", table), Sheet("columns", meanings)])
+    write_workbook(folder / WORKBOOK, {"answers": table, "columns": meanings})

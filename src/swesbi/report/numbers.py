@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 from swesbi.context import CONTEXT as VARIABLES
 from swesbi.parameters import THETA
 
+MISSING: Final = "–"
+MINUS: Final = "−"
 PARAMETERS: Final = {parameter.name: parameter.text for parameter in THETA}
-
-
 PARAMETER_UNITS: Final = {parameter.name: parameter.html_unit for parameter in THETA}
-
-
 DERIVED: Final = {
     "ejection_fraction": "ejection fraction",
     "end_diastolic_volume_ml": "end-diastolic volume",
@@ -28,17 +26,9 @@ DERIVED: Final = {
     "peak_stiffness_kpa": "peak stiffness",
     "isometric_stiffness_kpa": "isometric stiffness k_0(1 − exp(−k_ATP D_T))",
 }
-
-
 CONTEXT: Final = {variable.name: variable.words for variable in VARIABLES}
-
-
 SYMBOL: Final = re.compile(r"\b(k|D)_(0|ATP|SR|T)\b")
-
-
 UNITS: Final = {"mhz": "MHz", "hz": "Hz", "us": "µs", "ms": "ms", "cm": "cm", "mm": "mm"}
-
-
 REJECTIONS: Final = {
     "no_wave": "No wave",
     "motion": "Motion",
@@ -50,14 +40,8 @@ REJECTIONS: Final = {
     "outlier": "Outlier",
     "sparse_phase": "Sparse phase",
 }
-
-
 FEATURE_UNITS = {"_kpa_per_cycle": "kPa/cycle", "_kpa": "kPa", "_cycle": "cycle"}
-
-
 TRAJECTORY: Final = re.compile(r"trajectory_(\d+)_kpa")
-
-
 COMPONENT: Final = re.compile(
     rf"\b(?:{'|'.join(CONTEXT)}|[a-z]+(?:_[a-z0-9]+)*(?:{'|'.join(FEATURE_UNITS)}))\b"
 )
@@ -82,11 +66,6 @@ def feature_unit(name: str) -> str:
     return next((unit for suffix, unit in FEATURE_UNITS.items() if name.endswith(suffix)), "1")
 
 
-def rejection(reason: str) -> str:
-    """Return why a sample was rejected, in words."""
-    return REJECTIONS.get(reason, reason.replace("_", " "))
-
-
 def protocol_entry(key: str, value: object) -> str:
     """Return one entry of a recording protocol: push_frequency_mhz, 4.0 as "push frequency 4 MHz"."""
     *words, last = key.split("_")
@@ -103,19 +82,10 @@ def with_symbols(text: str) -> Markup:
 
 def feature_label(name: str) -> str:
     """Return a feature's name in words: "post_peak_auc_kpa" as "post-peak AUC (kPa)"."""
-    unit = ""
-    for suffix, unit_of_suffix in FEATURE_UNITS.items():
-        if name.endswith(suffix):
-            name, unit = name.removesuffix(suffix), f" ({unit_of_suffix})"
-            break
-    words = name.replace("post_peak", "post-peak").split("_")
+    suffix = next((suffix for suffix in FEATURE_UNITS if name.endswith(suffix)), "")
+    words = name.removesuffix(suffix).replace("post_peak", "post-peak").split("_")
+    unit = f" ({FEATURE_UNITS[suffix]})" if suffix else ""
     return " ".join("AUC" if word == "auc" else word for word in words) + unit
-
-
-MISSING: Final = "–"
-
-
-MINUS: Final = "−"
 
 
 def fixed(value: float, decimals: int) -> str:
@@ -161,6 +131,27 @@ def estimate(value: float, low: float, high: float, *, most_decimals: int = 12) 
     return shown, span(start, end)
 
 
+def middle(value: float, low: float, high: float) -> str:
+    """Return the value of :func:`estimate`."""
+    return estimate(value, low, high)[0]
+
+
+def interval(value: float, low: float, high: float) -> str:
+    """Return the interval of :func:`estimate`."""
+    return estimate(value, low, high)[1]
+
+
+def with_limits(value: float, low: float, high: float) -> str:
+    """Return a value and its interval as one text: "53.7 (52.0 to 55.1)"; one dash where there is none."""
+    shown, ends = estimate(value, low, high)
+    return shown if shown == MISSING else f"{shown} ({ends})"
+
+
+def yes_or_no(value: object) -> str:
+    """Return a truth of a table read from CSV in words; a column with gaps holds texts, others truths."""
+    return {"True": "yes", "False": "no"}.get(str(value), MISSING)
+
+
 def percent(fraction: float, decimals: int = 1) -> str:
     """Return a fraction in percent, without the sign, which the heading has: 0.905 as "90.5"."""
     return fixed(100.0 * fraction, decimals)
@@ -176,9 +167,19 @@ def as_percent(fraction: float) -> str:
     return f"{100.0 * fraction:g} %"
 
 
+def formatted(value: float, form: str) -> str:
+    """Return a number by a format: decimals "2f", percent "1%", significant digits "3g", a count "d"."""
+    if form == "d":
+        return count(value)
+    digits, kind = int(form[:-1]), form[-1]
+    if kind == "g":
+        return significant(value, digits)
+    return percent(value, digits) if kind == "%" else fixed(value, digits)
+
+
 def count(value: float) -> str:
     """Return a whole number with thousands apart."""
-    return f"{int(value):,}"
+    return MISSING if math.isnan(value) else f"{int(value):,}"
 
 
 def span(low: str, high: str) -> str:

@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import pandas as pd
 
 from swesbi.recording.observation import Observation
-from swesbi.verdict.verdict import NOT_CONTRADICTED, PRIOR_SUPPORTED, Verdict
+from swesbi.report.table import MARK, MUTED
+from swesbi.report.table import STRAINED as WITH_CARE
+from swesbi.verdict.answers import LIMITS, REFUSED
+from swesbi.verdict.verdict import (
+    CONTRADICTED,
+    NOT_CONTRADICTED,
+    NOT_PRIOR_SUPPORTED,
+    PRIOR_SUPPORTED,
+    STRAINED,
+    Verdict,
+)
 
-PASSED: Final = frozenset({NOT_CONTRADICTED, PRIOR_SUPPORTED})
+PASSED: Final = (NOT_CONTRADICTED, PRIOR_SUPPORTED)
+MARKS: Final = {STRAINED: WITH_CARE} | dict.fromkeys((CONTRADICTED, NOT_PRIOR_SUPPORTED, REFUSED), MUTED)
+"""How a subject's row is set, by its verdict: grey what is not to be read, amber what is read with care."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +69,25 @@ class Experiment:
         known = {name for name, verdict in self.verdicts.items() if verdict.status in PASSED}
         return self.scores[self.scores["may_be_read"] & self.scores["subject"].isin(known)]
 
+    def at_level(self, recovery: pd.DataFrame) -> pd.DataFrame:
+        """Return a recovery at the nominal level of the credible intervals, by parameter.
+
+        Where the study has not scored that level, the one next to it is taken; the tables name it.
+        """
+        apart = (recovery["nominal"] - self.credible_percent / 100.0).abs()
+        nearest = recovery["nominal"].iloc[int(apart.argmin())]
+        rows: pd.DataFrame = recovery[recovery["nominal"] == nearest].set_index("parameter")
+        return rows
+
+    @property
+    def status(self) -> pd.Series:
+        """Verdict of each subject in a word."""
+        return pd.Series({name: verdict.status for name, verdict in self.verdicts.items()}, dtype=object)
+
+    def marked(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Return a table with a column of subjects, each row marked by the subject's verdict."""
+        return marked(table, table["subject"].map(self.status))
+
     @property
     def credible_percent(self) -> float:
         """Mass of the credible intervals, in percent."""
@@ -87,6 +118,28 @@ class Results:
 def records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:
     """Return a table's rows by column name."""
     return table.to_dict("records")
+
+
+def marked(table: pd.DataFrame, statuses: pd.Series) -> pd.DataFrame:
+    """Return a table with each row marked by a verdict."""
+    return table.assign(**{MARK: statuses.map(MARKS).fillna("")})
+
+
+def wide(table: pd.DataFrame, rows: Sequence[str], by: str) -> pd.DataFrame:
+    """Return a row for each value of ``rows``, in their order.
+
+    A column "{value of by}_{column}" has what the table says of each value; the other columns are those of
+    the first row of each.
+    """
+    return pd.DataFrame(
+        {**found[0], **{f"{row[by]}_{name}": value for row in found for name, value in row.items()}}
+        for found in (records(part) for _, part in table.groupby(list(rows), sort=False))
+    )
+
+
+def columns_of(prefix: str, names: Iterable[str] = LIMITS) -> tuple[str, ...]:
+    """Return columns of :func:`wide`: "k0_kpa" as "k0_kpa_median", "k0_kpa_low", "k0_kpa_high"."""
+    return tuple(f"{prefix}_{name}" for name in names)
 
 
 def is_true(value: object) -> bool:

@@ -13,7 +13,7 @@ from swesbi.context import CONTEXT, Context
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI
 from swesbi.posterior.result import SEPARATOR
-from swesbi.report.numbers import REJECTIONS, as_percent
+from swesbi.report.numbers import REJECTIONS, as_percent, digits
 from swesbi.report.sheet import Informed, Recorded, Sheet, ShownCurve
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
 from swesbi.verdict.trust import ANSWER, IN_WORDS
@@ -79,8 +79,8 @@ def rows(sheet: Sheet) -> list[tuple[str, ...]]:
     return [
         (
             f"{line.short} {line.parameter.tex} ({line.parameter.unit})",
-            _figures(median[j]),
-            f"{_figures(low[j])} to {_figures(high[j])}",
+            digits(median[j]),
+            f"{digits(low[j])} to {digits(high[j])}",
             _time_constant(line.parameter.unit, low[j], median[j], high[j]),
             _percentile(sheet.population.prior[:, j], low[j], median[j], high[j]),
             *(as_percent(round(float(width[j]), 2)) for width in more),
@@ -119,18 +119,13 @@ def conditions() -> list[str]:
 def _time_constant(unit: str, low: float, median: float, high: float) -> str:
     if unit != "1/s":
         return ""
-    middle, short, long = (_figures(MS_PER_S / rate) for rate in (median, high, low))
+    middle, short, long = (digits(MS_PER_S / rate) for rate in (median, high, low))
     return f"{middle} ({short} to {long})"
 
 
 def _percentile(population: FloatArray, *values: float) -> str:
     low, median, high = (100.0 * float(np.mean(population <= value)) for value in values)
     return f"{median:.0f} ({low:.0f} to {high:.0f})"
-
-
-def _figures(value: float) -> str:
-    """Return three significant digits."""
-    return f"{value:#.3g}".rstrip(".")
 
 
 def _caution(sheet: Sheet) -> list[str]:
@@ -148,7 +143,7 @@ def _caution(sheet: Sheet) -> list[str]:
 def _with_pressures(informed: Informed) -> str:
     low, median, high = median_and_interval(informed.result.phi, informed.result.interval_mass)
     told = ", ".join(
-        f"{parameter.text} {_figures(median[j])} [{_figures(low[j])}, {_figures(high[j])}] {parameter.unit}"
+        f"{parameter.text} {digits(median[j])} [{digits(low[j])}, {digits(high[j])}] {parameter.unit}"
         for j, parameter in enumerate(PHI)
     )
     clinical = informed.clinical

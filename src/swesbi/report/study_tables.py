@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -17,24 +17,7 @@ from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.posterior.truncated import Posterior
 from swesbi.verdict.verdict import Verdict
 
-PPC_COLUMNS: Final = (
-    "experiment", "subject", "may_be_read", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
-    "r2", "post_peak_rmse_kpa", "coverage_grid", "coverage_phases", "rmse_cmaes_kpa",
-    "coverage_noiseless_grid", "coverage_noiseless_phases", "coverage_observed_grid",
-    "coverage_observed_phases", "coverage_prior_band_grid", "coverage_prior_envelope_grid",
-)  # fmt: skip
-CEILING: Final = PPC_COLUMNS[-2:]
-"""What the prior's own band, and the envelope of all its draws, hold of the observed curve."""
-FEATURE_COLUMNS: Final = (
-    "experiment", "subject", "may_be_read", "feature", "observed", "noise_sd", "prior_median", "prior_pi_low",
-    "prior_pi_high", "median", "pi_low", "pi_high", "inside",
-)  # fmt: skip
 FloatArray = NDArray[np.float64]
-CORRELATIONS: Final = tuple(f"correlation_{name}" for name in THETA_NAMES)
-POSTERIOR_COLUMNS: Final = (
-    "experiment", "subject", "may_be_read", "parameter", "unit", "median", "ci_low", "ci_high", "measured",
-    *CORRELATIONS, "unfiltered_median", "cmaes",
-)  # fmt: skip
 TRUTH_COLUMNS: Final = (
     "experiment", "subject", "status", "parameter", "truth", "median", "low", "high", "inside",
 )  # fmt: skip
@@ -61,7 +44,7 @@ def ppc_table(cases: Sequence[Case]) -> pd.DataFrame:
     are the first in an experiment on features, the second in one on speeds. The last two columns are the
     ceiling: what the band and the envelope of the prior's noiseless curves hold.
     """
-    return pd.DataFrame([_row(case) for case in cases], columns=list(PPC_COLUMNS))
+    return pd.DataFrame([_row(case) for case in cases])
 
 
 def _row(case: Case) -> dict[str, Any]:
@@ -101,29 +84,32 @@ def features_table(cases: Sequence[Case]) -> pd.DataFrame:
     Intervals are those of a new observation, noise included. What concerns the posterior is missing where
     the subject is outside the prior's support.
     """
-    return pd.DataFrame([row for case in cases for row in _feature_rows(case)], columns=list(FEATURE_COLUMNS))
+    table = pd.concat([_features(case) for case in cases], ignore_index=True)
+    if not table["may_be_read"].all():
+        blank = ["median", "pi_low", "pi_high", "inside"]
+        table[blank] = table[blank].where(table["may_be_read"])
+    return table
 
 
-def _feature_rows(case: Case) -> Iterator[dict[str, Any]]:
-    check = case.check
-    prior, posterior = check.prior.features.predicted, check.posterior.features.predicted
-    missing = 1.0 if check.may_be_read else float("nan")
-    for j, name in enumerate(check.target.feature_names):
-        yield {
+def _features(case: Case) -> pd.DataFrame:
+    target, prior, posterior = case.check.target, case.check.prior.features, case.check.posterior.features
+    return pd.DataFrame(
+        {
             "experiment": case.experiment,
             "subject": case.subject,
-            "may_be_read": check.may_be_read,
-            "feature": name,
-            "observed": check.target.features[j],
-            "noise_sd": check.target.feature_noise_sd[j],
-            "prior_median": prior.median[j],
-            "prior_pi_low": prior.low[j],
-            "prior_pi_high": prior.high[j],
-            "median": missing * posterior.median[j],
-            "pi_low": missing * posterior.low[j],
-            "pi_high": missing * posterior.high[j],
-            "inside": bool(check.posterior.features.inside[j]) if check.may_be_read else None,
+            "may_be_read": case.check.may_be_read,
+            "feature": list(target.feature_names),
+            "observed": target.features,
+            "noise_sd": target.feature_noise_sd,
+            "prior_median": prior.predicted.median,
+            "prior_pi_low": prior.predicted.low,
+            "prior_pi_high": prior.predicted.high,
+            "median": posterior.predicted.median,
+            "pi_low": posterior.predicted.low,
+            "pi_high": posterior.predicted.high,
+            "inside": posterior.inside,
         }
+    )
 
 
 def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -135,8 +121,7 @@ def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
     measured of them. LVEDV sets the simulator's size, but neither it nor LVESV is fitted. Posterior values
     are NaN where the subject is outside the prior's support.
     """
-    rows = [row for case in cases for row in (*_parameters(case), *_derived(case))]
-    return pd.DataFrame(rows, columns=list(POSTERIOR_COLUMNS))
+    return pd.DataFrame([row for case in cases for row in (*_parameters(case), *_derived(case))])
 
 
 def _parameters(case: Case) -> Iterator[dict[str, Any]]:
@@ -144,13 +129,14 @@ def _parameters(case: Case) -> Iterator[dict[str, Any]]:
     missing = 1.0 if case.verdict.may_be_read else np.nan
     for j, (name, unit) in enumerate(zip(THETA_NAMES, THETA_UNITS, strict=True)):
         low, high = missing * posterior.interval[j]
-        correlations = zip(CORRELATIONS, missing * posterior.correlation[j], strict=True)
+        correlations = zip(THETA_NAMES, missing * posterior.correlation[j], strict=True)
         yield {
             **_identity(case, name, unit),
             "median": missing * posterior.median[j],
             "ci_low": low,
             "ci_high": high,
-            **dict(correlations),
+            "measured": np.nan,
+            **{f"correlation_{other}": value for other, value in correlations},
             "unfiltered_median": case.verdict.unfiltered_median[name],
             "cmaes": case.fit.theta[j],
         }
@@ -185,43 +171,24 @@ def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True)
-class JudgedPosterior:
-    """The posterior of one subject in one experiment, with its verdict."""
-
-    experiment: str
-    subject: str
-    posterior: Posterior
-    verdict: Verdict
-
-
-def truth_table(answers: Sequence[JudgedPosterior], truths: Mapping[str, FloatArray]) -> pd.DataFrame:
+def truth_table(
+    answers: Iterable[tuple[str, str, Posterior, Verdict]], truths: Mapping[str, FloatArray]
+) -> pd.DataFrame:
     """Return one row an experiment, subject and active parameter.
 
     ``low`` and ``high`` are the ends of the credible interval; they and the median are missing where the
     posterior may not be read, and is not reported. Subjects without a known truth have no row.
 
     Args:
-        answers: Posteriors.
+        answers: Experiment, subject, posterior and verdict.
         truths: True theta (3,) by subject.
     """
-    rows = [row for answer in answers if answer.subject in truths for row in _truth_rows(answer, truths)]
+    rows = []
+    for experiment, subject, posterior, verdict in answers:
+        reported = 1.0 if verdict.may_be_read else np.nan
+        for j, truth in enumerate(truths.get(subject, ())):
+            low, high = posterior.interval[j]
+            inside = bool(low <= truth <= high) if verdict.may_be_read else None
+            values = reported * np.array([posterior.median[j], low, high])
+            rows.append((experiment, subject, verdict.status, THETA_NAMES[j], truth, *values, inside))
     return pd.DataFrame(rows, columns=list(TRUTH_COLUMNS))
-
-
-def _truth_rows(answer: JudgedPosterior, truths: Mapping[str, FloatArray]) -> Iterator[dict[str, Any]]:
-    reported = 1.0 if answer.verdict.may_be_read else np.nan
-    for j, name in enumerate(THETA_NAMES):
-        truth = float(truths[answer.subject][j])
-        low, high = reported * answer.posterior.interval[j]
-        yield {
-            "experiment": answer.experiment,
-            "subject": answer.subject,
-            "status": answer.verdict.status,
-            "parameter": name,
-            "truth": truth,
-            "median": reported * answer.posterior.median[j],
-            "low": low,
-            "high": high,
-            "inside": bool(low <= truth <= high) if answer.verdict.may_be_read else None,
-        }

@@ -1,19 +1,24 @@
-"""A table as page and documentation show it: Markdown is set here, HTML by the macro of ``page``.
+"""A table is a dataframe and the columns that are shown of it; HTML, Markdown and LaTeX are its renderings.
 
-Every cell is text as a reader can use it, formatted by :mod:`swesbi.report.numbers`: how many digits a number
-deserves often depends on its row (an interval's width, a parameter's size), so a format belongs to the cell.
-Symbols stand as k_0, k_ATP, k_SR and D_T; each rendering sets them in its own way.
+HTML is set by the macro of ``page``, LaTeX by :mod:`swesbi.report.latex`, Markdown here; CSV is the dataframe
+alone. Symbols stand as k_0, k_ATP, k_SR and D_T; each rendering sets them in its own way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Final
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final, NamedTuple
 
-from swesbi.report.numbers import MISSING
+import pandas as pd
+
+from swesbi.report.numbers import MISSING, formatted, span
 
 BAR: Final = "\\|"
+MARK: Final = "mark"
+"""The column of the dataframe that says how a row is set: one of the next three, or nothing."""
+MUTED, STRAINED, SUMMARY = "muted", "strained", "summary"
 
 
 @dataclass(frozen=True)
@@ -34,71 +39,94 @@ class Strong:
 Cell = str | Strong | tuple[Link, ...]
 
 
+def as_words(value: object) -> Cell:
+    """Return a cell of words as it is, a dash where there is none."""
+    if isinstance(value, (Strong, tuple)):
+        return value
+    return MISSING if pd.isna(value) else str(value)  # type: ignore[call-overload]
+
+
 @dataclass(frozen=True)
 class Column:
-    """A column's heading; its unit stands below the name, empty for words."""
+    """One column: what it takes of the dataframe, its heading, its unit, and how a cell is set.
 
-    name: str
+    Attributes:
+        source: Its name in the dataframe; or several, whose values go into one cell.
+        head: Heading.
+        unit: Unit, below the heading.
+        shown: A format of :func:`swesbi.report.numbers.formatted`, or a function of the values. By a format,
+            two values are an interval, and three a value with its interval.
+        numeric: Whether it stands at the right.
+    """
+
+    source: str | tuple[str, ...]
+    head: str
     unit: str = ""
+    shown: str | Callable[..., Cell] = as_words
     numeric: bool = True
 
     @property
     def heading(self) -> str:
         """Name and unit in a line."""
         if not self.unit:
-            return self.name
-        return f"{self.name}, {self.unit}" if "(" in self.unit else f"{self.name} ({self.unit})"
+            return self.head
+        return f"{self.head}, {self.unit}" if "(" in self.unit else f"{self.head} ({self.unit})"
+
+    def cell(self, row: Mapping[Hashable, Any]) -> Cell:
+        """Return the cell of a row of the dataframe."""
+        names = (self.source,) if isinstance(self.source, str) else self.source
+        values = [row[name] for name in names]
+        if callable(self.shown):
+            return self.shown(*values)
+        first, *ends = (formatted(value, self.shown) for value in values)
+        if len(ends) < 2:
+            return span(first, *ends) if ends else first
+        return first if first == MISSING else f"{first} ({span(*ends)})"
 
 
-@dataclass(frozen=True)
-class Row:
-    """One row; the first cell is its heading.
+def words(
+    source: str | tuple[str, ...], head: str, shown: Callable[..., Cell] | Mapping[str, str] = as_words
+) -> Column:
+    """Return a column of words; a mapping gives names, what it lacks stands as it is."""
+    if isinstance(shown, Mapping):
+        return words(source, head, lambda name: shown[name] if name in shown else as_words(name))
+    return Column(source, head, "", shown, numeric=False)
 
-    Muted rows are those of subjects that are not scored, strained ones those that are read with care.
-    """
+
+class Row(NamedTuple):
+    """The cells of a row, the first of which is its heading, and how it is set."""
 
     cells: tuple[Cell, ...]
-    muted: bool = False
-    strained: bool = False
-    summary: bool = False
+    mark: str
 
 
 @dataclass(frozen=True)
 class Table:
     """A captioned table.
 
-    Raises:
-        ValueError: A row has another number of cells than the table has columns.
+    Attributes:
+        caption: Its caption.
+        frame: Its rows; a column ``MARK`` says how each is set.
+        columns: What is shown of them; nothing: every column, as words.
+        note: Stands below.
     """
 
     caption: str
-    columns: tuple[Column, ...]
-    rows: tuple[Row, ...]
-    note: str = field(default="")
+    frame: pd.DataFrame
+    columns: Sequence[Column] = ()
+    note: str = ""
 
     def __post_init__(self) -> None:
-        for row in self.rows:
-            if len(row.cells) != len(self.columns):
-                raise ValueError(
-                    f"table {self.caption!r}: {len(row.cells)} cells under {len(self.columns)} columns"
-                )
+        if not self.columns:
+            object.__setattr__(self, "columns", [words(str(name), str(name)) for name in self.frame])
 
-
-def words(*names: str) -> tuple[Column, ...]:
-    """Return columns of words."""
-    return tuple(Column(name, numeric=False) for name in names)
-
-
-def body(rows: Sequence[Sequence[Cell]]) -> tuple[Row, ...]:
-    """Return plain rows."""
-    return tuple(Row(tuple(cells)) for cells in rows)
-
-
-def of_records(records: Sequence[Mapping[str, str]], caption: str = "") -> Table:
-    """Return a table of texts by column name; a dash where a row lacks one of the first row's columns."""
-    names = list(records[0]) if records else []
-    columns = (*words(*names[:1]), *(Column(name) for name in names[1:]))
-    return Table(caption, columns, body([[row.get(name, MISSING) for name in names] for row in records]))
+    @cached_property
+    def rows(self) -> tuple[Row, ...]:
+        """Its rows as they are shown."""
+        return tuple(
+            Row(tuple(column.cell(row) for column in self.columns), str(row.get(MARK, "")))
+            for row in self.frame.to_dict("records")
+        )
 
 
 def markdown(table: Table) -> str:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -24,15 +23,7 @@ DATES: Final = re.compile(rb">\d{4}-\d\d-\d\dT[\d:]+Z<")
 WIDEST: Final = 60
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """A table and the name of its sheet."""
-
-    name: str
-    table: pd.DataFrame
-
-
-def write_workbook(path: Path, sheets: Sequence[Sheet]) -> None:
+def write_workbook(path: Path, sheets: Mapping[str, pd.DataFrame]) -> None:
     """Write tables as sheets: names in bold, which stay in view; what is missing is an empty cell.
 
     Raises:
@@ -42,8 +33,8 @@ def write_workbook(path: Path, sheets: Sequence[Sheet]) -> None:
 
     book = Workbook()
     book.remove(book.worksheets[0])
-    for sheet in sheets:
-        _fill(book.create_sheet(sheet.name), sheet.table)
+    for name, table in sheets.items():
+        _fill(book.create_sheet(name), table)
     written = io.BytesIO()
     book.save(written)
     with atomic_path(path) as temporary:

@@ -12,7 +12,7 @@ from studies.validation.figure import draw_validation
 from studies.validation.score import HeartAnswer
 from studies.validation.sittings import STORED
 from studies.validation.table import validation_table as table_of
-from swesbi.report.page.validation import stored_validation
+from swesbi.report.tables.validation import stored_validation
 from swesbi.report.tables.validation_outcomes import BY_CHANCE, CONFIDENCE, QUANTITIES, in_brief
 
 TITLES: Final = {"a": "own", "c": "length", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}

@@ -11,10 +11,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
+import pandas as pd
+
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.artefacts.provenance import Provenance
-from swesbi.report.table import Link, Row, Table, body, words
+from swesbi.report.table import Link, Table
 
 HERE: Final = "."
 WHOLE_COHORT: Final = "whole cohort"
@@ -64,11 +66,8 @@ def _row_and_text(parts: Sequence[str]) -> tuple[str, str]:
 
 
 def _group(folder: str, rows: dict[str, list[Link]]) -> Table:
-    return Table(
-        f"{folder}/: {MEANING.get(folder, EXPERIMENT_MEANING)}",
-        words("Of", "Files"),
-        tuple(Row((name, tuple(links))) for name, links in rows.items()),
-    )
+    frame = pd.DataFrame({"Of": list(rows), "Files": [tuple(links) for links in rows.values()]})
+    return Table(f"{folder}/: {MEANING.get(folder, EXPERIMENT_MEANING)}", frame)
 
 
 @dataclass(frozen=True)
@@ -108,21 +107,18 @@ def provenance_table(paths: Sequence[Path]) -> Table:
     for path in (path for path in paths if path.suffix == ".h5"):
         provenance = hdf5_provenance(path)
         by_kind.setdefault(provenance.kind, []).append(provenance)
-    columns = words("Artefact", "Files", "Seed", "Code hash", "swesbi")
-    rows = tuple(_row(kind, each) for kind, each in sorted(by_kind.items()))
+    named = {"Seed": "seed", "Code hash": "code_hash", "swesbi": "package_version"}
+    rows = [
+        {"Artefact": kind, "Files": len(each)}
+        | {head: ", ".join(sorted({str(getattr(one, name)) for one in each})) for head, name in named.items()}
+        for kind, each in sorted(by_kind.items())
+    ]
     note = "The code hash names the code of the stage that wrote the file, docstrings and comments left out."
-    return Table("What made the artefacts.", columns, rows, note)
-
-
-def _row(kind: str, each: Sequence[Provenance]) -> Row:
-    seeds, hashes, versions = (
-        ", ".join(sorted({str(getattr(provenance, name)) for provenance in each}))
-        for name in ("seed", "code_hash", "package_version")
-    )
-    return Row((kind, str(len(each)), seeds, hashes, versions))
+    return Table("What made the artefacts.", pd.DataFrame(rows), note=note)
 
 
 def software_table() -> Table:
     """Return the versions of what the results depend on."""
-    rows = [("Python", platform.python_version()), *((name, version(name)) for name in SOFTWARE)]
-    return Table("Versions of the packages behind this run.", words("Package", "Version"), body(rows))
+    versions = {"Python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
+    frame = pd.DataFrame({"Package": list(versions), "Version": list(versions.values())})
+    return Table("Versions of the packages behind this run.", frame)

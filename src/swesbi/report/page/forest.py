@@ -6,15 +6,17 @@ reader's light or dark page, which a file of matplotlib cannot.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
+import numpy as np
+import pandas as pd
 from markupsafe import Markup, escape
 from matplotlib.ticker import MaxNLocator
 
 from swesbi.report.numbers import SYMBOL, significant, span
+from swesbi.report.results import records
 
 WIDTH: Final = 340.0
 """Of a panel, in its own units: about the pixels of a phone."""
@@ -27,31 +29,8 @@ TICKS: Final = 5
 
 
 @dataclass(frozen=True)
-class Interval:
-    """Median and credible interval of one subject, in the parameter's unit; NaN where it is not answered."""
-
-    subject: str
-    status: str
-    median: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Mark:
-    """One subject's row of a panel, in the panel's units."""
-
-    subject: str
-    status: str
-    y: float
-    low: float
-    median: float
-    high: float
-
-
-@dataclass(frozen=True)
 class Panel:
-    """One parameter: its marks and the ticks of its axis (place, text), and the same in words."""
+    """One parameter: a mark for each subject, the ticks of its axis (place, text), and the same in words."""
 
     symbol: str
     unit: str
@@ -60,21 +39,30 @@ class Panel:
     bottom: float
     left: float
     right: float
-    marks: tuple[Mark, ...]
+    marks: Sequence[Mapping[Hashable, Any]]
     ticks: tuple[tuple[float, str], ...]
     description: str
 
 
-def panel(symbol: str, unit: str, intervals: Sequence[Interval]) -> Panel:
-    """Place a parameter's intervals from zero on, those without an answer left out."""
-    known = [each for each in intervals if not math.isnan(each.median)]
-    end = max((each.high for each in known), default=1.0)
+def panel(symbol: str, unit: str, answers: pd.DataFrame) -> Panel:
+    """Place a parameter's intervals from zero on, those without an answer left out.
+
+    Args:
+        symbol: The parameter.
+        unit: Its unit.
+        answers: Columns ``subject``, ``status``, ``median``, ``low`` and ``high``, in that unit.
+    """
+    known = answers.dropna(subset="median")
+    end = known["high"].max() if len(known) else 1.0
     ticks = [float(value) for value in MaxNLocator(TICKS).tick_values(0.0, end) if value >= 0.0]
     scale = (WIDTH - LEFT - RIGHT) / ticks[-1]
-    marks = tuple(_mark(each, row, scale) for row, each in enumerate(known))
+    placed = {name: (LEFT + scale * known[name]).round(1) for name in ("low", "median", "high")}
+    marks = known.assign(y=TOP + ROW * (np.arange(len(known)) + 0.5), **placed)
+    said = [
+        f"{subject} {significant(median)} ({span(significant(low), significant(high))})"
+        for subject, median, low, high in known[["subject", "median", "low", "high"]].to_numpy()
+    ]
     bottom = TOP + ROW * len(known)
-    said = f"{symbol} in {unit}: {'; '.join(map(_in_words, known))}"
-    places = tuple((round(LEFT + scale * value, 1), f"{value:g}") for value in ticks)
     return Panel(
         symbol,
         unit,
@@ -83,20 +71,10 @@ def panel(symbol: str, unit: str, intervals: Sequence[Interval]) -> Panel:
         bottom,
         LEFT,
         WIDTH - RIGHT,
-        marks,
-        places,
-        said,
+        records(marks),
+        tuple((round(LEFT + scale * value, 1), f"{value:g}") for value in ticks),
+        f"{symbol} in {unit}: {'; '.join(said)}",
     )
-
-
-def _mark(each: Interval, row: int, scale: float) -> Mark:
-    low, median, high = (round(LEFT + scale * value, 1) for value in (each.low, each.median, each.high))
-    return Mark(each.subject, each.status, TOP + ROW * (row + 0.5), low, median, high)
-
-
-def _in_words(each: Interval) -> str:
-    limits = span(significant(each.low), significant(each.high))
-    return f"{each.subject} {significant(each.median)} ({limits})"
 
 
 def svg_symbols(text: str) -> Markup:

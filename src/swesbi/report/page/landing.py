@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import pandas as pd
 
-from swesbi.recording.observation import Observation
+from swesbi.context import Context
 from swesbi.report.numbers import (
     MISSING,
     PARAMETER_UNITS,
     PARAMETERS,
-    estimate,
     fixed,
     percent,
     quantity,
     share,
     significant,
+    with_limits,
 )
-from swesbi.report.page.forest import Interval, Panel, panel
-from swesbi.report.results import Experiment, Results, is_true, records
-from swesbi.report.table import Column, Row, Table, words
-from swesbi.report.tables.exact import Exact
-from swesbi.report.tables.experiments import level, nearest_level
-from swesbi.report.tables.subjects import beside_the_measured
-from swesbi.verdict.answers import label_of_test
+from swesbi.report.page.forest import Panel, panel
+from swesbi.report.results import Experiment, Results, columns_of, is_true, records, wide
+from swesbi.report.table import Column, Table, words
+from swesbi.report.tables.exact import VERDICT, Exact
+from swesbi.report.tables.subjects import SUBJECT, beside_the_measured
+from swesbi.verdict.answers import LIMITS, label_of_test
 from swesbi.verdict.verdict import (
     CONTRADICTED,
     NOT_CONTRADICTED,
@@ -36,7 +34,6 @@ from swesbi.verdict.verdict import (
     PRIOR_SUPPORTED,
     STATUSES,
     STRAINED,
-    Verdict,
 )
 
 EJECTION: Final = "ejection_fraction"
@@ -51,51 +48,26 @@ MEANING: Final = {
 
 
 @dataclass(frozen=True)
-class Card:
-    """What the page says of one subject.
-
-    Attributes:
-        subject: Its name.
-        status: Its verdict in a word.
-        recording: Who was recorded, in a line.
-        verdict: The verdict in words.
-        medians: The parameters in a line.
-        check: The predictive check in a line.
-        picture: Its figure, relative to the page; empty where there is none.
-    """
-
-    subject: str
-    status: str
-    recording: str
-    verdict: str
-    medians: str
-    check: str
-    picture: str
-
-
-@dataclass(frozen=True)
 class Landing:
     """What only the landing page shows.
 
     Attributes:
-        experiment: The experiment whose answers it gives.
         found: What was found, in sentences.
         believed: Whether to believe it, in sentences.
         answers: A row for each subject.
         panels: The figure, a panel for each parameter.
         statuses: What the experiment may say of a subject, from good to bad.
-        cards: One for each subject.
+        cards: What the page says of each subject, by the names of the template.
         paper: The paper's experiment in a line.
         explorer: The explorer, relative to the page; empty where there is none.
     """
 
-    experiment: str
-    found: tuple[str, ...]
-    believed: tuple[str, ...]
+    found: Sequence[str]
+    believed: Sequence[str]
     answers: Table
-    panels: tuple[Panel, ...]
-    statuses: tuple[str, ...]
-    cards: tuple[Card, ...]
+    panels: Sequence[Panel]
+    statuses: Sequence[str]
+    cards: Sequence[Mapping[str, str]]
     paper: str
     explorer: str
 
@@ -111,54 +83,58 @@ def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Se
     """
     speeds = next(iter(exact), None)
     experiment = speeds.experiment if speeds else results.main
-    pictures = {name: f"{experiment.name}/subjects/{name}/ppc.png" for name in experiment.verdicts}
-    observed = {each.context.subject: each for each in results.observations}
+    answers = answers_of(experiment)
+    of_parameter = {name: dict(zip(columns_of(name), LIMITS, strict=True)) for name in PARAMETERS}
     return Landing(
-        experiment=experiment.name,
-        found=tuple(_found(experiment, title)),
+        found=tuple(_found(experiment, answers, title)),
         believed=tuple(_believed(experiment, speeds)),
-        answers=answers_table(experiment, speeds, title),
-        panels=tuple(
-            panel(symbol, PARAMETER_UNITS[name], _intervals(experiment, name))
+        answers=answers_table(experiment, answers, speeds, title),
+        panels=[
+            panel(symbol, PARAMETER_UNITS[name], answers.rename(columns=of_parameter[name]))
             for name, symbol in PARAMETERS.items()
-        ),
+        ],
         statuses=statuses_of(experiment),
-        cards=tuple(
-            _card(experiment, observed[name], verdict, pictures[name] if pictures[name] in links else "")
-            for name, verdict in experiment.verdicts.items()
-        ),
+        cards=[
+            _card(experiment, each.context, links)
+            for each in results.observations
+            if each.context.subject in experiment.verdicts
+        ],
         paper=paper_in_a_line(results.main),
-        explorer=next((link for link in links if link == "explorer.html"), ""),
+        explorer="explorer.html" if "explorer.html" in links else "",
     )
 
 
-def answer_of(experiment: Experiment, subject: str, name: str) -> tuple[float, float, float]:
-    """Return median and limits: of the exact posterior, or of ``posterior.csv``; NaN where unanswered."""
-    if said := experiment.verdicts[subject].answer.get(name):
-        return float(said["median"]), float(said["low"]), float(said["high"])
-    row = _rows(experiment, subject).get(name)
-    if row is None:
-        return math.nan, math.nan, math.nan
-    return float(row["median"]), float(row["ci_low"]), float(row["ci_high"])
+def answers_of(experiment: Experiment) -> pd.DataFrame:
+    """Return a row for each subject: verdict, and of each parameter "{name}_median", "_low" and "_high".
+
+    They are those of the exact posterior, or else of ``posterior.csv``.
+    """
+    table = experiment.posterior.rename(columns={"ci_low": "low", "ci_high": "high"})
+    stored = wide(table, ["subject"], "parameter").set_index("subject")
+    columns = [column for name in PARAMETERS for column in columns_of(name)]
+    answers = stored.reindex(list(experiment.verdicts), columns=columns)
+    for subject, verdict in experiment.verdicts.items():
+        for name in verdict.answer.keys() & PARAMETERS.keys():
+            answers.loc[subject, columns_of(name)] = [float(verdict.answer[name][each]) for each in LIMITS]
+    return answers.astype(float).reset_index(names="subject").assign(status=experiment.status.to_numpy())
 
 
-def answers_table(experiment: Experiment, exact: Exact | None, title: str) -> Table:
+def answers_table(experiment: Experiment, answers: pd.DataFrame, exact: Exact | None, title: str) -> Table:
     """Return a row for each subject: verdict, parameters with intervals, and what limits them."""
     columns = (
-        *words("Subject", "Verdict"),
-        *(Column(symbol, PARAMETER_UNITS[name]) for name, symbol in PARAMETERS.items()),
-        *words("What limits them"),
+        SUBJECT,
+        VERDICT,
+        *(
+            Column(columns_of(name), symbol, PARAMETER_UNITS[name], with_limits)
+            for name, symbol in PARAMETERS.items()
+        ),
+        words("limits", "What limits them"),
     )
-    rows = []
-    for subject, verdict in experiment.verdicts.items():
-        values = [_shown(*answer_of(experiment, subject, name)) for name in PARAMETERS]
-        cells = (subject, verdict.status, *values, "; ".join(limits(experiment, exact, subject)) or MISSING)
-        rows.append(Row(cells, muted=not verdict.may_be_read, strained=verdict.status == STRAINED))
-    mass = f"{experiment.credible_percent:g} %"
+    said = ["; ".join(limits(experiment, exact, name)) or MISSING for name in answers["subject"]]
     return Table(
-        f"Posterior medians and {mass} credible intervals ({title}).",
+        f"Posterior medians and {experiment.credible_percent:g} % credible intervals ({title}).",
+        experiment.marked(answers.assign(limits=said)),
         columns,
-        tuple(rows),
         "Amber: read with care. Grey: not to be read as the subject's.",
     )
 
@@ -173,10 +149,10 @@ def limits(experiment: Experiment, exact: Exact | None, subject: str) -> Iterato
         yield "outside the prior"
     if exact and not exact.results[subject].converged:
         yield "sampler not converged"
-    predicted = _rows(experiment, subject).get(EJECTION)
-    said = beside_the_measured(predicted) if predicted is not None else ""
-    if said.startswith("predicted"):
-        yield f"{quantity(EJECTION)} {said}"
+    table = experiment.posterior
+    for row in records(table[(table["subject"] == subject) & (table["parameter"] == EJECTION)]):
+        if (said := beside_the_measured(row)).startswith("predicted"):
+            yield f"{quantity(EJECTION)} {said}"
     for name in _open(exact, subject):
         yield f"{PARAMETERS[name]} bounded by the prior alone"
 
@@ -191,29 +167,12 @@ def _open(exact: Exact | None, subject: str) -> list[str]:
     return [str(row["quantity"]) for row in rows if any(is_true(row[end]) for end in ends)]
 
 
-def _rows(experiment: Experiment, subject: str) -> Mapping[str, Mapping[Any, Any]]:
-    table = experiment.posterior
-    return {str(row["parameter"]): row for row in records(table[table["subject"] == subject])}
-
-
-def _shown(median: float, low: float, high: float) -> str:
-    shown, interval = estimate(median, low, high)
-    return MISSING if shown == MISSING else f"{shown} ({interval})"
-
-
-def _intervals(experiment: Experiment, name: str) -> list[Interval]:
-    return [
-        Interval(subject, verdict.status, *answer_of(experiment, subject, name))
-        for subject, verdict in experiment.verdicts.items()
-    ]
-
-
 def statuses_of(experiment: Experiment) -> tuple[str, ...]:
     """Return what an experiment may say of a subject, from good to bad."""
     return STATUSES if experiment.exact else PAPER_STATUSES
 
 
-def _found(experiment: Experiment, title: str) -> Iterator[str]:
+def _found(experiment: Experiment, answers: pd.DataFrame, title: str) -> Iterator[str]:
     verdicts, statuses = experiment.verdicts, statuses_of(experiment)
     by_status = {
         word: [name for name, verdict in verdicts.items() if verdict.status == word] for word in statuses
@@ -227,19 +186,19 @@ def _found(experiment: Experiment, title: str) -> Iterator[str]:
         yield "No answer may be read as a subject's without care."
         return
     ranges = []
+    good = answers[answers["status"] == statuses[0]]
     for parameter, symbol in PARAMETERS.items():
-        medians = [answer_of(experiment, name, parameter)[0] for name in names]
-        span = " to ".join(dict.fromkeys(significant(value, 2) for value in (min(medians), max(medians))))
+        medians = good[f"{parameter}_median"]
+        span = " to ".join(dict.fromkeys(significant(value, 2) for value in (medians.min(), medians.max())))
         ranges.append(f"{symbol} {span} {PARAMETER_UNITS[parameter]}")
     what = "medians of active stiffness, contraction and relaxation rate"
     yield f"Among those {statuses[0]}, {what} are {', '.join(ranges)}."
 
 
 def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
-    table = experiment.recovery.acquisition
-    nominal, covered = nearest_level(table, experiment), level(table, experiment)
-    rows = records(table[table["nominal"] == nominal])
-    short = [PARAMETERS[str(row["parameter"])] for row in rows if row["ci_high"] < nominal]
+    table = experiment.at_level(experiment.recovery.acquisition)
+    nominal, covered = float(table["nominal"].iloc[0]), table["coverage"]
+    short = [PARAMETERS[str(name)] for name in table.index[table["ci_high"] < nominal]]
     shares = ", ".join(f"{symbol} {share(covered[name], 0)}" for name, symbol in PARAMETERS.items())
     judged = (
         f"Too narrow: {', '.join(short)}." if short else "They mean what they say where the model is right."
@@ -254,10 +213,9 @@ def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
 
 def paper_in_a_line(main: Experiment) -> str:
     """Return what came out of the experiment that repeats the paper."""
-    table = main.recovery.acquisition
-    nominal, covered = nearest_level(table, main), level(table, main)
-    values = [covered[name] for name in PARAMETERS]
-    span = " to ".join(dict.fromkeys((percent(min(values), 0), percent(max(values), 0))))
+    table = main.at_level(main.recovery.acquisition)
+    nominal, covered = float(table["nominal"].iloc[0]), table["coverage"]
+    span = " to ".join(dict.fromkeys((percent(covered.min(), 0), percent(covered.max(), 0))))
     inside = sum(verdict.may_be_read for verdict in main.verdicts.values())
     return (
         f"The experiment {main.name} repeats the published method: its prior supports {inside} of "
@@ -266,26 +224,22 @@ def paper_in_a_line(main: Experiment) -> str:
     )
 
 
-def _card(experiment: Experiment, observation: Observation, verdict: Verdict, picture: str) -> Card:
-    context, subject = observation.context, observation.context.subject
+def _card(experiment: Experiment, context: Context, links: Sequence[str]) -> Mapping[str, str]:
+    """Return verdict, who was recorded and predictive check of a subject, and its figure."""
+    subject, picture = context.subject, f"{experiment.name}/subjects/{context.subject}/ppc.png"
+    status = experiment.verdicts[subject].status
     ejected = percent(1.0 - context.lvesv_ml / context.lvedv_ml, 0)
-    medians = "; ".join(
-        f"{symbol} {_shown(*answer_of(experiment, subject, name))} {PARAMETER_UNITS[name]}"
-        for name, symbol in PARAMETERS.items()
-    )
-    scores = experiment.scores
-    row = next(iter(records(scores[scores["subject"] == subject])), {})
+    who = f"{context.sex}, {context.age_years:g} years, {context.hr_bpm:g} /min"
+    scores = experiment.scores[experiment.scores["subject"] == subject].dropna(subset="rmse_kpa")
     check = "No predictive check."
-    if row and not math.isnan(row["rmse_kpa"]):
+    for row in records(scores):
         inside = share(row["coverage_observed_phases"], 0)
         check = f"RMSE {fixed(row['rmse_kpa'], 1)} kPa; {inside} of the phases inside the predicted band."
-    who = f"{context.sex}, {context.age_years:g} years, {context.hr_bpm:g} /min"
-    return Card(
-        subject=subject,
-        status=verdict.status,
-        recording=f"{who}, ejection fraction {ejected} %",
-        verdict=MEANING[verdict.status],
-        medians=medians,
-        check=check,
-        picture=picture,
-    )
+    return {
+        "subject": subject,
+        "status": status,
+        "recording": f"{who}, ejection fraction {ejected} %",
+        "verdict": MEANING[status],
+        "check": check,
+        "picture": picture if picture in links else "",
+    }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,26 +18,24 @@ from swesbi.report.page.files import Figure, figure
 from swesbi.report.page.forest import svg_symbols
 from swesbi.report.page.landing import Landing
 from swesbi.report.page.sections import (
-    Fact,
-    PopulationSection,
+    Facts,
     Section,
     caution,
     headline,
     verdicts_in_words,
 )
-from swesbi.report.page.validation import StoredValidation
 from swesbi.report.results import Experiment, Results
 from swesbi.report.table import Table
 from swesbi.report.tables import subjects
 from swesbi.report.tables.experiments import (
     comparison_table,
     differences_table,
-    levels_table,
     median_table,
     paper_table,
     recovery_table,
     training_table,
 )
+from swesbi.report.tables.validation import StoredValidation
 
 LANDING: Final = "index"
 TEMPLATES: Final = (
@@ -94,54 +93,37 @@ class PageProvenance:
 
 @dataclass(frozen=True)
 class Page:
-    """Everything that the templates show."""
+    """Everything that the templates show; a section is of one experiment on speeds or over a population."""
 
+    results: Results
     landing: Landing
     cohort: Cohort
-    verdicts: tuple[Fact, ...]
-    main: str
-    experiments: tuple[str, ...]
-    facts: tuple[Fact, ...]
-    caution: str
-    tables: Mapping[str, Table]
-    levels: tuple[Table, ...]
     figures: Figures
-    sections: tuple[Section, ...]
-    populations: tuple[PopulationSection, ...]
+    sections: Sequence[Section]
+    populations: Sequence[Section]
     validation: StoredValidation | None
-    files: tuple[Table, ...]
+    files: Sequence[Table]
     provenance: PageProvenance
 
+    @cached_property
+    def verdicts(self) -> Facts:
+        """Verdict of each subject in the main experiment, as a sentence."""
+        return verdicts_in_words(self.results.main.verdicts)
 
-def make_page(
-    results: Results,
-    landing: Landing,
-    cohort: Cohort,
-    figures: Figures,
-    sections: Sequence[Section],
-    populations: Sequence[PopulationSection],
-    validation: StoredValidation | None,
-    files: Sequence[Table],
-    provenance: PageProvenance,
-) -> Page:
-    """Put the page together from the results; one section an experiment on speeds or over a population."""
-    return Page(
-        landing=landing,
-        cohort=cohort,
-        verdicts=verdicts_in_words(results.main.verdicts),
-        main=results.main.name,
-        experiments=tuple(experiment.name for experiment in results.experiments),
-        facts=headline(results.main),
-        caution=caution(results.main),
-        tables=_tables(results, cohort.title),
-        levels=tuple(map(levels_table, results.experiments)),
-        figures=figures,
-        sections=tuple(sections),
-        populations=tuple(populations),
-        validation=validation,
-        files=tuple(files),
-        provenance=provenance,
-    )
+    @cached_property
+    def facts(self) -> Facts:
+        """What came out of the main experiment."""
+        return headline(self.results.main)
+
+    @cached_property
+    def caution(self) -> str:
+        """A warning where its credible intervals cover less than they claim."""
+        return caution(self.results.main)
+
+    @cached_property
+    def tables(self) -> Mapping[str, Table]:
+        """Tables of the main experiment, and of all beside each other, by name."""
+        return _tables(self.results, self.cohort.title)
 
 
 def study_figures(

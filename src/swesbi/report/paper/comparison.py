@@ -7,9 +7,8 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.report.paper.design import DESIGN_MEASURES
-from swesbi.report.paper.measured import Asked, Measure, Measured, StudyResults, differ, shown
-from swesbi.report.paper.measures import RESULT_MEASURES, STATEMENT_MEASURES
+from swesbi.report.paper import design, measures
+from swesbi.report.paper.measured import Measure, Measured, StudyResults, differ, shown
 from swesbi.report.paper.values import PaperNumber
 
 PAPER_RECORDINGS: Final = 400
@@ -21,7 +20,13 @@ FOUND: Final = "found"
 DESIGNED: Final = "designed"
 MAIN: Final = "experiment."
 """Beginning of the paths of settings that are the main experiment's."""
-MEASURES: Final[Mapping[str, Measure]] = {**DESIGN_MEASURES, **RESULT_MEASURES, **STATEMENT_MEASURES}
+MEASURES: Final[Mapping[str, Measure]] = {
+    name: function
+    for module in (design, measures)
+    for name, function in vars(module).items()
+    if getattr(function, "__module__", "") == module.__name__ and not name.startswith("_")
+}
+"""The public functions of the two modules, by name."""
 
 
 class ReadingError(ValueError):
@@ -173,6 +178,6 @@ def _rows(paper: Sequence[PaperNumber], study: StudyResults) -> Iterator[tuple[s
         row = printed.row
         if row.measure not in MEASURES:
             raise ReadingError(f"{printed.quantity}: there is no measure {row.measure!r}")
-        measured = MEASURES[row.measure](study, Asked(row.of, row.digits, printed.case))
+        measured = MEASURES[row.measure](study, printed)
         note = read_difference(printed, measured, study.cohort_title)
         yield printed.quantity, printed.printed, measured.text, note, origin(printed, study.main)

@@ -12,7 +12,7 @@ import pandas as pd
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.networks.paper.pool import Pool
 from swesbi.recording.observation import Observation
-from swesbi.report.paper.values import Option
+from swesbi.report.paper.values import PaperNumber
 from swesbi.verdict.verdict import Verdict
 
 NAN = float("nan")
@@ -105,40 +105,23 @@ class Measured:
     missing: str = ""
 
 
-@dataclass(frozen=True)
-class Asked:
-    """What is asked of a measure: the options of the row, its decimals, and the case, if it is of one."""
-
-    of: Mapping[str, Option]
-    digits: int
-    case: str = ""
-
-    def option(self, name: str) -> str:
-        """Return an option that is a name.
-
-        Raises:
-            KeyError: The row has no such option.
-        """
-        return str(self.of[name])
+Measure = Callable[[StudyResults, PaperNumber], Measured]
 
 
-Measure = Callable[[StudyResults, Asked], Measured]
-
-
-def number(value: float, asked: Asked, suffix: str = "") -> Measured:
+def number(value: float, asked: PaperNumber, suffix: str = "") -> Measured:
     """Return a single number, shown with the decimals asked for."""
-    return Measured(shown(value, asked.digits) + suffix, value)
+    return Measured(shown(value, asked.row.digits) + suffix, value)
 
 
-def spread(values: Sequence[float], asked: Asked) -> Measured:
+def spread(values: Sequence[float], asked: PaperNumber) -> Measured:
     """Return mean and standard deviation (n - 1) of one value a prior-supported subject."""
     if not len(values):
         return absent("no subject is prior-supported")
     mean = float(np.mean(values))
     if len(values) == 1:
-        return Measured(f"{shown(mean, asked.digits)} (one subject)", mean, n=1)
+        return Measured(f"{shown(mean, asked.row.digits)} (one subject)", mean, n=1)
     sd = float(np.std(values, ddof=1))
-    return Measured(f"{shown(mean, asked.digits)} ± {shown(sd, asked.digits)}", mean, sd, len(values))
+    return Measured(f"{shown(mean, asked.row.digits)} ± {shown(sd, asked.row.digits)}", mean, sd, len(values))
 
 
 def share(count: int, total: int) -> Measured:

@@ -3,129 +3,139 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import partial
-from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
-from swesbi.report.paper import measured
+from swesbi.report.paper.measured import (
+    Measured,
+    StudyResults,
+    absent,
+    differ,
+    number,
+    share,
+    shown,
+    spread,
+)
+from swesbi.report.paper.values import PaperNumber
 from swesbi.verdict.prior_support import support_numbers
 from swesbi.verdict.verdict import Verdict
 
 
-def supported_count(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def supported_count(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return how many subjects the prior supports, and their names."""
     names = [name for name, verdict in study.verdicts.items() if verdict.may_be_read]
     return _named_share(names, len(study.verdicts))
 
 
-def excluded_count(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def excluded_count(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return how many subjects the prior does not support, and their names."""
     names = list(_excluded(study))
-    return measured.Measured(f"{len(names)}{_listed(names)}", len(names), n=len(study.verdicts))
+    return Measured(f"{len(names)}{_listed(names)}", len(names), n=len(study.verdicts))
 
 
-def excluded(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def excluded(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return a diagnostic of every excluded subject: max |z|, its component, in-prior draws, or a median."""
     what = asked.option("what")
     cases = {name: _diagnostic(verdict, what) for name, verdict in _excluded(study).items()}
     if not cases:
-        return measured.absent("no subject is excluded")
+        return absent("no subject is excluded")
     suffix = {
         name: f" ({verdict.worst_component})" if what == "worst_component" else ""
         for name, verdict in _excluded(study).items()
     }
     text = "; ".join(
-        f"{name}: {measured.shown(value, asked.digits)}{suffix[name]}" for name, value in cases.items()
+        f"{name}: {shown(value, asked.row.digits)}{suffix[name]}" for name, value in cases.items()
     )
-    return measured.Measured(text, several=tuple(cases.values()))
+    return Measured(text, several=tuple(cases.values()))
 
 
-def score_mean(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def score_mean(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return mean and sd of a score over the prior-supported subjects."""
-    return measured.spread(study.scores()[asked.option("column")].tolist(), asked)
+    return spread(study.scores()[asked.option("column")].tolist(), asked)
 
 
-def score(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def score(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return a score of the subject that bears the name of the paper's case."""
     table, column = study.scores(readable=False), asked.option("column")
     if asked.case not in table.index:
-        return measured.absent(f"the cohort has no subject {asked.case}")
+        return absent(f"the cohort has no subject {asked.case}")
     value = float(table[column].to_dict()[asked.case])
     if math.isnan(value):
         why = ", ".join(support_numbers(study.verdicts[asked.case]))
-        return measured.absent(f"{asked.case} is not prior-supported: {why}")
-    return measured.number(value, asked)
+        return absent(f"{asked.case} is not prior-supported: {why}")
+    return number(value, asked)
 
 
-def extreme_case(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def extreme_case(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return the prior-supported subject with the largest (or smallest) score, and that score."""
     values = study.scores()[asked.option("column")]
     if values.empty:
-        return measured.absent("no subject is prior-supported")
-    name = str(values.idxmax() if asked.of["largest"] else values.idxmin())
-    return measured.Measured(f"{name} ({measured.shown(float(values[name]), asked.digits)})")
+        return absent("no subject is prior-supported")
+    name = str(values.idxmax() if asked.row.of["largest"] else values.idxmin())
+    return Measured(f"{name} ({shown(float(values[name]), asked.row.digits)})")
 
 
-def features_inside(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def features_inside(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return in how many prior-supported subjects every checked feature is inside, and which do not."""
     table = study.features[study.features["experiment"] == study.main]
     table = table[table["may_be_read"].astype(bool)]
     inside = table["inside"].astype(bool)
     outside = [f"{row.subject}: {row.feature}" for row in table[~inside].itertuples()]
     complete = inside.groupby(table["subject"], sort=False).all()
-    counted = measured.share(int(complete.sum()), len(complete))
+    counted = share(int(complete.sum()), len(complete))
     if counted.missing:
         return counted
     text = f"{int(inside.sum())} of {len(inside)}" + (f"; outside {', '.join(outside)}" if outside else "")
-    return measured.Measured(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
+    return Measured(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
 
 
-def peak_underestimated(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def peak_underestimated(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return in how many prior-supported subjects the prior predictive median of the maximum is too low."""
     table = study.features[study.features["experiment"] == study.main]
     table = table[table["may_be_read"].astype(bool) & (table["feature"] == "maximum_kpa")]
-    return measured.share(int((table["prior_median"] < table["observed"]).sum()), len(table))
+    return share(int((table["prior_median"] < table["observed"]).sum()), len(table))
 
 
-def sbi_below_cmaes(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def sbi_below_cmaes(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return in how many prior-supported subjects the posterior predictive median has the lower RMSE."""
     table = study.scores()
-    return measured.share(int((table["rmse_kpa"] < table["rmse_cmaes_kpa"]).sum()), len(table))
+    return share(int((table["rmse_kpa"] < table["rmse_cmaes_kpa"]).sum()), len(table))
 
 
-def correlation_mean(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def correlation_mean(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return mean and sd of a posterior correlation over the prior-supported subjects."""
     table = study.parameter(asked.option("parameter"))
-    return measured.spread(table[f"correlation_{asked.option('other')}"].tolist(), asked)
+    return spread(table[f"correlation_{asked.option('other')}"].tolist(), asked)
 
 
-def recovery_level(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def recovery_level(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return the nominal level of the recovery in percent."""
     levels = study.recoveries[study.main]["nominal"]
-    if not (levels == asked.of["nominal"]).any():
-        return measured.absent(f"the recovery has no level {asked.of['nominal']:g}")
-    return measured.number(100.0 * float(asked.of["nominal"]), asked)
+    if not (levels == asked.row.of["nominal"]).any():
+        return absent(f"the recovery has no level {asked.row.of['nominal']:g}")
+    return number(100.0 * float(asked.row.of["nominal"]), asked)
 
 
-def recovery(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def recovery(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return the coverage of a parameter in percent, with its binomial interval."""
     table = study.recoveries[study.main]
-    row = table[(table["parameter"] == asked.option("parameter")) & (table["nominal"] == asked.of["nominal"])]
+    row = table[
+        (table["parameter"] == asked.option("parameter")) & (table["nominal"] == asked.row.of["nominal"])
+    ]
     if row.empty:
-        return measured.absent("the recovery does not score it")
+        return absent("the recovery does not score it")
     low, value, high = (100.0 * float(row[name].iloc[0]) for name in ("ci_low", "coverage", "ci_high"))
     scored = int(row["n"].iloc[0])
     if not scored:
-        return measured.absent("no recording was scored")
-    share, *ends = (measured.shown(number, asked.digits) for number in (value, low, high))
-    return measured.Measured(f"{share} [{', '.join(ends)}], {scored} scored", value, n=scored)
+        return absent("no recording was scored")
+    covered, *ends = (shown(each, asked.row.digits) for each in (value, low, high))
+    return Measured(f"{covered} [{', '.join(ends)}], {scored} scored", value, n=scored)
 
 
-def _excluded(study: measured.StudyResults) -> dict[str, Verdict]:
+def _excluded(study: StudyResults) -> dict[str, Verdict]:
     return {name: verdict for name, verdict in study.verdicts.items() if not verdict.may_be_read}
 
 
@@ -138,92 +148,72 @@ def _diagnostic(verdict: Verdict, what: str) -> float:
     return (numbers | verdict.unfiltered_median)[what]
 
 
-def _named_share(names: list[str], total: int) -> measured.Measured:
-    return measured.Measured(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
+def _named_share(names: list[str], total: int) -> Measured:
+    return Measured(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
 
 
 def _listed(names: list[str]) -> str:
     return f" ({', '.join(names)})" if names else ""
 
 
-RESULT_MEASURES: Final[Mapping[str, measured.Measure]] = {
-    function.__name__: function
-    for function in (
-        supported_count,
-        excluded_count,
-        excluded,
-        score_mean,
-        score,
-        extreme_case,
-        features_inside,
-        peak_underestimated,
-        sbi_below_cmaes,
-        correlation_mean,
-        recovery_level,
-        recovery,
-    )
-}
-
-
-def scalar_only_degrades(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def scalar_only_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
     """Say whether the RMSE is higher in the other experiment, over the subjects prior-supported in both."""
     if missing := _not_run(study, asked):
         return missing
     both = _beside(study.scores(), study.scores(asked.option("experiment")))
     if both.empty:
-        return measured.absent("no subject is prior-supported in both experiments")
+        return absent("no subject is prior-supported in both experiments")
     worse = both["rmse_kpa_other"] > both["rmse_kpa"]
-    return measured.Measured(f"{_verdict(worse)}: RMSE {_changes(both, 'rmse_kpa', asked)} kPa")
+    return Measured(f"{_verdict(worse)}: RMSE {_changes(both, 'rmse_kpa', asked)} kPa")
 
 
-def k_atp_shift(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def k_atp_shift(study: StudyResults, asked: PaperNumber) -> Measured:
     """Say whether the credible intervals of k_ATP are apart, over the subjects prior-supported in both."""
     if missing := _not_run(study, asked):
         return missing
     main, other = (study.parameter("k_atp_per_s", name) for name in (study.main, asked.option("experiment")))
     both = _beside(main, other)
     if both.empty:
-        return measured.absent("no subject is prior-supported in both experiments")
+        return absent("no subject is prior-supported in both experiments")
     apart = (both["ci_low_other"] > both["ci_high"]) | (both["ci_high_other"] < both["ci_low"])
-    return measured.Measured(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
+    return Measured(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
 
 
-def coverage_degrades(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def coverage_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
     """Say whether the recovery covers less in the other experiment, beyond binomial error."""
     if missing := _not_run(study, asked):
         return missing
     main, other = (
-        _coverages(study.recoveries[name], float(asked.of["nominal"]))
+        _coverages(study.recoveries[name], float(asked.row.of["nominal"]))
         for name in (study.main, asked.option("experiment"))
     )
     both = _beside(main, other).dropna()
     if both.empty:
-        return measured.absent("no recording was scored in both experiments")
+        return absent("no recording was scored in both experiments")
     rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
-    less = any(row[2] < row[0] and measured.differ(*map(float, row)) for row in rows)
+    less = any(row[2] < row[0] and differ(*map(float, row)) for row in rows)
     percent = both.assign(coverage=100 * both["coverage"], coverage_other=100 * both["coverage_other"])
-    return measured.Measured(f"{'yes' if less else 'no'}: {_changes(percent, 'coverage', asked)} %")
+    return Measured(f"{'yes' if less else 'no'}: {_changes(percent, 'coverage', asked)} %")
 
 
-def constraint_order(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
+def constraint_order(study: StudyResults, asked: PaperNumber) -> Measured:
     """Say whether k_0 has a narrower credible interval, relative to its median, than k_SR."""
     widths = []
     for name in THETA_NAMES:
         table = study.parameter(name)
         widths.append(100.0 * float(((table["ci_high"] - table["ci_low"]) / table["median"]).mean()))
     if np.isnan(widths).any():
-        return measured.absent("no subject is prior-supported")
+        return absent("no subject is prior-supported")
     named = ", ".join(
-        f"{name} {measured.shown(width, asked.digits)}"
-        for name, width in zip(THETA_NAMES, widths, strict=True)
+        f"{name} {shown(width, asked.row.digits)}" for name, width in zip(THETA_NAMES, widths, strict=True)
     )
-    return measured.Measured(f"{'yes' if widths[0] < widths[-1] else 'no'}: {named} % of the median")
+    return Measured(f"{'yes' if widths[0] < widths[-1] else 'no'}: {named} % of the median")
 
 
-def _not_run(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured | None:
+def _not_run(study: StudyResults, asked: PaperNumber) -> Measured | None:
     experiment = asked.option("experiment")
     if experiment == study.main or experiment not in study.recoveries:
-        return measured.absent(f"the experiment '{experiment}' was not run beside '{study.main}'")
+        return absent(f"the experiment '{experiment}' was not run beside '{study.main}'")
     return None
 
 
@@ -239,21 +229,15 @@ def _verdict(holds: pd.Series) -> str:
     return f"in {int(holds.sum())} of {len(holds)}" if holds.any() else "no"
 
 
-def _changes(both: pd.DataFrame, column: str, asked: measured.Asked) -> str:
+def _changes(both: pd.DataFrame, column: str, asked: PaperNumber) -> str:
     """Name each row with its value in the main and in the other experiment."""
     values = zip(both.index, both[column].to_numpy(), both[f"{column}_other"].to_numpy(), strict=True)
-    shown = partial(measured.shown, digits=asked.digits)
+    text = partial(shown, digits=asked.row.digits)
     return ", ".join(
-        f"{name} {shown(float(in_main))} → {shown(float(in_other))}" for name, in_main, in_other in values
+        f"{name} {text(float(in_main))} → {text(float(in_other))}" for name, in_main, in_other in values
     )
 
 
 def _coverages(recovery: pd.DataFrame, nominal: float) -> pd.DataFrame:
     table: pd.DataFrame = recovery[recovery["nominal"] == nominal].set_index("parameter")[["coverage", "n"]]
     return table
-
-
-STATEMENT_MEASURES: Final[Mapping[str, measured.Measure]] = {
-    function.__name__: function
-    for function in (scalar_only_degrades, k_atp_shift, coverage_degrades, constraint_order)
-}

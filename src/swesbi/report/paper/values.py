@@ -70,6 +70,14 @@ class PaperNumber:
     value: float
     sd: float
 
+    def option(self, name: str) -> str:
+        """Return an option of the measure that is a name.
+
+        Raises:
+            KeyError: The row has no such option.
+        """
+        return str(self.row.of[name])
+
     @property
     def quantity(self) -> str:
         """What the number is, its case and where the paper prints it."""

@@ -20,10 +20,20 @@ from swesbi.persons.cohort.table import (
     hyperparameter_table,
     subject_table,
 )
-from swesbi.report.numbers import MISSING, PARAMETER_UNITS, PARAMETERS, estimate, fixed, percent
-from swesbi.report.results import records
-from swesbi.report.table import Column, Row, Table, words
-from swesbi.verdict.verdict import CONTRADICTED
+from swesbi.report.numbers import (
+    PARAMETER_UNITS,
+    PARAMETERS,
+    estimate,
+    fixed,
+    interval,
+    middle,
+    percent,
+    with_limits,
+)
+from swesbi.report.results import columns_of, marked, records, wide
+from swesbi.report.table import Column, Table, words
+from swesbi.report.tables.subjects import SUBJECT
+from swesbi.verdict.answers import LIMITS
 
 SURE: Final = 0.95
 """Probability from which a sentence calls a difference one."""
@@ -74,70 +84,46 @@ def cohort_section(posterior: CohortPosterior, title: str) -> CohortSection:
 def population_table(table: pd.DataFrame, title: str) -> Table:
     """Return a row a hyperparameter, parameter by parameter."""
     columns = (
-        *words("Parameter", "Quantity"),
-        Column("Median", ""),
-        Column("Interval", ""),
-        *words("Unit"),
-        Column("Above 1", "%"),
+        words("parameter", "Parameter", PARAMETERS),
+        words(("quantity", "of"), "Quantity", _quantity),
+        Column(LIMITS, "Median", "", middle),
+        Column(LIMITS, "Interval", "", interval),
+        words(("parameter", "unit"), "Unit", lambda name, unit: PARAMETER_UNITS[name] if unit != "1" else ""),
+        Column("probability_above_1", "Above 1", "%", "0%"),
     )
-    rows = tuple(_hyperparameter(row) for row in records(table))
-    return Table(f"The population of the {title}.", columns, rows, NOTE)
+    return Table(f"The population of the {title}.", table, columns, NOTE)
 
 
-def _hyperparameter(row: Mapping[Any, Any]) -> Row:
-    parameter, quantity, of = (str(row[name]) for name in ("parameter", "quantity", "of"))
-    middle, interval = estimate(*(float(row[name]) for name in ("median", "low", "high")))
-    unit = PARAMETER_UNITS[parameter] if row["unit"] not in ("1", 1) else ""
-    above = float(row["probability_above_1"])
-    what = quantity if of == "all" else f"{quantity}: {of.replace('_', ' ')}"
-    return Row(
-        (
-            PARAMETERS[parameter],
-            what,
-            middle,
-            interval,
-            unit,
-            MISSING if np.isnan(above) else percent(above, 0),
-        )
-    )
+def _quantity(name: str, of: str) -> str:
+    return name if of == "all" else f"{name}: {of.replace('_', ' ')}"
 
 
 def subjects_table(table: pd.DataFrame, title: str) -> Table:
     """Return a row a subject: each parameter alone and within the population."""
     columns = (
-        *words("Subject", "Verdict"),
+        SUBJECT,
+        words("verdict", "Verdict"),
         *(
-            Column(f"{symbol} {how}", f"{PARAMETER_UNITS[name]} (interval)")
-            for name, symbol in PARAMETERS.items()
-            for how in ("alone", "within")
+            Column(
+                columns_of(of),
+                f"{PARAMETERS[name]} {how}",
+                f"{PARAMETER_UNITS[name]} (interval)",
+                with_limits,
+            )
+            for name in PARAMETERS
+            for how, of in (("alone", f"{name}_alone"), ("within", name))
         ),
-        Column("Outlier", "%"),
-        Column("Draws"),
-    )
-    rows = tuple(_subject(str(name), rows) for name, rows in table.groupby("subject", sort=False))
-    return Table(f"Every subject alone and within the population ({title}).", columns, rows, SUBJECT_NOTE)
-
-
-def _subject(name: str, table: pd.DataFrame) -> Row:
-    rows = records(table)
-    cells = [_limits(row, prefix) for row in rows for prefix in ("alone_", "")]
-    first = rows[0]
-    anew = "*" if first["refreshed"] else ""
-    return Row(
-        (
-            name,
-            str(first["verdict"]),
-            *cells,
-            percent(float(first["outlier_probability"]), 0),
-            f"{first['effective_draws']:.0f}{anew}",
+        Column("outlier_probability", "Outlier", "%", "0%"),
+        Column(
+            ("effective_draws", "refreshed"),
+            "Draws",
+            "",
+            lambda draws, refreshed: f"{draws:.0f}{'*' if refreshed else ''}",
         ),
-        muted=first["verdict"] == CONTRADICTED,
     )
-
-
-def _limits(row: Mapping[Any, Any], prefix: str) -> str:
-    middle, interval = estimate(*(float(row[f"{prefix}{name}"]) for name in ("median", "low", "high")))
-    return f"{middle} ({interval})"
+    frame = wide(table, ["subject"], "parameter")
+    caption = f"Every subject alone and within the population ({title})."
+    return Table(caption, marked(frame, frame["verdict"]), columns, SUBJECT_NOTE)
 
 
 def in_words(population: pd.DataFrame, subjects: pd.DataFrame) -> Iterator[str]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pandas as pd
 
@@ -12,10 +12,11 @@ from swesbi.checks.pressures import COLUMNS, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import NUISANCES, PHI, SHOWN
 from swesbi.report.csv import checked
-from swesbi.report.numbers import MISSING, fixed, percent
-from swesbi.report.results import records
-from swesbi.report.table import Column, Row, Table, words
+from swesbi.report.numbers import MISSING, fixed
+from swesbi.report.results import columns_of, wide
+from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.population import SAMPLER_NAMES
+from swesbi.report.tables.subjects import SUBJECT
 
 ROWS: Final = (
     *(parameter.name for parameter in PHI), SHOWN.name, RESISTANCE, TIME_CONSTANT, CAPACITANCE, VOLUME_FACTOR,
@@ -65,17 +66,14 @@ def pressures_table(table: pd.DataFrame, cohort_title: str) -> Table:
         cohort_title: What the subjects are ("virtual volunteers").
     """
     columns = (
-        *words("Quantity"),
-        Column("Width with over without", "median (least to largest)"),
-        Column("Shift", "widths, median (least to largest)"),
+        words("quantity", "Quantity", TEXTS),
+        Column("width_ratio", "Width with over without", "median (least to largest)"),
+        Column("shift_in_widths", "Shift", "widths, median (least to largest)"),
     )
-    rows = tuple(
-        Row((TEXTS[name], _span(rows["width_ratio"]), _span(rows["shift_in_widths"])))
-        for name in ROWS
-        if len(rows := table[table["quantity"] == name])
-    )
-    subjects = table["subject"].nunique()
-    return Table(f"What pressures add: {subjects} {cohort_title}.", columns, rows, NOTE)
+    by_quantity = table.groupby("quantity")[["width_ratio", "shift_in_widths"]].agg(_span)
+    frame = by_quantity.loc[[name for name in ROWS if name in by_quantity.index]].reset_index()
+    caption = f"What pressures add: {table['subject'].nunique()} {cohort_title}."
+    return Table(caption, frame, columns, NOTE)
 
 
 def _span(values: pd.Series) -> str:
@@ -89,40 +87,21 @@ def _span(values: pd.Series) -> str:
 def subjects_table(table: pd.DataFrame, cohort_title: str) -> Table:
     """Return a row a subject: its pressures, what they tell of the circulation, how that was obtained."""
     columns = (
-        *words("Subject"),
-        Column("Cuff", "mmHg"),
-        *(Column(f"Width of {TEXTS[name]}", "with over without") for name in (RESISTANCE, TIME_CONSTANT)),
-        Column(TEXTS[VOLUME_FACTOR], "median (interval)"),
-        Column("Efficiency", "%"),
-        *words("Draws by"),
+        SUBJECT,
+        Column(("sbp_mmhg", "dbp_mmhg"), "Cuff", "mmHg", "{:.0f} / {:.0f}".format),
+        *(
+            Column(f"{name}_width_ratio", f"Width of {TEXTS[name]}", "with over without", "2f")
+            for name in (RESISTANCE, TIME_CONSTANT)
+        ),
+        Column(columns_of(f"{VOLUME_FACTOR}_with"), TEXTS[VOLUME_FACTOR], "median (interval)", "2f"),
+        Column("efficiency", "Efficiency", "%", "0%"),
+        words(("sampler", "converged"), "Draws by", _sampler),
     )
-    rows = tuple(_subject(rows) for _, rows in table.groupby("subject", sort=False))
-    return Table(f"Answers with pressures ({cohort_title}).", columns, rows)
+    return Table(f"Answers with pressures ({cohort_title}).", wide(table, ["subject"], "quantity"), columns)
 
 
-def _subject(rows: pd.DataFrame) -> Row:
-    by_name: dict[str, Mapping[Hashable, Any]] = {str(row["quantity"]): row for row in records(rows)}
-    first = next(iter(by_name.values()))
-    sampler = SAMPLER_NAMES[str(first["sampler"])]
-    return Row(
-        (
-            str(first["subject"]),
-            f"{first['sbp_mmhg']:.0f} / {first['dbp_mmhg']:.0f}",
-            *(_ratio(by_name, name) for name in (RESISTANCE, TIME_CONSTANT)),
-            _limits(by_name[VOLUME_FACTOR]),
-            percent(float(first["efficiency"]), 0),
-            sampler if first["converged"] else f"{sampler}, not converged",
-        )
-    )
-
-
-def _ratio(by_name: Mapping[str, Mapping[Hashable, Any]], name: str) -> str:
-    return fixed(float(by_name[name]["width_ratio"]), 2) if name in by_name else MISSING
-
-
-def _limits(row: Mapping[Hashable, Any]) -> str:
-    low, median, high = (fixed(float(row[f"with_{name}"]), 2) for name in ("low", "median", "high"))
-    return f"{median} ({low} to {high})"
+def _sampler(name: str, converged: bool) -> str:
+    return SAMPLER_NAMES[name] if converged else f"{SAMPLER_NAMES[name]}, not converged"
 
 
 def in_words(table: pd.DataFrame) -> Iterator[str]:

@@ -1,52 +1,61 @@
-"""The table of the validation: its columns, and as the page shows it.
+"""The validation of the shipped study by hearts of other generators, as its stored table has it.
 
-matplotlib is not imported.
+The stored table has all sittings: the columns of ``validation.csv`` behind those that say which sitting a row
+is of. matplotlib is not imported.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Final, NamedTuple
 
 import pandas as pd
 
+from swesbi.artefacts import ArtefactError
 from swesbi.report.csv import checked
-from swesbi.report.numbers import MISSING, count, fixed, percent, span
-from swesbi.report.table import Cell, Column, Row, Strong, Table, words
+from swesbi.report.numbers import percent, span
+from swesbi.report.table import MARK, MUTED, Cell, Column, Strong, Table, words
 from swesbi.report.tables.validation_outcomes import (
     BY_CHANCE,
     CONFIDENCE,
+    COVERED,
+    K_SR,
+    MISSED,
     MOST_MISSED,
     NAMES,
     NOT_TESTED,
-    QUANTITIES,
+    POOLED,
     REACHED,
-    Outcome,
-    falls_short,
-    is_tested,
-    missed_too_often,
-    outcomes,
+    in_brief,
+    judged,
 )
 
-COVERAGES: Final = ("coverage", "coverage_not_contradicted")
-MISSED: Final = "missed_not_contradicted"
+RATES: Final = {name: (name, f"{name}_low", f"{name}_high") for name in ("coverage", COVERED, MISSED)}
 COLUMNS: Final = (
-    "generator", "quantity", "n", "not_contradicted", "strained", "contradicted", *COVERAGES, MISSED,
-    *(f"{name}_{end}" for name in (*COVERAGES, MISSED) for end in ("low", "high")),
+    "generator", "quantity", "n", "not_contradicted", "strained", "contradicted",
+    *(column for columns in RATES.values() for column in columns),
     "bias_log", "width_log", "n_not_contradicted", "tested",
 )  # fmt: skip
-BOLD: Final = (
-    f"Bold: a coverage whose interval does not reach {percent(REACHED, 0)} %, or more missed than by chance "
-    f"({percent(BY_CHANCE, 0)} %, or {percent(MOST_MISSED, 0)} % of several generators together)."
-)
+OF_SITTING: Final = ("sitting", "date", "model")
+"""Its number, the day on which it ended, and what was changed of the model before it."""
+COMPARED: Final = 2
+"""The sitting whose width of k_SR on (a) later ones are compared with."""
 NOTE: Final = (
     "Pooled generators come first, then those that miss what is asked. Verdicts: of all hearts, those "
     f"refused making up the rest. Intervals: {percent(CONFIDENCE, 0)} % Clopper-Pearson. "
     "Bias (mean of log median / truth) and "
     "width (median of log high / low): of the answered. Missed: shown stiffness or k_SR outside its "
-    f"interval; two independent calibrated intervals miss {percent(BY_CHANCE, 0)} % by chance. {BOLD}"
+    f"interval; two independent calibrated intervals miss {percent(BY_CHANCE, 0)} % by chance. "
+    f"Bold: a coverage whose interval does not reach {percent(REACHED, 0)} %, or more missed than by chance "
+    f"({percent(BY_CHANCE, 0)} %, or {percent(MOST_MISSED, 0)} % of several generators together)."
 )
+
+
+class StoredValidation(NamedTuple):
+    """What the page shows of the validation: what came out in sentences, and all of it."""
+
+    brief: tuple[str, ...]
+    table: Table
 
 
 def read_validation(path: Path) -> pd.DataFrame:
@@ -59,6 +68,49 @@ def read_validation(path: Path) -> pd.DataFrame:
     return checked(pd.read_csv(path), path, COLUMNS, row="generator")
 
 
+def read_sittings(path: Path) -> pd.DataFrame:
+    """Read the stored table of all sittings, in the order of their numbers.
+
+    Raises:
+        ArtefactError: A column or every row is missing.
+        FileNotFoundError: There is no such file.
+    """
+    table = checked(pd.read_csv(path), path, (*OF_SITTING, *COLUMNS), row="sitting")
+    return table.sort_values("sitting", kind="stable")
+
+
+def letters(rows: pd.DataFrame) -> frozenset[str]:
+    """Return the letters of the generators that were asked."""
+    return frozenset(rows["generator"].str.partition(":")[0]) - {POOLED}
+
+
+def stored_validation(path: Path) -> StoredValidation:
+    """Return what the page shows: the last sitting that asked every generator that any sitting asked.
+
+    Args:
+        path: The stored table of all sittings.
+
+    Raises:
+        ArtefactError: It is no such table, or no sitting of it is whole.
+    """
+    table = read_sittings(path)
+    whole = [rows for _, rows in table.groupby("sitting") if letters(rows) == letters(table)]
+    if not whole:
+        named = ", ".join(sorted(letters(table)))
+        raise ArtefactError(f"no sitting of the validation asked all generators, {named}")
+    shown = whole[-1]
+    number, date, model = shown.iloc[0][list(OF_SITTING)]
+    caption = f"The validation of the shipped study: sitting {number}, {date}; {model}."
+    return StoredValidation(in_brief(shown, compared_width(table, number)), validation_table(shown, caption))
+
+
+def compared_width(sittings: pd.DataFrame, number: int) -> float | None:
+    """Return the width of k_SR on (a) that a sitting is compared with; None for one that is not later."""
+    of_a = sittings["generator"].str.startswith("a:") & (sittings["quantity"] == K_SR)
+    widths = sittings.loc[of_a & (sittings["sitting"] == COMPARED), "width_log"]
+    return float(widths.iloc[0]) if len(widths) and number > COMPARED else None
+
+
 def validation_table(table: pd.DataFrame, caption: str) -> Table:
     """Return a row a generator and quantity: verdicts, coverage, what is missed, bias and width.
 
@@ -67,53 +119,42 @@ def validation_table(table: pd.DataFrame, caption: str) -> Table:
         caption: Its caption, a sentence.
     """
     columns = (
-        *words("Hearts", "Quantity"),
-        Column("Number"),
-        *(Column(name, "%") for name in ("Not contradicted", "Strained", "Contradicted")),
-        Column("Coverage", "% of all answered (interval)"),
-        Column("Coverage", "% of the not contradicted (interval)"),
-        Column("Missed", f"% of the not contradicted (interval); {percent(BY_CHANCE, 0)} by chance"),
-        *(Column(name, "log") for name in ("Bias", "Width")),
+        words("label", "Hearts"),
+        words("quantity", "Quantity", NAMES),
+        Column("n", "Number", "", "d"),
+        Column("not_contradicted", "Not contradicted", "%", "0%"),
+        Column("strained", "Strained", "%", "0%"),
+        Column("contradicted", "Contradicted", "%", "0%"),
+        Column(RATES["coverage"], "Coverage", "% of all answered (interval)", _rate),
+        Column(
+            (*RATES[COVERED], "is_tested", "short"),
+            "Coverage",
+            "% of the not contradicted (interval)",
+            _judged,
+        ),
+        Column(
+            (*RATES[MISSED], "is_tested", "often", "first"),
+            "Missed",
+            f"% of the not contradicted (interval); {percent(BY_CHANCE, 0)} by chance",
+            _judged,
+        ),
+        Column("bias_log", "Bias", "log", "2f"),
+        Column("width_log", "Width", "log", "2f"),
     )
-    rows = [_row(outcome, name) for outcome in outcomes(table) for name in QUANTITIES if name in outcome.rows]
-    return Table(caption, columns, tuple(rows), NOTE)
-
-
-def _row(outcome: Outcome, quantity: str) -> Row:
-    row = outcome.rows[quantity]
-    cells: tuple[Cell, ...] = (
-        outcome.label,
-        NAMES[quantity],
-        count(row["n"]),
-        *(percent(row[name], 0) for name in ("not_contradicted", "strained", "contradicted")),
-        _coverage(row, "coverage"),
-        _of_not_contradicted(outcome, quantity),
-        _missed(outcome, quantity),
-        *(fixed(row[name], 2) for name in ("bias_log", "width_log")),
+    rows = judged(table)
+    return Table(
+        caption, rows.assign(**{MARK: rows["is_tested"].map({True: "", False: MUTED})}), columns, NOTE
     )
-    return Row(cells, muted=not is_tested(row))
 
 
-def _coverage(row: Mapping[Any, Any], name: str) -> str:
-    ends = (percent(row[f"{name}_{end}"], 0) for end in ("low", "high"))
-    shown = percent(row[name])
-    return shown if shown == MISSING else f"{shown} ({span(*ends)})"
+def _rate(value: float, low: float, high: float) -> str:
+    ends = span(percent(low, 0), percent(high, 0))
+    return percent(value) if pd.isna(value) else f"{percent(value)} ({ends})"
 
 
-def _of_not_contradicted(outcome: Outcome, quantity: str) -> Cell:
-    row = outcome.rows[quantity]
-    if not is_tested(row):
-        return NOT_TESTED
-    shown = _coverage(row, "coverage_not_contradicted")
-    return Strong(shown) if falls_short(outcome.generator, quantity, row) else shown
-
-
-def _missed(outcome: Outcome, quantity: str) -> Cell:
-    """Return the share missed, in the first row of a generator: it is of its hearts, not of a quantity."""
-    row = outcome.rows[quantity]
-    if row is not outcome.of_hearts:
+def _judged(value: float, low: float, high: float, tested: bool, wrong: bool, first: bool = True) -> Cell:
+    """Return a rate, bold where it is not as asked; what is missed is of hearts: of the first row alone."""
+    if not first:
         return ""
-    if not is_tested(row):
-        return NOT_TESTED
-    shown = _coverage(row, MISSED)
-    return Strong(shown) if missed_too_often(outcome.generator, row) else shown
+    shown = _rate(value, low, high) if tested else NOT_TESTED
+    return Strong(shown) if wrong else shown

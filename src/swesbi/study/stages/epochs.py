@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from pydantic import Field
 from scipy.special import stdtrit
@@ -32,6 +33,7 @@ from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
+EpochRow = dict[str, object]
 
 
 class EpochsStageSettings(inference.RecoveryStageSettings):
@@ -69,7 +71,7 @@ def epochs(
         raise ArtefactError(f"no verdict of subject {missing[0]} is given")
     truth, raw = inference.synthetic_recordings(subjects, settings, origin.seed)
     z = data.standardisation.apply(raw)
-    rows: list[training_tables.EpochRow] = []
+    rows: list[EpochRow] = []
     progress = Progress("epochs", len(nets), unit="checkpoint")
     for net in nets:
         inference.check_components(data, net, checkpoints)
@@ -81,16 +83,21 @@ def epochs(
             z_obs, seed = data.observed_z(name), integer_seed(origin.seed, "posterior", name)
             rows.extend(_subject_rows(net, subject, readable[name], z_obs, seed, settings))
         progress.step(note=f"epoch {net.epoch}")
-    write_csv(epochs, training_tables.epochs_table(rows))
+    write_csv(epochs, pd.DataFrame(rows))
 
 
-def _row(net: Checkpoint, quantity: str, **values: object) -> training_tables.EpochRow:
-    return training_tables.EpochRow(epoch=net.epoch, best=net.best, quantity=quantity, **values)  # type: ignore[arg-type]
+def _row(net: Checkpoint, quantity: str, **values: object) -> EpochRow:
+    """Return one quantity after one epoch.
+
+    ``best`` is 1 where the study uses the network of this epoch. The value is NaN where too few draws lie
+    within the prior's bounds, or the subject is not prior-supported; ``ci_low`` and ``ci_high`` are the
+    interval on a mean or a coverage over synthetic recordings; ``n`` recordings or draws are behind it.
+    """
+    of = {"epoch": net.epoch, "best": int(net.best), "quantity": quantity, "subject": "", "parameter": ""}
+    return of | {"value": np.nan, "ci_low": np.nan, "ci_high": np.nan, "n": 0} | values
 
 
-def _fresh_loss(
-    net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: float
-) -> training_tables.EpochRow:
+def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: float) -> EpochRow:
     """Return the mean loss of synthetic recordings, whose theta no training has seen, with a t interval.
 
     Augmentations of one simulation stand on both sides of the split into training and validation; here
@@ -107,7 +114,7 @@ def _fresh_loss(
 
 def _recovery_rows(
     net: Checkpoint, truth: FloatArray, z: FloatArray, settings: EpochsStageSettings, seed: int
-) -> Iterator[training_tables.EpochRow]:
+) -> Iterator[EpochRow]:
     """Yield the coverage of synthetic recordings at the level of the predictive interval, by parameter."""
     level = settings.predictive.interval
     at_level = settings.recovery.model_copy(update={"nominal_levels": (level,)})
@@ -137,7 +144,7 @@ def _subject_rows(
     z_obs: FloatArray,
     seed: int,
     settings: EpochsStageSettings,
-) -> Iterator[training_tables.EpochRow]:
+) -> Iterator[EpochRow]:
     """Yield width and predictive scores of one subject's posterior under one checkpoint."""
     name, required = subject.observation.subject, settings.support.min_in_prior_draws
     wanted = settings.predictive.draws

@@ -14,19 +14,18 @@ from swesbi.base.settings import Settings
 from swesbi.report.page.figures import PagePart
 from swesbi.report.page.files import file_groups, provenance_table, relative, software_table
 from swesbi.report.page.landing import make_landing
-from swesbi.report.page.page import PageProvenance, as_yaml, make_page, render, study_figures
+from swesbi.report.page.page import Page, PageProvenance, as_yaml, render, study_figures
 from swesbi.report.page.sections import (
-    PopulationSection,
     Section,
     make_population_section,
     make_section,
     section_figures,
 )
-from swesbi.report.page.validation import stored_validation
 from swesbi.report.results import Results
 from swesbi.report.tables.cohort_posterior import CohortSection, cohort_sections
 from swesbi.report.tables.exact import Exact
 from swesbi.report.tables.population import OverPopulation
+from swesbi.report.tables.validation import stored_validation
 from swesbi.study.stages.report_inputs import read_cohort_words, read_exact, read_populations, read_results
 
 
@@ -134,7 +133,7 @@ def report(*, files: ReportFiles, settings: ReportSettings, origin: Origin) -> N
     links = [relative(path, report) for path in files.artefacts]
     landing = make_landing(results, exact, title, links)
     cohort, shown = read_cohort_words(files.recording, title), file_groups(files.artefacts, report)
-    page = make_page(results, landing, cohort, figures, sections, populations, validation, shown, origins)
+    page = Page(results, landing, cohort, figures, sections, populations, validation, shown, origins)
     texts = {report: render(page), **{path: render(page, path.stem) for path in files.pages}}
     for path, text in {files.configuration: origins.configuration, **texts}.items():
         _write(path, text)
@@ -166,14 +165,14 @@ def _populations(
     sections: Mapping[str, Mapping[str, JsonValue]],
     title: str,
     cohorts: Mapping[str, CohortSection],
-) -> list[PopulationSection]:
+) -> list[Section]:
     read = read_populations(sections, files.population_cohorts, files.population_strata, files.pressures_csv)
     return [_population(each, files.population_pngs, files.report, title, cohorts) for each in read]
 
 
 def _population(
     each: OverPopulation, pngs: Sequence[Path], report: Path, title: str, cohorts: Mapping[str, CohortSection]
-) -> PopulationSection:
+) -> Section:
     figures = section_figures(PagePart.POPULATION, pngs, each.name, report, title)
     return make_population_section(each, figures, title, cohorts.get(each.name))
 

@@ -30,7 +30,6 @@ from swesbi.report.paper.comparison import comparison_table
 from swesbi.report.paper.measured import StudyResults, pool_size
 from swesbi.report.paper.values import read_paper
 from swesbi.study.stages.origin import by_key, by_subject, pick
-from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import read_verdict
 
@@ -60,13 +59,13 @@ def tables(
     """Write the tables of every experiment; who has a predictive check among the given has rows."""
     cases = read_cases(predictives, posteriors, verdicts, cmaes)
     scores = study_tables.ppc_table(cases)
-    reasons = {(case.experiment, case.subject): ", ".join(verdict_numbers(case.verdict)) for case in cases}
+    judged = {(case.experiment, case.subject): case.verdict for case in cases}
     write_csv(ppc_csv, scores)
     write_csv(features_csv, study_tables.features_table(cases))
     posteriors_in_numbers = study_tables.posterior_table(cases)
     write_csv(posterior_csv, posteriors_in_numbers)
-    _write_text(ppc_tex, ppc_latex(scores, reasons, settings.cohort_title))
-    _write_text(posterior_tex, posterior_latex(posteriors_in_numbers, reasons, settings.cohort_title))
+    _write_text(ppc_tex, ppc_latex(scores, judged, settings.cohort_title))
+    _write_text(posterior_tex, posterior_latex(posteriors_in_numbers, judged, settings.cohort_title))
 
 
 def read_cases(
@@ -118,15 +117,10 @@ def truth(
         ArtefactError: A verdict is missing, or a file cannot be read.
     """
     verdict_of = by_key(verdicts)
-    answers = [
-        study_tables.JudgedPosterior(
-            key.experiment,
-            key.subject,
-            read_posterior(path),
-            read_verdict(pick(verdict_of, key, "verdict")),
-        )
+    answers = (
+        (key.experiment, key.subject, read_posterior(path), read_verdict(pick(verdict_of, key, "verdict")))
         for key, path in by_key(posteriors).items()
-    ]
+    )
     table = study_tables.truth_table(answers, read_truth([truth]))
     write_csv(truth_csv, table)
     for experiment, part in table.dropna(subset="inside").groupby("experiment", sort=False):

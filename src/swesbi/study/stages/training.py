@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
-
-import pandas as pd
 
 from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
@@ -15,12 +11,11 @@ from swesbi.checks.settings import CheckpointEpochs
 from swesbi.networks.paper.estimator import CHECKPOINTS, save_checkpoints, save_estimator
 from swesbi.networks.paper.estimator import ESTIMATOR as KIND
 from swesbi.networks.paper.pool import read_pool
-from swesbi.networks.paper.sbi_trainer import Epoch
 from swesbi.networks.paper.training import choose_device
 from swesbi.networks.paper.training import train as train_estimator
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.prior import PriorSettings
-from swesbi.report.csv import write_csv
+from swesbi.report.training_tables import write_epochs
 from swesbi.seeds import integer_seed
 
 LOGGER = logging.getLogger("swesbi")
@@ -75,10 +70,4 @@ def train(
         trained.components,
         origin.provenance(CHECKPOINTS, settings),
     )
-    _write_epochs(training, result.epochs)
-
-
-def _write_epochs(path: Path, epochs: Sequence[Epoch]) -> None:
-    frame = pd.DataFrame([asdict(epoch) for epoch in epochs]).rename(columns={"number": "epoch"})
-    frame["best_so_far"] = frame["best_so_far"].astype(int)
-    write_csv(path, frame, float_format=None)
+    write_epochs(training, result.epochs)
