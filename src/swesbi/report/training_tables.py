@@ -13,7 +13,7 @@ from swesbi.report.csv import write_csv
 
 if TYPE_CHECKING:
     from swesbi.networks.flow.training import SplineEpoch
-    from swesbi.networks.paper.training import Epoch
+    from swesbi.networks.paper.sbi_trainer import Epoch
 
 VALIDATION_LOSS: Final = "validation_loss"
 FRESH_LOSS: Final = "fresh_loss"
