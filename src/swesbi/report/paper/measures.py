@@ -189,20 +189,22 @@ def k_atp_shift(study: measured.StudyResults, asked: measured.Asked) -> measured
 
 
 def coverage_degrades(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
-    """Say whether the recovery covers less in the other experiment, beyond binomial error."""
+    """Say whether a coverage of the other experiment is farther from nominal, beyond binomial error."""
     if missing := _not_run(study, asked):
         return missing
+    nominal = float(asked.of["nominal"])
     main, other = (
-        _coverages(study.recoveries[name], float(asked.of["nominal"]))
-        for name in (study.main, asked.option("experiment"))
+        _coverages(study.recoveries[name], nominal) for name in (study.main, asked.option("experiment"))
     )
     both = _beside(main, other).dropna()
     if both.empty:
         return measured.absent("no recording was scored in both experiments")
     rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
-    less = any(row[2] < row[0] and measured.differ(*map(float, row)) for row in rows)
+    worse = any(
+        abs(row[2] - nominal) > abs(row[0] - nominal) and measured.differ(*map(float, row)) for row in rows
+    )
     percent = both.assign(coverage=100 * both["coverage"], coverage_other=100 * both["coverage_other"])
-    return measured.Measured(f"{'yes' if less else 'no'}: {_changes(percent, 'coverage', asked)} %")
+    return measured.Measured(f"{'yes' if worse else 'no'}: {_changes(percent, 'coverage', asked)} %")
 
 
 def constraint_order(study: measured.StudyResults, asked: measured.Asked) -> measured.Measured:
