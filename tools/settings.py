@@ -27,11 +27,11 @@ from swesbi.config.read import parse_config, parse_section, parts_of, read_merge
 from swesbi.population.settings import Fraction, Quantity, SizedQuantity
 from swesbi.prior import ParameterPrior
 from swesbi.report.table import BAR
-from tools.docs.marks import fill
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = "settings.md"
 MARK: Final = "settings"
+MARKED: Final = re.compile(rf"(<!-- begin {MARK}[^\n]*-->\n)(.*?)(<!-- end {MARK} -->)", re.DOTALL)
 STUDIES: Final[Mapping[str, type[Settings]]] = {
     "acquisition_seeds": AcquisitionSeedsSettings,
     "discrepancy": ChoiceSettings,
@@ -294,7 +294,9 @@ def main(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("--docs", type=Path, default=ROOT / "docs", help="default: docs of this project")
     page: Path = parser.parse_args(arguments).docs / PAGE
-    text = fill(page.read_text(encoding="utf-8"), {MARK: reference()})
+    text = MARKED.sub(
+        lambda match: f"{match[1]}\n{reference().strip()}\n\n{match[3]}", page.read_text(encoding="utf-8")
+    )
     with atomic_path(page) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     print(f"wrote {page}")
