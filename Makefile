@@ -54,13 +54,13 @@ full: study ## the checks of calibration in large sizes, with the networks of th
 	$(BIN)/python -m swesbi.study.model_version results-full/*/*.csv
 	$(BIN)/python -m tools.docs --stored
 
-verify: $(INSTALLED) ## every number that README and docs claim, found in the finished study, stored tables, settings or code
-	$(BIN)/python -m tools.verify --out results/tables/claims.csv
+verify: $(INSTALLED) ## numbers of README, tables of pages and versions of stored tables, beside the finished study, settings and code
+	$(BIN)/python -m tools.verify
 
 container: # an image of the project, where podman or docker can build one
 	$$(command -v podman || command -v docker || { echo "neither podman nor docker is here: install one of them" >&2; echo false; }) build --file Containerfile --tag swesbi .
 
-docs: $(INSTALLED) ## figures and generated parts of docs/, from a finished study
+docs: $(INSTALLED) ## tables and figures of README and docs/, from a finished study
 	$(BIN)/python -m tools.docs
 	$(BIN)/python -m tools.settings
 

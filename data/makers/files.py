@@ -9,8 +9,6 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.base.arrays import FloatArray
-from swesbi.parameters import THETA_NAMES
 from swesbi.recording.columns import COLUMNS, SPEED
 from swesbi.recording.samples import Samples
 
@@ -59,10 +57,3 @@ def write_csv(path: Path, table: pd.DataFrame, float_format: str | None = None) 
 def write_text(path: Path, text: str) -> None:
     """Write a text in UTF-8, with one kind of line ends on every machine."""
     path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def read_true_theta(path: Path) -> dict[str, FloatArray]:
-    """Read the true theta, shape (3,) in the order of ``THETA_NAMES``, of each subject of ``truth.csv``."""
-    table = pd.read_csv(path, dtype={"subject": str}).set_index("subject")
-    values = table[list(THETA_NAMES)].to_numpy(dtype=np.float64)
-    return dict(zip(table.index, values, strict=True))

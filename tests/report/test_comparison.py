@@ -214,6 +214,16 @@ def test_statements_follow_the_numbers(results: StudyResults) -> None:
     assert row(same, "wider timing")["this_study"].startswith("no: ")
 
 
+@pytest.mark.parametrize(("narrow", "wide", "said"), [(0.965, 0.918, "no"), (0.92, 0.99, "yes")])
+def test_coverage_degrades_by_moving_away_from_nominal_alone(
+    results: StudyResults, narrow: float, wide: float, said: str
+) -> None:
+    tables = {"paper": recovery(0.92, 0.90, narrow), "wide_prior": recovery(0.92, 0.90, wide)}
+    changed = replace(results, recoveries=dict(results.recoveries) | tables)
+    table = comparison_table(read_paper(), changed).set_index("quantity")
+    assert row(table, "wider timing")["this_study"].startswith(f"{said}: ")
+
+
 def test_spread_reading() -> None:
     inside = read_difference(printed(), Measured("1.40 ± 0.2", 1.40, 0.2), "virtual volunteers")
     assert inside == "within the paper's spread"

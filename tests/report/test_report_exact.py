@@ -1,4 +1,4 @@
-"""The page's section on experiments on speeds, and the documentation's page: numbers and verdicts."""
+"""The page's section on experiments on speeds: numbers and verdicts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,6 @@ from swesbi.report.tables.experiments import (
     training_table,
 )
 from swesbi.report.tables.subjects import score_table
-from tools.docs.calibration import PARTS, CalibrationResults
 
 SUBJECTS = "ADF"
 
@@ -184,28 +183,6 @@ def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
     assert sorted(found) == ["design", "noise", "ppc"]
     assert (found["ppc"].source, found["ppc"].full) == ("ppc-calibrated.png", "ppc-calibrated.pdf")
     assert TITLE in found["ppc"].caption
-
-
-@pytest.fixture
-def documented(exact: Exact) -> CalibrationResults:
-    return CalibrationResults(
-        shown=exact,
-        cohort_title=TITLE,
-        nuisances=(),
-    )
-
-
-def test_a_page_without_truth_or_reported_subjects_can_be_written(documented: CalibrationResults) -> None:
-    experiment = replace(
-        documented.shown.experiment,
-        scores=documented.shown.experiment.scores.assign(may_be_read=False),
-        verdicts={name: verdict("F") for name in SUBJECTS},
-    )
-    unknown = replace(documented.shown, experiment=experiment, truth=pd.DataFrame())
-    nobody = replace(documented, shown=unknown)
-    texts = {name: part(nobody) for name, part in PARTS.items()}
-    assert "no known true parameters" in texts["truth"]
-    assert "3 contradicted" in texts["answer"] and "nan" not in "".join(texts.values())
 
 
 def test_a_strained_row_is_marked_and_left_out_of_the_mean_of_those_that_pass() -> None:

@@ -94,3 +94,17 @@ def test_tables_are_stored_with_the_version_that_made_them(
     assert (tmp_path / "calibrated_recovery.csv").read_bytes() == tables[0].read_bytes()
     versions = (tmp_path / "model_versions.csv").read_text().split()
     assert versions == ["table,model_version", "amortised_strata,1", "calibrated_recovery,2"]
+
+
+def test_the_version_is_noted_where_a_table_is_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(model_version, "fingerprint", lambda study: {})
+    monkeypatch.setattr(model_version, "check_version", lambda folder, found: None)
+    table = tmp_path / "samplers.csv"
+    table.write_text("n\n1\n")
+    assert model_version.main(["--note", str(table)]) == 0
+    assert model_version.read_versions(tmp_path) == {"samplers": model_version.MODEL_VERSION}
+    table.unlink()
+    model_version.note_versions(tmp_path, [])
+    assert model_version.read_versions(tmp_path) == {}

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
-from data.makers.files import read_true_theta
 from data.makers.noise_levels import (
     COMPARED,
     NOISE_LEVELS,
@@ -26,6 +25,7 @@ from data.makers.noise_levels import (
     residual,
 )
 from data.makers.tables import haemodynamics
+from swesbi.parameters import THETA_NAMES
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import (
     ACQUISITION,
@@ -85,9 +85,9 @@ def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None
 
 def test_contexts_and_truth_are_those_of_the_volunteers() -> None:
     assert read_subjects(SHIPPED / "subjects.csv") == tuple(volunteer.context for volunteer in VOLUNTEERS)
-    theta = read_true_theta(SHIPPED / "truth.csv")
+    truth = pd.read_csv(SHIPPED / "truth.csv").set_index("subject")[list(THETA_NAMES)]
     for name, volunteer in BY_NAME.items():
-        np.testing.assert_array_equal(theta[name], volunteer.theta)
+        np.testing.assert_array_equal(truth.loc[name], volunteer.theta)
     assert "virtual" in yaml.safe_load((SHIPPED / "recording.yaml").read_text())["origin"]
 
 

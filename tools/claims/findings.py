@@ -1,104 +1,113 @@
-"""What became of each claim: expected, found, and whether both agree."""
+"""What is verified of README and documentation: claims, tables of pages, versions of stored tables."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-import pandas as pd
+from swesbi.study.model_version import MODEL_VERSION, STORED, VERSIONS, read_versions
+from tools.claims.manifest import Claim, Found, Manifest
+from tools.claims.prose import quotations, rounding, unaccounted, value_of
+from tools.claims.sources import NoValueError, value_found
+from tools.docs.directives import PART, PageError, Place, filled, line_of
 
-from tools.claims.manifest import Claim, CodeSource, Found, Manifest, Source
-from tools.claims.prose import Quotation, line_of, quotations, rounding, unaccounted, value_of
-from tools.claims.sources import NoValueError, Sources
-
-HOLDS: Final = "holds"
-FAILS: Final = "FAILS"
-NOT_ASKED: Final = "not asked"
-COLUMNS: Final = ("outcome", "where", "claim", "expected", "found", "tolerance", "source", "made_by")
+NO_PRODUCT: Final = frozenset({"settings", "scaling", "study_cost"})
+"""Stored tables that are no product of the model: settings and costs."""
+REMEDY: Final = "make it again, then python -m swesbi.study.model_version --note"
+"""Followed by the path; `make docs` and `make full` note versions themselves."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of one number.
+    """What became of one number, one table of a page, or one stored table.
 
     Attributes:
-        outcome: One of ``HOLDS``, ``FAILS``, ``NOT_ASKED``.
+        holds: Whether it is what it should be.
         where: File, and line where the words stand.
-        claim: The words.
-        expected: The number as printed.
-        found: The value that the source gives, or why it gives none.
-        tolerance: By how much both may differ.
-        source: The file, module or generator that was asked.
-        made_by: The command behind it.
+        what: The words, or what is asked.
+        expected: The number or the line as it stands.
+        found: What the source gives, or what is wrong.
+        source: The file or module that was asked, and for what.
     """
 
-    outcome: str
+    holds: bool
     where: str
-    claim: str
+    what: str
     expected: str = ""
     found: str = ""
-    tolerance: str = ""
     source: str = ""
-    made_by: str = ""
 
 
-def judged(manifest: Manifest, sources: Sources) -> Iterator[Finding]:
+def claims_judged(manifest: Manifest, place: Place) -> Iterator[Finding]:
     """Yield a finding for each number of each claim, and one for each number that nothing accounts for."""
     named = {*manifest.complete, *(each.file for each in manifest.quoted)}
-    texts = {name: Path(name).read_text(encoding="utf-8") for name in sorted(named)}
+    texts = {name: place(name).read_text(encoding="utf-8") for name in sorted(named)}
     for claim in manifest.claims:
-        yield from _judged(claim, texts[claim.file], sources)
+        yield from _claim(claim, texts[claim.file], manifest.sources, place)
     for each in manifest.no_claims:
         if not quotations(each.text, texts[each.file]):
-            yield Finding(FAILS, each.file, each.text, found="the text is no longer there")
+            yield Finding(False, each.file, each.text, found="the text is no longer there")
     for name in manifest.complete:
-        for line, around in unaccounted(texts[name], _accounted(name, manifest, texts)):
-            yield Finding(FAILS, f"{name}:{line}", around, found="a number that no claim accounts for")
+        entries = [each.text for each in manifest.quoted if each.file == name]
+        accounted = [each for text in entries for each in quotations(text, texts[name])]
+        for line, around in unaccounted(texts[name], accounted):
+            yield Finding(False, f"{name}:{line}", around, found="a number that no claim accounts for")
 
 
-def _accounted(name: str, manifest: Manifest, texts: Mapping[str, str]) -> list[Quotation]:
-    entries = (each for each in manifest.quoted if each.file == name)
-    return [place for each in entries for place in quotations(each.text, texts[name])]
-
-
-def _judged(claim: Claim, text: str, sources: Sources) -> Iterator[Finding]:
+def _claim(claim: Claim, text: str, sources: Mapping[str, str], place: Place) -> Iterator[Finding]:
     places = quotations(claim.text, text)
     if len(places) != 1:
-        said = f"stands there {len(places)} times: quote more" if places else "the text is no longer there"
-        yield Finding(FAILS, claim.file, claim.text, found=said)
+        wrong = f"stands there {len(places)} times: quote more" if places else "the text is no longer there"
+        yield Finding(False, claim.file, claim.text, found=wrong)
         return
-    (place,) = places
-    where = f"{claim.file}:{line_of(text, place.start)}"
-    for printed, found in zip(place.numbers, claim.found, strict=True):
-        yield _number(where, claim.text, printed, found, sources)
+    where = f"{claim.file}:{line_of(text, places[0].start)}"
+    for printed, found in zip(places[0].numbers, claim.found, strict=True):
+        asked = _asked(sources[found.of], found)
+        try:
+            value = value_found(sources[found.of], found, place)
+        except NoValueError as error:
+            yield Finding(False, where, claim.text, printed, str(error), asked)
+            continue
+        holds = abs(value - value_of(printed)) <= (found.tolerance or rounding(printed))
+        yield Finding(holds, where, claim.text, printed, f"{value:.6g}", asked)
 
 
-def _number(where: str, text: str, printed: str, found: Found, sources: Sources) -> Finding:
-    source, tolerance = sources.named[found.of], found.tolerance or rounding(printed)
-    told = {"tolerance": f"{tolerance:.3g}", "source": _asked(source, found), "made_by": source.made_by}
-    if not sources.asked(found):
-        return Finding(NOT_ASKED, where, text, printed, **told)
-    try:
-        value = sources.value(found)
-    except NoValueError as error:
-        return Finding(FAILS, where, text, printed, str(error), **told)
-    outcome = HOLDS if abs(value - value_of(printed)) <= tolerance else FAILS
-    return Finding(outcome, where, text, printed, f"{value:.6g}", **told)
-
-
-def _asked(source: Source, found: Found) -> str:
-    place = source.module if isinstance(source, CodeSource) else source.path
+def _asked(source: str, found: Found) -> str:
     rows = f" where {found.where}" if found.where else ""
     by = "" if found.by == "only" else f"{found.by} of "
-    return f"{place}: {by}{found.value}{rows}"
+    return f"{source}: {by}{found.value}{rows}"
 
 
-def table_of(findings: Sequence[Finding]) -> pd.DataFrame:
-    """Return findings as a table, a row a number, those that fail first."""
-    rows = [[getattr(each, name) for name in COLUMNS] for each in findings]
-    table = pd.DataFrame(rows, columns=list(COLUMNS))
-    order = np.argsort(table["outcome"].ne(FAILS).to_numpy(), kind="stable")
-    return table.iloc[order].reset_index(drop=True)
+def pages_judged(texts: Mapping[str, str], place: Place) -> Iterator[Finding]:
+    """Yield a finding for each table of a page, beside what `make docs` would write now."""
+    for page, text in texts.items():
+        try:
+            now = filled(page, text, place)
+        except PageError as error:
+            yield Finding(False, page, "the tables of the page", found=str(error))
+            continue
+        for old, new in zip(PART.finditer(text), PART.finditer(now), strict=True):
+            where, what = f"{page}:{line_of(text, old.start())}", f"the table of {old['path']}"
+            lines = zip_longest(old["body"].splitlines(), new["body"].splitlines(), fillvalue="")
+            stands, written = next(((a, b) for a, b in lines if a != b), ("", ""))
+            yield Finding(old["body"] == new["body"], where, what, stands, written, "make docs")
+
+
+def versions_judged(folder: Path) -> Iterator[Finding]:
+    """Yield a finding for each stored table: the model of this version made it.
+
+    Tables of side studies are asked where versions are stored beside them.
+    """
+    beside = sorted(folder.glob(f"studies/*/tables/{VERSIONS}"))
+    for tables in (folder / STORED, *(path.parent for path in beside)):
+        known = read_versions(tables)
+        for path in sorted(tables.rglob("*.csv")):
+            name = path.relative_to(tables).with_suffix("").as_posix()
+            if path.name == VERSIONS or name in NO_PRODUCT:
+                continue
+            found = f"version {known[name]}" if name in known else "no version"
+            where, asked = path.relative_to(folder).as_posix(), f"version {MODEL_VERSION}"
+            yield Finding(found == asked, where, "version of its model", asked, found, f"{REMEDY} {where}")

@@ -7,7 +7,7 @@ there, so a page that is written anew keeps its manifest; other words around it 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self
+from typing import Final, Literal, Self
 
 import yaml
 from pydantic import Field, ValidationError, model_validator
@@ -16,64 +16,8 @@ from swesbi.artefacts import ArtefactError
 from swesbi.base.settings import Settings
 
 HOLE: Final = "{}"
-RESULTS: Final = "results/"
-"""How the path of a table of a study begins; the configuration says where its results really lie."""
-
-Study = Literal["full", "small", "none"]
-"""Whose results are asked: the study as shipped, the smoke study, or none: what the repository holds."""
 Reduction = Literal["only", "sum", "mean", "median", "min", "max", "count", "distinct"]
 """What is made of the values of several rows: ``only`` takes the one that there is."""
-
-
-class TableSource(Settings):
-    """A table as CSV.
-
-    Attributes:
-        holds: Of which study's results the claims on it are true; what the repository holds is always asked.
-    """
-
-    kind: Literal["table"]
-    path: str = Field(min_length=1)
-    made_by: str = Field(min_length=1, description="the command that makes it")
-    holds: Literal["full", "any"] = "full"
-
-
-class PageSource(Settings):
-    """A table between the marks of a page, which `make docs` writes."""
-
-    kind: Literal["page"]
-    path: str = Field(min_length=1)
-    part: str = Field(min_length=1, description="name of the marked part")
-    made_by: str = Field(min_length=1)
-
-
-class YamlSource(Settings):
-    """A file of settings, or the whole configuration; a value is named by its keys, parted by points."""
-
-    kind: Literal["yaml"]
-    path: str = Field(min_length=1)
-    made_by: str = Field(min_length=1)
-
-
-class CodeSource(Settings):
-    """A module of the package; a value is the name of one of its constants."""
-
-    kind: Literal["code"]
-    module: str = Field(pattern=r"^swesbi(\.[a-z_]+)*$")
-    made_by: str = Field(min_length=1)
-
-
-class TextSource(Settings):
-    """A text in which a number stands; a value is the words around it, with a hole."""
-
-    kind: Literal["text"]
-    path: str = Field(min_length=1)
-    made_by: str = Field(min_length=1)
-
-
-Source = Annotated[
-    TableSource | PageSource | YamlSource | CodeSource | TextSource, Field(discriminator="kind")
-]
 
 
 class Found(Settings):
@@ -81,7 +25,8 @@ class Found(Settings):
 
     Attributes:
         of: Name of the source.
-        value: Column, or expression in columns, of a table; keys, constant or words of other sources.
+        value: Column, or expression in columns, of a table; keys, parted by points, of settings; constant of
+            a module; of another text the words around a number, with a hole.
         where: The rows of a table that count, as pandas queries them; all by default.
         by: What is made of several values.
         times: What the value is multiplied by: 100 for a share that is printed in percent.
@@ -96,16 +41,11 @@ class Found(Settings):
     tolerance: float | None = Field(default=None, gt=0.0)
 
 
-class Quoted(Settings):
-    """Words of a file."""
+class Claim(Settings):
+    """Words of a file that claim numbers, each in a hole of the text, and where each is found."""
 
-    file: str = Field(min_length=1)
+    file: str = "README.md"
     text: str = Field(min_length=1)
-
-
-class Claim(Quoted):
-    """Words that claim numbers, each in a hole of the text, and where each is found."""
-
     found: tuple[Found, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
@@ -115,9 +55,11 @@ class Claim(Quoted):
         return self
 
 
-class NoClaim(Quoted):
-    """Words with numbers that claim nothing, and why."""
+class NoClaim(Settings):
+    """Words of a file with numbers that claim nothing, and why."""
 
+    file: str = "README.md"
+    text: str = Field(min_length=1)
     reason: str = Field(min_length=1)
 
 
@@ -126,18 +68,19 @@ class Manifest(Settings):
 
     Attributes:
         complete: Files of which every number is claimed, or said to be no claim.
-        sources: Where values are found, by name.
+        sources: Where values are found, by name: a table (.csv), settings (.yaml), a module of the package
+            (swesbi.x) or another text.
         claims: The claims.
         no_claims: Numbers that are none.
     """
 
-    complete: tuple[str, ...]
-    sources: dict[str, Source]
+    complete: tuple[str, ...] = ()
+    sources: dict[str, str]
     claims: tuple[Claim, ...]
-    no_claims: tuple[NoClaim, ...]
+    no_claims: tuple[NoClaim, ...] = ()
 
     @property
-    def quoted(self) -> tuple[Quoted, ...]:
+    def quoted(self) -> tuple[Claim | NoClaim, ...]:
         """All words that are quoted."""
         return (*self.claims, *self.no_claims)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from tools.claims.manifest import HOLE
-from tools.docs.marks import PART
+from tools.docs.directives import PART, line_of
 
 WORDS: Final = {
     "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
@@ -22,11 +22,12 @@ NUMBER: Final = re.compile(rf"(?<![\w.-])(?:{DIGITS}|(?:{SPELT})\b)", re.IGNOREC
 IN_HOLE: Final = rf"(?<![\d.])({DIGITS}|(?i:{SPELT}))(?![\d])"
 UNREAD: Final = (
     PART,  # written by `make docs`, and compared as a whole
+    re.compile(r"<!--.*?-->", re.DOTALL),
     re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE),
     re.compile(r"`[^`]*`"),
     re.compile(r"\]\([^)]*\)"),
 )
-"""What of a Markdown text claims nothing in numbers: marked parts, code, targets of links."""
+"""What of a Markdown text claims nothing: tables that are filled, comments, code, targets of links."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,6 @@ def rounding(printed: str) -> float:
     """Return by how much the value behind a printed number may differ from it: half of its last digit."""
     decimals = len(printed.partition(".")[2])
     return 0.5 * 10.0**-decimals * (1.0 + 1e-9)
-
-
-def line_of(text: str, position: int) -> int:
-    """Return the number of the line in which a position of a text lies, from 1."""
-    return text.count("\n", 0, position) + 1
 
 
 def unaccounted(text: str, accounted: Sequence[Quotation]) -> Iterator[tuple[int, str]]:

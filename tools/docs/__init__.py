@@ -1,1 +1,1 @@
-"""The parts of the documentation that are written from a finished study: ``python -m tools.docs``."""
+"""Tables and figures of README and docs/, from a finished study: ``python -m tools.docs``."""

@@ -1,9 +1,12 @@
-"""The figures that the documentation draws itself: noise beside its truth, and whom a population holds."""
+"""The figures that pages show: the study's, and two that are drawn here."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
+
+from matplotlib.figure import Figure
 
 from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
@@ -12,32 +15,35 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.population import population_figure
 from swesbi.report.figures.recording import draw_noise
-from swesbi.report.figures.style import save_figure
 from swesbi.virtual.volunteers import VOLUNTEERS
 
 CONTEXTS: Final = 20_000
 """As many as the page says."""
 
 
-def write_noise_figure(noise: Path, docs: Path, cohort_title: str) -> None:
-    """Draw the cohort's noise into ``docs/figures``; with the truth where all are virtual volunteers.
+def noise_figure(study: Study) -> Figure:
+    """Return the cohort's noise; with the truth where all are virtual volunteers.
 
     Raises:
-        ArtefactError: There is no such artefact.
+        ArtefactError: The study is not finished.
     """
-    estimates = read_noise(noise)
+    estimates = read_noise(Path(study.config.results) / "cohort" / "noise.h5")
     virtual = {volunteer.context.subject for volunteer in VOLUNTEERS} >= set(estimates.by_subject)
     made_with = NoiseComponents(
         ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction, ACQUISITION.sweep_fraction
     )
-    figure = draw_noise(estimates, cohort_title, made_with if virtual else None)
-    save_figure(figure, docs / "figures" / "noise.png")
+    return draw_noise(estimates, study.config.cohort_title, made_with if virtual else None)
 
 
-def write_population_figure(study: Study, name: str, docs: Path) -> None:
-    """Draw contexts of an experiment's population, with the cohort marked, into ``docs/figures``."""
-    population = study.config.population_experiments[name].population
+def contexts_figure(study: Study) -> Figure:
+    """Return contexts of the first population that is run, with the cohort marked."""
+    population = study.config.population_experiments[study.config.populations_run[0]].population
     drawn = draw_population(range(CONTEXTS), population, study.config.seed, "documentation")
     shown = [row.to_context() for row in study.context_rows.values()]
-    figure = population_figure(drawn, shown, population.declared_range, study.config.cohort_title)
-    save_figure(figure, docs / "figures" / "population.png")
+    return population_figure(drawn, shown, population.declared_range, study.config.cohort_title)
+
+
+DRAWN: Final[Mapping[str, Callable[[Study], Figure]]] = {
+    "noise": noise_figure,
+    "population": contexts_figure,
+}

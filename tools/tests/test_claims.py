@@ -1,62 +1,76 @@
-"""What README and documentation claim in numbers is found where the manifest says; what is wrong is told."""
+"""What README and documentation say in numbers is found where the manifest says; one change is reported."""
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError
-from tools.claims.findings import COLUMNS, FAILS, HOLDS, NOT_ASKED, Finding, judged, table_of
+from swesbi.study.model_version import MODEL_VERSION, STORED
+from tools.claims.findings import NO_PRODUCT, Finding, claims_judged
 from tools.claims.manifest import Manifest, read_manifest
 from tools.claims.prose import quotations, rounding, unaccounted, value_of
-from tools.claims.sources import Sources
+from tools.docs.shown import CLAIMS, stored_in
+from tools.verify import main, verified
 
-MANIFEST = ROOT / "docs" / "claims.yaml"
 README = "Intervals contain the true value in 3 of four hearts, by `2` methods.\n"
+TABLE = "heart,covered\na,1\nb,1\nc,0\nd,1\n"
 SMALL = """
 complete: [README.md]
-sources:
-  hearts: { kind: table, path: hearts.csv, made_by: make hearts }
-  study: { kind: table, path: results/hearts.csv, made_by: make study, holds: any }
+sources: { hearts: docs/tables/hearts.csv }
 claims:
-  - file: README.md
-    text: contain the true value in {} of {} hearts
+  - text: contain the true value in {} of {} hearts
     found:
       - { of: hearts, value: covered, by: sum }
       - { of: hearts, value: covered, by: count }
-  - file: README.md
-    text: the true value in {} of
+  - text: the true value in {} of
     found:
-      - { of: study, value: covered, where: heart != 'x', by: sum }
+      - { of: hearts, value: covered, where: heart != 'x', by: sum }
 no_claims: []
 """
+PAGE = """<!-- table docs/tables/hearts.csv
+where: covered == 0
+columns: {heart: {head: Heart}, covered: {head: Covered}}
+-->
+
+| Heart | Covered |
+|---|---:|
+| c | 0 |
+
+<!-- end table -->
+"""
+UNACCOUNTED = "a number that no claim accounts for"
+VERSIONS = f"table,model_version\nhearts,{MODEL_VERSION}\nstudy/hearts,{MODEL_VERSION}\n"
 
 
 @pytest.fixture
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a README of two numbers, a table that gives them, and the manifest that says so."""
-    (tmp_path / "README.md").write_text(README, encoding="utf-8")
-    (tmp_path / "hearts.csv").write_text("heart,covered\na,1\nb,1\nc,0\nd,1\n", encoding="utf-8")
-    (tmp_path / "results").mkdir()
-    shutil.copyfile(tmp_path / "hearts.csv", tmp_path / "results" / "hearts.csv")
-    (tmp_path / "claims.yaml").write_text(SMALL, encoding="utf-8")
+    """A folder with a README of two numbers, a page, the table that gives both, and the manifest."""
+    texts = {
+        "README.md": README,
+        "docs/page.md": PAGE,
+        CLAIMS: SMALL,
+        "docs/tables/hearts.csv": TABLE,
+        "docs/tables/settings.csv": "key\nseed\n",
+        "docs/tables/model_versions.csv": VERSIONS,
+    }
+    (tmp_path / STORED).mkdir(parents=True)
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    for name in ("config.yaml", "config", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def findings_of(manifest: Manifest, study: str = "full", results: str = "results") -> list[Finding]:
-    return list(judged(manifest, Sources(manifest.sources, Path(results), study)))
-
-
-def outcomes(project: Path, study: str = "full") -> list[str]:
-    return [each.outcome for each in findings_of(read_manifest(project / "claims.yaml"), study)]
-
-
 def failures(project: Path) -> list[Finding]:
-    return [each for each in findings_of(read_manifest(project / "claims.yaml")) if each.outcome == FAILS]
+    return [each for each in verified(None, project) if not each.holds]
+
+
+def shipped(manifest: Manifest) -> list[Finding]:
+    return [each for each in claims_judged(manifest, stored_in(ROOT)) if not each.holds]
 
 
 def rewrite(path: Path, old: str, new: str) -> None:
@@ -65,51 +79,81 @@ def rewrite(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_every_number_of_the_readme_is_accounted_for_and_stored_tables_give_what_is_claimed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(ROOT)
-    manifest = read_manifest(MANIFEST)
-    assert "README.md" in manifest.complete
-    found = findings_of(manifest, "none")
-    assert [each for each in found if each.outcome == FAILS] == []
-    assert sum(each.outcome == HOLDS for each in found) >= 50
+@pytest.mark.parametrize("path", [ROOT / CLAIMS, *sorted(ROOT.glob("studies/*/claims.yaml"))], ids=str)
+def test_stored_tables_settings_and_code_give_what_is_claimed(path: Path) -> None:
+    manifest = read_manifest(path)
+    assert manifest.complete == (("README.md",) if path == ROOT / CLAIMS else ())
+    assert shipped(manifest) == []
 
 
-def test_the_readme_is_not_accounted_for_by_chance(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without one claim, its numbers are told, wherever the README has it."""
-    monkeypatch.chdir(ROOT)
-    manifest = read_manifest(MANIFEST)
-    of_readme = [claim for claim in manifest.claims if claim.file == "README.md"]
-    claim = next(each for each in of_readme if "one overview" in each.text)
-    rest = manifest.model_copy(
-        update={"claims": tuple(each for each in manifest.claims if each is not claim)}
-    )
-    told = [each for each in findings_of(rest, "none") if each.found == "a number that no claim accounts for"]
-    assert len(told) == 1 and "one overview" in told[0].claim
+def test_the_readme_is_not_accounted_for_by_chance() -> None:
+    """Without one claim or exception its numbers are reported."""
+    manifest = read_manifest(ROOT / CLAIMS)
+    for field in ("claims", "no_claims"):
+        rest = manifest.model_copy(update={field: getattr(manifest, field)[1:]})
+        assert UNACCOUNTED in {each.found for each in shipped(rest)}
 
 
-def test_a_project_whose_claims_hold(project: Path) -> None:
-    assert outcomes(project) == [HOLDS, HOLDS, HOLDS]
+def test_a_project_that_is_as_it_says(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert failures(project) == []
+    assert main(["--stored"]) == 0
+    assert capsys.readouterr().out == "5 hold, 0 fail\n"
 
 
-def test_a_changed_value_of_the_results_fails(project: Path) -> None:
-    rewrite(project / "results" / "hearts.csv", "d,1", "d,0")
+@pytest.mark.parametrize(
+    ("file", "old", "new", "where", "expected", "found"),
+    [
+        ("README.md", "in 3 of", "in 4 of", "README.md:1", "4", "3"),
+        ("README.md", "methods.", "methods in 12 s.", "README.md:1", "", UNACCOUNTED),
+        ("README.md", "four hearts", "four old hearts", "README.md", "", "the text is no longer there"),
+        ("docs/page.md", "| c | 0 |", "| c | 1 |", "docs/page.md:1", "| c | 1 |", "| c | 0 |"),
+        ("docs/tables/model_versions.csv", f"\nhearts,{MODEL_VERSION}", "\nhearts,1",
+         "docs/tables/hearts.csv", f"version {MODEL_VERSION}", "version 1"),
+        ("docs/tables/model_versions.csv", f"\nhearts,{MODEL_VERSION}", "",
+         "docs/tables/hearts.csv", f"version {MODEL_VERSION}", "no version"),
+        ("docs/tables/hearts.csv", "d,1", "d,0", "README.md:1", "3", "2"),
+        ("docs/tables/hearts.csv", "c,0", "e,0", "docs/page.md:1", "| c | 0 |", "| e | 0 |"),
+    ],
+    ids=["number", "new number", "words", "cell", "older version", "no version", "its value", "its table"],
+)  # fmt: skip
+def test_one_change_turns_verify_red(
+    project: Path, capsys: pytest.CaptureFixture[str], file: str, old: str, new: str, where: str,
+    expected: str, found: str,
+) -> None:  # fmt: skip
+    rewrite(project / file, old, new)
+    assert (where, expected, found) in {(each.where, each.expected, each.found) for each in failures(project)}
+    assert main(["--stored"]) == 1
+    printed = capsys.readouterr().out
+    assert f"{where}: " in printed and f"found: {found}" in printed
+
+
+def test_a_page_that_cannot_be_filled_fails(project: Path) -> None:
+    rewrite(project / "docs" / "page.md", "covered == 0", "covered == 2")
     (failed,) = failures(project)
-    assert (failed.expected, failed.found, failed.where) == ("3", "2", "README.md:1")
-    assert failed.made_by == "make study" and "sum of covered where heart != 'x'" in failed.source
+    assert failed.where == "docs/page.md" and "docs/page.md:1: no row" in failed.found
 
 
-def test_a_changed_number_of_the_text_fails_wherever_it_is_claimed(project: Path) -> None:
-    rewrite(project / "README.md", "in 3 of", "in 4 of")
-    assert [each.expected for each in failures(project)] == ["4", "4"]
+def test_results_of_a_study_are_asked_rather_than_their_stored_copies(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results, copies = project / "results", project / STORED / "study"
+    for folder in (results, copies):
+        folder.mkdir()
+        (folder / "hearts.csv").write_text(TABLE, encoding="utf-8")
+    for name in ("docs/page.md", CLAIMS):
+        rewrite(project / name, "tables/hearts", "tables/study/hearts")
+    (project / "overlay.yaml").write_text(f"results: {results}\n", encoding="utf-8")
+    asked = ["--overlay", "overlay.yaml"]
+    assert main(asked) == 0
+    rewrite(results / "hearts.csv", "c,0", "e,0")
+    assert main(asked) == 1 and main(["--stored"]) == 0
+    (results / "hearts.csv").unlink()
+    assert main(asked) == 2
+    assert "hearts.csv does not exist: finish the study first" in capsys.readouterr().err
 
 
-def test_words_that_are_no_longer_there_fail(project: Path) -> None:
-    rewrite(project / "README.md", "of four hearts", "of four old hearts")
-    failed = failures(project)
-    assert [each.found for each in failed][:1] == ["the text is no longer there"]
-    assert any("four" in each.claim and "no claim accounts" in each.found for each in failed)
+def test_tables_that_need_no_version_are_stored() -> None:
+    assert {path.stem for path in (ROOT / STORED).glob("*.csv")} >= NO_PRODUCT - {"settings"}
 
 
 def test_words_that_stand_twice_fail(project: Path) -> None:
@@ -117,47 +161,34 @@ def test_words_that_stand_twice_fail(project: Path) -> None:
     assert "stands there 2 times: quote more" in {each.found for each in failures(project)}
 
 
-def test_a_new_number_of_the_readme_fails(project: Path) -> None:
-    rewrite(project / "README.md", "methods.", "methods, in 12 minutes.")
-    (failed,) = failures(project)
-    assert "in 12 minutes" in failed.claim and failed.found == "a number that no claim accounts for"
-
-
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        (None, "does not exist: make study"),
+        (None, "does not exist"),
         ("heart,inside\na,1\n", "covered"),
         ("heart,covered\nx,1\n", "no row"),
     ],
 )
 def test_a_source_that_gives_no_value_fails_and_says_why(project: Path, table: str | None, said: str) -> None:
-    path = project / "results" / "hearts.csv"
+    path = project / STORED / "hearts.csv"
     path.unlink() if table is None else path.write_text(table, encoding="utf-8")
-    (failed,) = failures(project)
-    assert said in failed.found
-
-
-def test_results_are_asked_of_a_study_in_which_the_claim_holds(project: Path) -> None:
-    assert outcomes(project, "none") == [HOLDS, HOLDS, NOT_ASKED]
-    assert outcomes(project, "small") == [HOLDS, HOLDS, HOLDS]
-    rewrite(project / "claims.yaml", ", holds: any", "")
-    assert outcomes(project, "small") == [HOLDS, HOLDS, NOT_ASKED]
+    assert [each for each in failures(project) if each.where == "README.md:1" and said in each.found]
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("{ of: study, value", "{ of: stuby, value", "no source is called 'stuby'"),
+        ("{ of: hearts, value: covered, where", "{ of: heart, value: covered, where", "no source is called"),
+        ("sources: {", "sources: { other: x.csv,", "no claim asks the source 'other'"),
         ("the true value in {} of\n", "the true value in 3 of\n", "has 0 holes and 1 values"),
-        ("by: sum }\n      - { of: hearts, value: covered, by: count }", "by: most }", "by"),
+        ("covered, by: count }", "covered, by: most }", "by"),
         ("no_claims: []", "no_claims: []\nmore: 1", "more"),
     ],
 )
 def test_a_manifest_that_is_wrong_is_refused(project: Path, old: str, new: str, said: str) -> None:
-    rewrite(project / "claims.yaml", old, new)
+    rewrite(project / CLAIMS, old, new)
     with pytest.raises(ArtefactError, match=said):
-        read_manifest(project / "claims.yaml")
+        read_manifest(project / CLAIMS)
 
 
 def test_quotations_are_found_over_line_ends() -> None:
@@ -167,11 +198,7 @@ def test_quotations_are_found_over_line_ends() -> None:
     assert [round(rounding(text), 6) for text in ("12", "0.84", "1,000")] == [0.5, 0.005, 0.5]
 
 
-def test_code_links_names_and_marked_parts_hold_no_numbers() -> None:
-    text = "BSD-3-Clause `5` [six](page7.md) HDF5 k_0\n```\n8\n```\n<!-- begin x -->\n9\n<!-- end x -->\n"
+def test_code_links_names_comments_and_tables_hold_no_numbers() -> None:
+    tables = "<!-- table x\nn: 9\n-->\n9\n<!-- end table --><!-- 7 -->\n"
+    text = f"BSD-3-Clause `5` [six](page7.md) HDF5 k_0\n```\n8\n```\n{tables}"
     assert [(line, around[:30]) for line, around in unaccounted(text, [])] == [(1, text[:30])]
-
-
-def test_failures_head_the_table() -> None:
-    table = table_of([Finding(HOLDS, "a", "b"), Finding(NOT_ASKED, "a", "b"), Finding(FAILS, "c", "d")])
-    assert table["outcome"].tolist() == [FAILS, HOLDS, NOT_ASKED] and tuple(table.columns) == COLUMNS

@@ -1,197 +1,221 @@
-"""The documentation's marked parts come from a finished study, and nothing else of the page changes."""
+"""Tables of pages are filled from stored tables and a study's results; what is wrong is reported."""
 
 from __future__ import annotations
 
-import contextlib
 import re
-import shutil
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from study_copy import ROOT, StudyCopy
 
-from swesbi.config.read import overlay, read_merged, read_yaml
-from swesbi.config.study import Study, load_study
-from swesbi.report.page.figures import PagePart
-from swesbi.report.tables.population import OverPopulation
-from swesbi.verdict.verdict import read_verdict
-from tools.docs.__main__ import documented, main
-from tools.docs.marks import PART, MarkError, fill
-from tools.docs.population import PopulationResults, scaling_part
-from tools.docs.reproduction import PARTS, truth_part
-from tools.docs.results import ReproductionResults, read_results
-from tools.docs.statements import statements_part
+from swesbi.study.model_version import MODEL_VERSION, read_versions
+from tools.docs.__main__ import main
+from tools.docs.directives import PageError, filled
+from tools.docs.made import MADE
+from tools.docs.statements import STATEMENTS, agreement, of_comparison
 
-SHIPPED = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
-
-
-def study_of(finished: StudyCopy) -> Study:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(finished.folder)
-        config = overlay(
-            read_merged(finished.folder / "config.yaml"), read_yaml(finished.folder / "smoke.yaml")
-        )
-        study = load_study(config)
-    cohort = str(finished.folder / study.config.cohort)
-    listed = {
-        name: part.model_copy(update={"subjects": study.subjects_of(name)})
-        for name, part in study.config.experiments.items()
-    }
-    return replace(study, config=study.config.model_copy(update={"cohort": cohort, "experiments": listed}))
+HEARTS = """subject,experiment,parameter,n,coverage,median,low,high,inside,note
+01,a,k0,1200,0.905,1.25,-1,2.5,True,x|y
+02,a,k0,3,0.5,,,,False,
+01,a,k1,4,0.25,7,6,8,True,z
+02,a,k1,5,0.125,9,8,10,True,z
+01,b,k0,1,1,1,1,1,True,z
+"""
+PATH = "docs/tables/hearts.csv"
 
 
-@pytest.fixture(scope="module")
-def results(finished: StudyCopy) -> ReproductionResults:
-    return read_results(finished.results, study_of(finished), finished.folder / "docs")
+def page(keys: str, path: str = PATH) -> str:
+    return f"# Page\n\nText.\n<!-- table {path}\n{keys}\n-->\nold\n<!-- end table -->\nAfter.\n"
 
 
-@pytest.fixture(scope="module")
-def written(finished: StudyCopy, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The pages, filled from the finished study; tests only read them."""
-    docs = tmp_path_factory.mktemp("written") / "docs"
-    docs.mkdir()
-    for page in (
-        "reproduction.md",
-        "calibration.md",
-        "population.md",
-    ):
-        (docs / page).write_text((ROOT / "docs" / page).read_text(encoding="utf-8"), encoding="utf-8")
-    with contextlib.chdir(finished.folder):
-        assert main(["--overlay", "smoke.yaml", "--docs", str(docs)]) == 0
-    return docs
+@pytest.fixture
+def fill(tmp_path: Path) -> Callable[[str], list[str]]:
+    """Fills a page and returns the lines of its table."""
+    (tmp_path / "docs" / "tables").mkdir(parents=True)
+    (tmp_path / PATH).write_text(HEARTS, encoding="utf-8")
+
+    def lines(text: str) -> list[str]:
+        done = filled("docs/page.md", text, lambda path: tmp_path / path)
+        assert filled("docs/page.md", done, lambda path: tmp_path / path) == done
+        return [line for line in done.splitlines() if line.startswith("|")]
+
+    return lines
 
 
-def parts_of(page: str) -> dict[str, str]:
-    return {match["name"]: match["body"] for match in PART.finditer(page)}
+def test_columns_are_shown_as_asked(fill: Callable[[str], list[str]]) -> None:
+    keys = """where: experiment == "a" and parameter == "k0"  # a comment
+sort: [-subject]
+columns:
+  subject: {head: Subject}
+  n: {head: Hearts}
+  coverage: {head: Coverage (%), digits: 1, percent: true}
+  "{median} [{low}, {high}]": {head: Median, digits: 1}
+  inside: {head: Inside, words: {"False": missed}}
+  note: {head: Note}
+  high: {head: High, significant: 1}"""
+    assert fill(page(keys)) == [
+        "| Subject | Hearts | Coverage (%) | Median | Inside | Note | High |",
+        "|---|---:|---:|---:|---|---|---:|",
+        "| 02 | 3 | 50.0 | – | missed | – | – |",
+        "| 01 | 1,200 | 90.5 | 1.2 [−1.0, 2.5] | yes | x\\|y | 2 |",
+    ]
 
 
-def test_every_part_stands_on_the_page() -> None:
-    assert sorted(parts_of(SHIPPED)) == sorted(PARTS)
-    assert all(body.strip() for body in parts_of(SHIPPED).values()), "run `make docs` after `make study`"
-
-
-def test_parts_are_reproduced_and_prose_is_kept(written: Path, results: ReproductionResults) -> None:
-    page = (written / "reproduction.md").read_text(encoding="utf-8")
-    assert {name: body.strip() for name, body in parts_of(page).items()} == {
-        name: part(results).strip() for name, part in PARTS.items()
-    }
-    assert PART.sub("", page) == PART.sub("", SHIPPED)
-    assert fill(page, {name: part(results) for name, part in PARTS.items()}) == page
-
-
-def test_parts_hold_the_numbers_of_the_study(written: Path, finished: StudyCopy) -> None:
-    parts = parts_of((written / "reproduction.md").read_text(encoding="utf-8"))
-    scores = pd.read_csv(finished.results / "tables" / "ppc.csv")
-    for row in scores[scores["experiment"] == "paper"].itertuples():
-        verdict = read_verdict(finished.results / "paper" / "subjects" / row.subject / "verdict.json")
-        status = "prior-supported" if row.may_be_read else "not prior-supported"
-        assert re.search(
-            rf"^\| {row.subject} \| {status} \| {verdict.max_abs_z:.2f} \|",
-            parts["support"],
-            re.MULTILINE,
-        )
-        shown = re.search(rf"^\| {row.subject} \| .*$", parts["scores"], re.MULTILINE)
-        assert shown is not None
-        if row.may_be_read:
-            assert f"| {row.rmse_prior_kpa:.2f} | {row.rmse_kpa:.2f} |" in shown[0]
-    recovery = pd.read_csv(finished.results / "paper" / "recovery.csv").query("nominal == 0.9")
-    assert all(f"| {100 * value:.1f} (" in parts["recovery"] for value in recovery["coverage"])
-    epochs = pd.read_csv(finished.results / "paper" / "epochs.csv")
-    shown_epochs = {
-        epochs["epoch"].min(),
-        epochs["epoch"][epochs["best"] == 1].iloc[0],
-        epochs["epoch"].max(),
-    }
-    rows = [line for line in parts["epochs"].splitlines() if line.startswith("|")]
-    assert len(rows) == 2 + len(shown_epochs)
-
-
-def test_a_statement_without_its_number_is_refused(results: ReproductionResults) -> None:
-    with pytest.raises(ValueError, match="no number that begins 'subjects that pass'"):
-        statements_part(replace(results, comparison=results.comparison.iloc[-1:]))
-
-
-def test_figures_are_those_of_the_study(written: Path, finished: StudyCopy) -> None:
-    for name in documented(PagePart.STUDY):
-        copied = written / "figures" / f"{name}.png"
-        assert copied.read_bytes() == (finished.results / "figures" / f"{name}.png").read_bytes()
-
-
-def test_the_cost_of_cohorts_is_shown_with_its_growth() -> None:
-    cost = {("population_answers", 6): 40.0, ("population_answers", 60): 400.0, ("planning", 6): 4.0}
-    rows = [(stage, size, cpu_s) for (stage, size), cpu_s in (cost | {("planning", 60): 5.0}).items()]
-    scaling = pd.DataFrame(rows, columns=["stage", "subjects", "cpu_s"])
-    nothing = OverPopulation("amortised", {}, 0.9, scaling, scaling)
-    part = scaling_part(PopulationResults(nothing, "x", scaling))
-    assert "| population answers | 40 | 400 | 1.00 |" in part
-    assert "planning" not in part
-
-
-def test_true_parameters_are_counted(results: ReproductionResults) -> None:
-    assert results.supported, "needs a supported subject"
-    text = truth_part(results)
-    shown = int(re.match(r"True parameters inside .*: (\d+) of", text)[1])
-    inside = 0
-    for name in results.supported:
-        own = results.main.posterior[results.main.posterior["subject"] == name].set_index("parameter")
-        for value, parameter in zip(
-            results.true_theta[name], ("k0_kpa", "k_atp_per_s", "k_sr_per_s"), strict=True
-        ):
-            inside += own["ci_low"][parameter] <= value <= own["ci_high"][parameter]
-    assert shown == inside
-    assert "no known true parameters" in truth_part(replace(results, true_theta={}))
-
-
-def test_a_study_without_supported_subjects_can_be_shown(results: ReproductionResults) -> None:
-    none = "not prior-supported"
-    nobody = {name: replace(verdict, status=none) for name, verdict in results.verdicts.items()}
-    scores = results.main.scores.assign(may_be_read=False)
-    main = replace(results.main, verdicts=nobody, scores=scores)
-    others = [each for each in results.experiments if each is not results.main]
-    for name, part in PARTS.items():
-        assert "nan" not in part(replace(results, main=main, experiments=(main, *others))), name
-
-
-def test_an_unfinished_study_is_named(
-    finished: StudyCopy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(finished.folder)
-    (tmp_path / "reproduction.md").write_text(SHIPPED, encoding="utf-8")
-    (tmp_path / "changes.yaml").write_text("results: nowhere\n")
-    assert main(["--overlay", str(tmp_path / "changes.yaml"), "--docs", str(tmp_path)]) == 2
-    assert "does not exist: finish the study first" in capsys.readouterr().err
-    assert (tmp_path / "reproduction.md").read_text(encoding="utf-8") == SHIPPED
-
-
-def test_parts_of_stored_tables_are_written_without_a_study(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What is shipped is what is written; a part of a study stays as it stands."""
-    monkeypatch.chdir(ROOT)
-    shutil.copytree(ROOT / "docs", tmp_path / "docs")
-    (tmp_path / "changes.yaml").write_text(f"results: {tmp_path / 'nowhere'}\n")
-    population, calibration = (tmp_path / "docs" / name for name in ("population.md", "calibration.md"))
-    text = population.read_text(encoding="utf-8")
-    assert "gated recordings given as pushes" in text
-    spoilt = text.replace("gated recordings given as pushes", "recordings given as nothing")
-    population.write_text(spoilt, encoding="utf-8")
-    given = ("--overlay", str(tmp_path / "changes.yaml"), "--docs", str(tmp_path / "docs"))
-    assert main([*given, "--stored"]) == 0
-    for path in (population, calibration):
-        shipped = ROOT / path.relative_to(tmp_path)
-        assert path.read_text(encoding="utf-8") == shipped.read_text(encoding="utf-8")
+def test_one_row_is_made_of_several(fill: Callable[[str], list[str]]) -> None:
+    keys = """where: experiment == "a"
+wide: {row: [subject], by: parameter}
+sort: ["-median k1"]
+columns: {subject: {head: Subject}, median k1: {head: k_1}, "{low k0} to {low k1}": {head: Low}}"""
+    assert fill(page(keys))[2:] == ["| 02 | 9 | – to 8 |", "| 01 | 7 | −1 to 6 |"]
 
 
 @pytest.mark.parametrize(
-    ("page", "message"),
+    ("text", "said"),
     [
-        ("<!-- begin run -->\n", "'run' has no partner"),
-        ("<!-- begin run -->\n<!-- end scores -->", "has no partner"),
-        ("<!-- begin other -->\n<!-- end other -->", "no part is called 'other'"),
+        (page("columns: {n: {head: N}}", "docs/tables/no.csv"), "no.csv does not exist"),
+        (page("columns: {n: {head: N}}", "results/x.csv"), "no stored table; name a CSV of docs/tables"),
+        (page("columns: {m: {head: M}}"), "no column of .* is called 'm'; it has subject, experiment"),
+        (page("columns: {'{m}': {head: M}}"), "is called 'm'"),
+        (page("sort: [m]\ncolumns: {n: {head: N}}"), "is called 'm'"),
+        (page("where: m > 1\ncolumns: {n: {head: N}}"), "where: .*'m'.*; .* has subject"),
+        (page("where: n > > 1\ncolumns: {n: {head: N}}"), "where: "),
+        (page("where: n > 9999\ncolumns: {n: {head: N}}"), "no row of .* where n > 9999; mend the query"),
+        (
+            page("wide: {row: [subject], by: parameter}\ncolumns: {n: {head: N}}"),
+            "have the same subject, param",
+        ),
+        (
+            page("column: {n: {head: N}}"),
+            "columns: .*; column: .*; the keys are where, wide, sort and columns",
+        ),
+        (page("columns: {n: N}"), "columns.n: "),
+        (page("columns: {n: {head: a: b}}"), "the keys are no YAML"),
+        ("\n\n\n<!-- table docs/tables/hearts.csv\ncolumns: {}\n-->\n", "has no partner"),
+        ("\n\n\n<!-- end table -->\n", "has no partner"),
     ],
 )
-def test_marks_that_do_not_fit_are_refused(page: str, message: str) -> None:
-    with pytest.raises(MarkError, match=message):
-        fill(page, {"run": "text", "scores": "text"})
+def test_what_is_wrong_is_told_with_its_line(fill: Callable[[str], list[str]], text: str, said: str) -> None:
+    with pytest.raises(PageError, match=rf"(?s)^docs/page\.md:4: .*{said}"):
+        fill(text)
+
+
+def test_more_rows_than_fifteen_are_refused(fill: Callable[[str], list[str]], tmp_path: Path) -> None:
+    pd.DataFrame({"n": range(16)}).to_csv(tmp_path / PATH, index=False)
+    with pytest.raises(PageError, match="16 rows of .*, and 15 are shown at most"):
+        fill(page("columns: {n: {head: N}}"))
+    assert len(fill(page("where: n > 0\ncolumns: {n: {head: N}}"))) == 17
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with pages that name a table and a figure of a study, whose results lie beside it."""
+    monkeypatch.chdir(ROOT)
+    for name in ("docs/figures", "results/tables", "results/figures"):
+        (tmp_path / name).mkdir(parents=True)
+    (tmp_path / "results" / "tables" / "hearts.csv").write_text(HEARTS, encoding="utf-8")
+    (tmp_path / "results" / "figures" / "hearts.png").write_bytes(b"drawn")
+    (tmp_path / "overlay.yaml").write_text(f"results: {tmp_path / 'results'}\n", encoding="utf-8")
+    (tmp_path / "README.md").write_text("[all](docs/tables/study/tables/hearts.csv)\n", encoding="utf-8")
+    text = page('where: experiment == "b"\ncolumns: {n: {head: N}}', "docs/tables/study/tables/hearts.csv")
+    (tmp_path / "docs" / "page.md").write_text(f"{text}![Hearts](figures/hearts.png)\n", encoding="utf-8")
+    return tmp_path
+
+
+def made(project: Path, *more: str) -> int:
+    return main(["--overlay", str(project / "overlay.yaml"), "--folder", str(project), *more])
+
+
+def test_what_pages_name_is_copied_from_the_study_with_its_version(project: Path) -> None:
+    old = project / "docs" / "tables" / "study" / "old.csv"
+    old.parent.mkdir(parents=True)
+    old.write_text("n\n1\n", encoding="utf-8")
+    assert made(project) == 0
+    tables = project / "docs" / "tables"
+    assert (tables / "study" / "tables" / "hearts.csv").read_text(encoding="utf-8") == HEARTS
+    assert read_versions(tables) == {"study/tables/hearts": MODEL_VERSION} and not old.exists()
+    assert (project / "docs" / "figures" / "hearts.png").read_bytes() == b"drawn"
+    text = (project / "docs" / "page.md").read_text(encoding="utf-8")
+    assert "| 1 |" in text and "old" not in text and text.startswith("# Page\n\nText.\n<!-- table")
+
+
+def test_pages_are_filled_from_stored_tables_without_a_study(project: Path) -> None:
+    assert made(project) == 0
+    (project / "results" / "tables" / "hearts.csv").unlink()
+    stored = project / "docs" / "tables" / "study" / "tables" / "hearts.csv"
+    stored.write_text(HEARTS.replace("01,b,k0,1,", "01,b,k0,8,"), encoding="utf-8")
+    assert made(project, "--stored") == 0
+    assert "| 8 |" in (project / "docs" / "page.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "said"),
+    [
+        ("results/tables/hearts.csv", r"README.md:1: .*finish the study first"),
+        ("results/figures/hearts.png", r"docs/page.md:11: neither .* nor docs/figures/hearts.png exists"),
+    ],
+)
+def test_nothing_is_written_when_one_thing_fails(
+    project: Path, capsys: pytest.CaptureFixture[str], spoilt: str, said: str
+) -> None:
+    (project / spoilt).unlink()
+    before = {path: path.read_bytes() for path in project.rglob("*") if path.is_file()}
+    assert made(project) == 2
+    assert re.search(said, capsys.readouterr().err)
+    assert {path: path.read_bytes() for path in project.rglob("*") if path.is_file()} == before
+
+
+def test_statements_agree_by_the_readings_of_the_comparison() -> None:
+    rows = [[f"{begin}, case A [x]", "-0.84 ± 0.1", "yes: 2", "as in the paper. Why.", "found"]
+            for _, begin, _ in STATEMENTS]  # fmt: skip
+    table = pd.DataFrame(rows, columns=["quantity", "paper", "this_study", "note", "origin"])
+    shown = of_comparison(table)
+    assert shown.loc[0].tolist() == [
+        STATEMENTS[0][0],
+        "A −0.84 ± 0.1",
+        "A yes",
+        "agrees",
+        "as in the paper",
+        "found",
+    ]
+    with pytest.raises(ValueError, match="no number that begins 'subjects that pass'"):
+        of_comparison(table.iloc[1:])
+
+
+@pytest.mark.parametrize(
+    ("notes", "said"),
+    [
+        (["the same number"], "agrees"),
+        (["within the paper's spread"], "agrees"),
+        (["no difference beyond binomial error"], "agrees"),
+        (["holds in every supported case, as in the paper"], "agrees"),
+        (["holds in part of the subjects"], "in part"),
+        (["holds in 3 of 4 supported cases, in the paper in all"], "in part"),
+        (["holds in 0 of 4 supported cases, in the paper in all"], "does not"),
+        (["outside the paper's spread: higher by 0.6"], "does not"),
+        (["differs from the paper"], "does not"),
+        (["lower by 0.1", "higher by 0.1"], "in part"),
+        (["lower by 0.1", "lower by 0.2"], "does not"),
+        (["above 0.99 too", "equal to the digits printed"], "agrees"),
+    ],
+)
+def test_agreement_follows_the_reading(notes: list[str], said: str) -> None:
+    assert agreement(notes) == said
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_tables_of_the_engine_are_made_of_a_finished_study(finished: StudyCopy, tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    links = " ".join(f"[{name}](docs/tables/{name}.csv)" for name in MADE)
+    (tmp_path / "README.md").write_text(links, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(finished.folder)
+        assert main(["--overlay", "smoke.yaml", "--folder", str(tmp_path)]) == 0
+    tables = {name: pd.read_csv(tmp_path / "docs" / "tables" / f"{name}.csv") for name in MADE}
+    assert len(tables["statements"]) == len(STATEMENTS)
+    assert tables["nuisances"]["source"].str.len().min() > 40
+    assert (tables["nuisances"]["low"] < tables["nuisances"]["median"]).all()
+    assert set(tables["verdicts"]["experiment"]) >= {"paper", "calibrated"}
+    assert tables["noise"]["percent"].between(0.0, 20.0).all() and tables["epochs"]["best"].any()
+    assert set(read_versions(tmp_path / "docs" / "tables")) == set(MADE)

@@ -10,7 +10,7 @@ import argparse
 import json
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -145,10 +145,28 @@ def store_tables(folder: Path, tables: Sequence[Path]) -> None:
     stored = {f"{table.parent.name}_{table.stem}": table for table in tables}
     for name, table in stored.items():
         shutil.copyfile(table, folder / f"{name}.csv")
+    note_versions(folder, stored)
+
+
+def note_versions(folder: Path, names: Iterable[str]) -> None:
+    """Note the version of the model beside stored tables; those that are no longer there are forgotten.
+
+    Args:
+        folder: Where they lie.
+        names: Of the tables that the model has just made: paths within the folder, without suffix.
+    """
+    known = read_versions(folder) | dict.fromkeys(names, MODEL_VERSION)
+    rows = sorted((name, version) for name, version in known.items() if (folder / f"{name}.csv").is_file())
+    write_csv(folder / VERSIONS, pd.DataFrame(rows, columns=["table", "model_version"]))
+
+
+def read_versions(folder: Path) -> dict[str, int]:
+    """Return the version of the model behind stored tables, by name; of others none is known."""
     index = folder / VERSIONS
-    known = pd.read_csv(index).set_index("table")["model_version"].to_dict() if index.is_file() else {}
-    known |= dict.fromkeys(stored, MODEL_VERSION)
-    write_csv(index, pd.DataFrame(sorted(known.items()), columns=["table", "model_version"]))
+    if not index.is_file():
+        return {}
+    table = pd.read_csv(index)
+    return dict(zip(table["table"].tolist(), table["model_version"].tolist(), strict=True))
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -159,12 +177,19 @@ def main(arguments: Sequence[str]) -> int:
         "store these in docs/tables, with the version of the model that made them.",
     )
     parser.add_argument("tables", nargs="*", type=Path, help="results/<experiment>/<name>.csv")
+    parser.add_argument(
+        "--note", action="store_true", help="the tables lie where they are stored: note the version there"
+    )
     options = parser.parse_args(arguments)
     found = fingerprint(load_study(read_merged(Path("config.yaml"), None)))
     try:
         if options.tables:
             check_version(STORED, found)
-            store_tables(STORED, options.tables)
+            if options.note:
+                for table in options.tables:
+                    note_versions(table.parent, [table.stem])
+            else:
+                store_tables(STORED, options.tables)
         else:
             renew(STORED, found)
     except ModelVersionError as error:

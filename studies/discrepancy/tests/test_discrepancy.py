@@ -16,7 +16,6 @@ from swesbi.artefacts import Origin
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.measurement.settings import DiscrepancySettings
-from tools.verify import main as verify
 
 FOLDER = Path(__file__).parents[1]
 SECTION = read_yaml(FOLDER / "config.yaml")["discrepancy"]
@@ -89,8 +88,3 @@ def test_a_wrong_choice_is_refused_by_its_key() -> None:
         choice_settings(study, CHOICE.model_copy(update={"experiment": "paper"}))
     with pytest.raises(ConfigError, match="max_round = 3.*did you mean 'max_rounds'"):
         parse_section(SECTION | {"max_round": 3}, "discrepancy", ChoiceSettings)
-
-
-def test_the_numbers_of_the_page_are_those_of_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    assert verify(["--study", "none", "--manifest", "studies/discrepancy/claims.yaml"]) == 0

@@ -21,7 +21,6 @@ from studies.sensitivity.variants import (
 from swesbi.artefacts import Origin, Provenance, save
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
-from tools.verify import main as verify
 
 FOLDER = Path(__file__).parents[1]
 SECTION = read_yaml(FOLDER / "config.yaml")["sensitivity"]
@@ -110,8 +109,3 @@ def test_the_stage_writes_table_and_figure(tmp_path: Path) -> None:
     )
     assert pd.read_csv(files["table"])["variant"].unique().tolist() == ["base", "other"]
     assert all(path.stat().st_size > 100 for path in files.values())
-
-
-def test_the_numbers_of_the_page_are_those_of_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    assert verify(["--study", "none", "--manifest", "studies/sensitivity/claims.yaml"]) == 0

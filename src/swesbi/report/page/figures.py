@@ -36,7 +36,6 @@ class PageFigure:
             and for figures of the study ``predictive`` and ``credible`` (masses in percent) and ``excluded``.
         description: The same for who cannot see it; the caption with the experiment's name where empty.
         shared: One file serves every experiment.
-        documented: The documentation shows it too.
     """
 
     name: str
@@ -44,7 +43,6 @@ class PageFigure:
     caption: str
     description: str = "{caption}; experiment {experiment}, {title}"
     shared: bool = False
-    documented: bool = True
 
     def stem(self, experiment: str) -> str:
         """Return the name of its file without the suffix."""
@@ -110,12 +108,11 @@ PAGE_FIGURES: Final = (
         "training", PagePart.EXPERIMENT,
         "Training and validation loss of the experiment {experiment} ({title}).",
         "Training and validation loss against epoch, experiment {experiment}, {title}",
-        documented=False,
     ),
     PageFigure(
         "noise", PagePart.SPEEDS,
         "Noise of the measured speeds: components of the cohort and of each recording alone ({title}).",
-        shared=True, documented=False,
+        shared=True,
     ),
     PageFigure(
         "ppc", PagePart.SPEEDS,
@@ -132,7 +129,6 @@ PAGE_FIGURES: Final = (
         "Every subject alone (grey) and within its population (coloured by verdict), over the band in which "
         "nine of ten such persons lie; below, where there are groups, each parameter by group and their "
         "ratio ({title}).",
-        documented=False,
     ),
     PageFigure(
         "calibration", PagePart.SPEEDS,
@@ -162,7 +158,6 @@ PAGE_FIGURES: Final = (
         "Every subject alone (grey) and within its population (coloured by verdict), over the band in which "
         "nine of ten such persons lie; below, where there are groups, each parameter by group and their "
         "ratio ({title}).",
-        documented=False,
     ),
     PageFigure(
         "strata", PagePart.POPULATION,
@@ -174,13 +169,11 @@ PAGE_FIGURES: Final = (
         "pressures", PagePart.POPULATION,
         "Without and with cuff pressures: medians and intervals from the speeds alone, and from speeds and "
         "pressures together ({title}).",
-        documented=False,
     ),
     PageFigure(
         "training", PagePart.POPULATION,
         "Training and validation loss of the network (contexts of the population of {experiment}).",
         "{caption}",
-        documented=False,
     ),
 )
 # fmt: on
@@ -196,7 +189,7 @@ def further_figures() -> dict[str, PageFigure]:
     """Return the figures of the cohort that the workflow's list alone has, by name."""
     listed = {spec.name for spec in PAGE_FIGURES if spec.part is PagePart.STUDY}
     return {
-        figure.name: PageFigure(figure.name, PagePart.STUDY, figure.caption, "{caption}", documented=False)
+        figure.name: PageFigure(figure.name, PagePart.STUDY, figure.caption, "{caption}")
         for figure in FIGURES
         if figure.of == "cohort" and figure.name not in listed
     }

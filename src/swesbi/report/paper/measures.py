@@ -180,20 +180,20 @@ def k_atp_shift(study: StudyResults, asked: PaperNumber) -> Measured:
 
 
 def coverage_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
-    """Say whether the recovery covers less in the other experiment, beyond binomial error."""
+    """Say whether a coverage of the other experiment is farther from nominal, beyond binomial error."""
     if missing := _not_run(study, asked):
         return missing
+    nominal = float(asked.row.of["nominal"])
     main, other = (
-        _coverages(study.recoveries[name], float(asked.row.of["nominal"]))
-        for name in (study.main, asked.option("experiment"))
+        _coverages(study.recoveries[name], nominal) for name in (study.main, asked.option("experiment"))
     )
     both = _beside(main, other).dropna()
     if both.empty:
         return absent("no recording was scored in both experiments")
     rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
-    less = any(row[2] < row[0] and differ(*map(float, row)) for row in rows)
+    worse = any(abs(row[2] - nominal) > abs(row[0] - nominal) and differ(*map(float, row)) for row in rows)
     percent = both.assign(coverage=100 * both["coverage"], coverage_other=100 * both["coverage_other"])
-    return Measured(f"{'yes' if less else 'no'}: {_changes(percent, 'coverage', asked)} %")
+    return Measured(f"{'yes' if worse else 'no'}: {_changes(percent, 'coverage', asked)} %")
 
 
 def constraint_order(study: StudyResults, asked: PaperNumber) -> Measured:
