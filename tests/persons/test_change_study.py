@@ -23,7 +23,7 @@ from swesbi.persons.change.stored import read_change
 from swesbi.persons.change.stored_groups import read_change_groups
 from swesbi.study.compare import ALL_CHANGES, GROUP_OUTPUTS
 
-PAGE = (ROOT / "docs" / "change-and-groups.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "compare-and-plan.md").read_text(encoding="utf-8")
 BINARIES = Path(sys.executable).parent
 TRIAL = Path("data") / "virtual_trial"
 PAIR = ("P01-before", "P01-after")
@@ -38,10 +38,8 @@ STAY = ("observation.h5", "posterior.h5", "verdict.json", "predictive.h5")
 
 
 def walk() -> list[str]:
-    """The commands of the page's first block."""
-    block = re.search(r"^```\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    assert block
-    return block[1].splitlines()
+    """The page's commands on the virtual trial, in their order."""
+    return re.findall(r"^\S+/swesbi (?:validate|compare) .*$", PAGE, re.MULTILINE)
 
 
 def typed(command: str, study: StudyCopy, code: int = 0) -> str:

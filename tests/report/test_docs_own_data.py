@@ -1,12 +1,8 @@
-"""The page on one's own recordings does what it says, command by command."""
+"""The page on one's own recordings: its mapping, its settings, and the files that it says are written."""
 
 from __future__ import annotations
 
-import os
 import re
-import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,112 +10,118 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from study_copy import ROOT, StudyCopy, copy_study
+from numpy.typing import NDArray
+from pages import blocks_of, typed
+from scipy.io import savemat
+from study_copy import ROOT, StudyCopy
 
 from swesbi.__main__ import main
-from swesbi.answers.written import OUTPUTS
+from swesbi.answers.written import OUTPUTS, WITH_PRESSURES
+from swesbi.config.read import overlay, parse_config, read_merged
+from swesbi.context import CONTEXT_BOUNDS
+from swesbi.recording.clinical import CLINICAL
+from swesbi.recording.columns import COLUMNS, FREE_COLUMNS
 from swesbi.recording.layout import layout_of
 from swesbi.recording.reader import read_samples
+from swesbi.recording.visits import VISIT_NAMES
 
-PAGE = (ROOT / "docs" / "own-data.md").read_text(encoding="utf-8")
-BINARIES = Path(sys.executable).parent
-
-
-def blocks(language: str) -> list[str]:
-    """The page's code blocks in one language."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+PAGE = ROOT / "docs" / "own-data.md"
+MAPPING, SETTINGS = (block.code for block in blocks_of(PAGE) if block.language == "yaml")
+PHASES, REPEATS, SAMPLES = 12, 4, 4
 
 
-def typed(command: str, study: StudyCopy) -> subprocess.CompletedProcess[str]:
-    """Run a command of the page in the copy, with the copy's own package."""
-    arguments = shlex.split(command.replace(".venv/bin", str(BINARIES)))
-    environment = {**os.environ, "PYTHONPATH": str(study.folder / "src"), "NO_COLOR": "1"}
-    done = subprocess.run(
-        arguments, cwd=study.folder, env=environment, capture_output=True, text=True, check=False
+def recording(seed: int) -> pd.DataFrame:
+    """A synthetic recording of few phases, a row a sample, in beats of varying length."""
+    rng = np.random.default_rng(seed)
+    phase, repeat, sample = (index.ravel() for index in np.indices((PHASES, REPEATS, SAMPLES)))
+    place = (phase + 0.5) / PHASES
+    curve: NDArray[np.float64] = 1.2 + 2.7 * np.exp(-0.5 * ((place - 0.33) / 0.12) ** 2)
+    error = 0.03 * rng.standard_normal((PHASES, REPEATS))[phase, repeat] + 0.06 * rng.standard_normal(
+        len(phase)
     )
-    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
-    return done
+    beat = np.round(923.0 * (1.0 + 0.01 * rng.standard_normal((PHASES, REPEATS))))[phase, repeat]
+    return pd.DataFrame(
+        {
+            "phase_index": phase,
+            "trigger_delay_ms": np.round(place * 923.0),
+            "rr_ms": beat,
+            "repeat": repeat,
+            "sample": sample,
+            "shear_wave_speed_m_s": np.round(curve * (1.0 + error), 3),
+            "fit_r2": 0.9,
+            "status": "ok",
+        }
+    )
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyCopy, dict[str, str]]:
-    """A copy of the project in which every command of the page has run, and what each printed."""
-    study = copy_study(tmp_path_factory.mktemp("own-data") / "project")
-    (study.folder / "fill.py").write_text(blocks("python")[0], encoding="utf-8")
-    (study.folder / "septum_12.yaml").write_text(blocks("yaml")[0], encoding="utf-8")
-    commands = [line for block in blocks("sh") for line in block.splitlines()]
-    return study, {command: typed(command, study).stdout for command in commands}
-
-
-@pytest.mark.slow
-def test_a_trained_network_answers_as_the_page_says(own_study: StudyCopy) -> None:
-    study = own_study
-    (study.folder / "fill.py").write_text(blocks("python")[0], encoding="utf-8")
-    typed(".venv/bin/swesbi template data/septum_12", study)
-    typed(".venv/bin/python fill.py", study)
-    by_hand = re.search(r"^\S+/swesbi infer .*S-101.*$", PAGE, re.MULTILINE)
-    whole = re.search(r"^\S+/swesbi infer .*--workers.*$", PAGE, re.MULTILINE)
-    assert by_hand and whole
-    # the page's network is that of the full study; this one is the smoke study's
-    assert typed(f"{by_hand[0]} --overlay {study.config}", study).stdout.startswith("S-101: ")
-    typed(f"{whole[0]} --overlay {study.config}", study)
-    answers = study.folder / "answers" / "septum_12"
-    table = pd.read_csv(answers / "answers.csv")
-    assert table["subject"].tolist() == ["S-101", "S-102"]
-    assert table["k0_kpa_median"].notna().all()
-    for subject in ("S-101", "S-102"):
-        assert xr.load_dataset(answers / subject / "observation.h5", engine="h5netcdf").sizes["phase"] == 12
-        assert {path.name for path in (answers / subject).iterdir()} == set(OUTPUTS)
-
-
-@pytest.mark.slow
-def test_validate_prints_the_table_of_the_page(walked: tuple[StudyCopy, dict[str, str]]) -> None:
-    shown = next(text for command, text in walked[1].items() if " validate " in command)
-    assert "2 recordings can be used; origin: synthetic recordings of docs/own-data.md" in shown
-    assert blocks("text")[0] in shown
-
-
-@pytest.mark.slow
-def test_push_trains_are_answered_without_a_study(walked: tuple[StudyCopy, dict[str, str]]) -> None:
-    said = next(text for command, text in walked[1].items() if " infer " in command)
-    assert said.startswith("A is answered from the prior of calibrated: the network of calibrated takes no")
-    assert "the network of amortised has not been trained" in said
-    assert "declared coefficient of variation, integrated out" in said
-    answer = walked[0].folder / "answers" / "virtual_push_trains" / "A"
-    assert {path.name for path in answer.iterdir()} == set(OUTPUTS)
-
-
-@pytest.mark.slow
-def test_there_is_a_sheet_for_each_subject(walked: tuple[StudyCopy, dict[str, str]]) -> None:
-    for subject in ("S-101", "S-102"):
-        assert (walked[0].folder / "sheets" / f"{subject}.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-def test_both_ways_give_the_same_observed_curve(walked: tuple[StudyCopy, dict[str, str]]) -> None:
-    folder = walked[0].folder
-    by_hand = xr.load_dataset(folder / "S-101.h5", engine="h5netcdf")
-    made = folder / "results-septum_12" / "cohort"
-    by_workflow = xr.load_dataset(made / "S-101" / "observation.h5", engine="h5netcdf")
-    xr.testing.assert_identical(by_hand, by_workflow)
-    assert by_hand.sizes["phase"] == 12
-    assert xr.load_dataset(made / "S-102" / "observation.h5", engine="h5netcdf").attrs["subject"] == "S-102"
+def of_another_tool(path: Path) -> None:
+    """Write the page's table of another tool: two patients, samples side by side, other units."""
+    (names,) = (block.code.strip().split(",") for block in blocks_of(PAGE) if "Patient," in block.code)
+    tables = []
+    for patient, seed in {"S-103": 3, "S-104": 4}.items():
+        rows = ["phase_index", "trigger_delay_ms", "rr_ms", "repeat"]
+        speeds = recording(seed).pivot(index=rows, columns="sample", values="shear_wave_speed_m_s")
+        across = speeds.mul(100).reset_index()
+        across["phase_index"] += 1
+        across[["trigger_delay_ms", "rr_ms"]] /= 1000
+        across.insert(0, "Patient", patient)
+        tables.append(across.set_axis(names, axis=1))
+    pd.concat(tables).to_csv(path, index=False)
 
 
 def test_the_mapping_of_the_page_reads_the_table_of_another_tool(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "data" / "septum_12" / "swe").mkdir(parents=True)
-    exec(compile(blocks("python")[0], "fill.py", "exec"), {})
-    said = yaml.safe_load(next(block for block in blocks("") if block.startswith("columns:")))
+    of_another_tool(tmp_path / "tool.csv")
+    said = yaml.safe_load(MAPPING)
     layout = layout_of(said, tmp_path / "recording.yaml")
-    for patient in ("S-103", "S-104"):
-        samples = read_samples(tmp_path / "tool.csv", 12, 1000.0, layout, patient)
-        assert samples.speed_m_s.shape == (12 * 4 * 4,)
-        assert 1.0 < np.nanmedian(samples.speed_m_s) < 4.0
-        assert samples.trigger_delay_ms.max() > 800.0
+    for patient, seed in {"S-103": 3, "S-104": 4}.items():
+        samples = read_samples(tmp_path / "tool.csv", PHASES, 1000.0, layout, patient)
+        np.testing.assert_allclose(samples.speed_m_s, recording(seed)["shear_wave_speed_m_s"])
+        np.testing.assert_allclose(samples.trigger_delay_ms, recording(seed)["trigger_delay_ms"])
     assert main(["template", "--like", "tool.csv"]) == 0
     proposed = yaml.safe_load(capsys.readouterr().out)
     assert proposed["columns"] == said["columns"]
     assert proposed["units"] == said["units"]
+
+
+def test_the_settings_of_the_page_are_settings() -> None:
+    merged = overlay(read_merged(ROOT / "config.yaml"), yaml.safe_load(SETTINGS))
+    assert parse_config(merged).recording.phases == PHASES
+
+
+def test_the_page_names_every_column_and_file_with_its_range() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    named = set(re.findall(r"`([\w.]+)`", text))
+    assert {*CONTEXT_BOUNDS, *(each.name for each in CLINICAL), *VISIT_NAMES} <= named
+    assert {*COLUMNS, *FREE_COLUMNS, *OUTPUTS, WITH_PRESSURES} <= named
+    ranges = [*CONTEXT_BOUNDS.values(), *(each.declared for each in CLINICAL)]
+    missing = [f"{low:g} to {high:g}" for low, high in ranges if f"{low:g} to {high:g}" not in text]
+    assert not missing
+
+
+@pytest.mark.slow
+def test_a_trained_network_answers_recordings_of_other_forms(own_study: StudyCopy) -> None:
+    """Twelve phases, one in CSV of a spreadsheet and one in MATLAB, by the commands of the page."""
+    study = own_study
+    typed(".venv/bin/swesbi template data/septum_12", study)
+    cohort = study.folder / "data" / "septum_12"
+    with (cohort / "subjects.csv").open("a", encoding="utf-8") as table:
+        table.write("S-101,F,34,1.66,65,88,33,0.78\nS-102,M,41,1.95,65,121,47,0.91\n")
+    (cohort / "recording.yaml").write_text("origin: synthetic\nprotocol: { phases: 12 }\n", encoding="utf-8")
+    recording(1).to_csv(cohort / "swe" / "S-101.csv", index=False, sep=";", decimal=",")
+    second = recording(2)
+    vectors = {name: second[name].to_numpy() for name in second if name != "status"}
+    savemat(cohort / "swe" / "S-102.mat", vectors | {"status": second["status"].to_numpy(dtype=object)})
+    options = f"--phases {PHASES} --overlay {study.config}"
+    typed(f".venv/bin/swesbi validate data/septum_12 {options}", study)
+    typed(f".venv/bin/swesbi infer data/septum_12 --workers 2 {options}", study)
+    answers = study.folder / "answers" / "septum_12"
+    told = pd.read_csv(answers / "answers.csv")
+    assert told["subject"].tolist() == ["S-101", "S-102"]
+    assert told["k0_kpa_median"].notna().all()
+    for subject in ("S-101", "S-102"):
+        observed = xr.load_dataset(answers / subject / "observation.h5", engine="h5netcdf")
+        assert observed.sizes["phase"] == PHASES
+        assert {path.name for path in (answers / subject).iterdir()} == set(OUTPUTS)

@@ -304,14 +304,14 @@ class Config(Settings):
         "(docs/model-and-inference.md)."
     )
     changes: ChangeSettings = Field(
-        description="Two visits of one person, inferred together (docs/own-data.md)."
+        description="Two visits of one person, inferred together (docs/compare-and-plan.md)."
     )
     change_groups: ChangeGroupsSettings = Field(
-        description="What has changed in groups of persons who came twice (docs/change-and-groups.md)."
+        description="What has changed in groups of persons who came twice (docs/compare-and-plan.md)."
     )
     plan: PlanChoiceSettings = Field(
         description="`python -m swesbi plan`: persons and repeats that a study needs, from simulated "
-        "studies (docs/change-and-groups.md)."
+        "studies (docs/compare-and-plan.md)."
     )
     new_subjects: NewSubjectsSettings = Field(
         description="Recordings outside the study that its networks answer (docs/own-data.md)."

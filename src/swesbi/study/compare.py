@@ -140,7 +140,7 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
     if not (pairs_of(study) or refused):
         raise ConfigError(
             f"--cohort = {str(study.new_cohort)!r}: no person has two visits; its subjects.csv needs the "
-            "columns person and visit, with a row for each visit (docs/own-data.md)"
+            "columns person and visit, with a row for each visit (docs/compare-and-plan.md)"
         )
     experiment = experiments_to_ask(study, options.experiment)[0]
     answerer = _answerer(study, experiment, options)

@@ -26,7 +26,7 @@ class PlannedPersonsSettings(Settings):
     number: int = Field(
         ge=4,
         description="Persons of a bank, from which studies are drawn. Chosen: power of one number of "
-        "persons to about 5 points, a bank's own luck included (docs/change-and-groups.md).",
+        "persons to about 5 points, a bank's own luck included (docs/compare-and-plan.md).",
     )
     group: str = Field(description="Group of the population whose contexts they have. Chosen.")
     prior_share: float = Field(

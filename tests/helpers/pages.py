@@ -1,0 +1,102 @@
+"""The code blocks of the pages, and running them in their order, as a reader does who pastes them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from study_copy import ROOT, StudyCopy
+
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+FENCE = re.compile(
+    r"^(?P<mark><!-- not run: [^\n]+ -->\n)?```(?P<language>\w*)\n(?P<code>.*?)^```$",
+    re.MULTILINE | re.DOTALL,
+)
+NUMBER = re.compile(r"(?<![A-Za-z_])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+RELATIVE, ABSOLUTE = 0.1, 0.1
+"""By how much a printed number may differ from the page's on another machine."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A code block of a page: where it begins, its language, its text, and whether it may be run."""
+
+    page: str
+    line: int
+    language: str
+    code: str
+    runs: bool
+
+    @property
+    def place(self) -> str:
+        return f"{self.page}:{self.line}"
+
+
+def blocks_of(page: Path) -> list[Block]:
+    """Return the code blocks of a page in their order; a comment `<!-- not run: why -->` marks one."""
+    text = page.read_text(encoding="utf-8")
+    name = str(page.relative_to(ROOT))
+    return [
+        Block(name, text.count("\n", 0, each.start()) + 1, each["language"], each["code"], not each["mark"])
+        for each in FENCE.finditer(text)
+    ]
+
+
+def walk(blocks: Sequence[Block], study: StudyCopy, *, shell: bool) -> dict[str, str]:
+    """Run the blocks of a page in a copy, which is the current folder; return what each printed, by place.
+
+    Python blocks share one namespace. Blocks of commands are run where ``shell`` is set.
+    """
+    names: dict[str, Any] = {"__name__": "__main__"}
+    printed = {}
+    for block in blocks:
+        if block.runs and block.language == "python":
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                exec(compile(block.code, block.place, "exec"), names)
+            printed[block.place] = said.getvalue()
+        elif block.runs and block.language == "sh" and shell:
+            printed[block.place] = typed(block.code, study, block.place)
+    return printed
+
+
+def typed(commands: str, study: StudyCopy, place: str = "") -> str:
+    """Run commands in the copy, with the copy's own package, and return what they printed."""
+    binaries = shlex.quote(str(Path(sys.executable).parent))
+    done = subprocess.run(
+        ["bash", "-ec", commands.replace(".venv/bin", binaries)],
+        cwd=study.folder,
+        env={**os.environ, **study.environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{place}: {commands}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def pasted(blocks: Sequence[Block], printed: dict[str, str]) -> list[tuple[str, str]]:
+    """Return what each block that ran has printed, beside what the page shows of it in a block of text."""
+    pairs = zip(blocks, blocks[1:], strict=False)
+    return [
+        (printed[block.place], shown.code)
+        for block, shown in pairs
+        if block.place in printed and shown.language == "text"
+    ]
+
+
+def alike(line: str, other: str) -> bool:
+    """Tell whether two lines have the same words, and numbers that differ by as little as machines do."""
+    if NUMBER.sub("#", line).split() != NUMBER.sub("#", other).split():
+        return False
+    pairs = zip(NUMBER.findall(line), NUMBER.findall(other), strict=True)
+    return all(abs(float(a) - float(b)) <= ABSOLUTE + RELATIVE * abs(float(b)) for a, b in pairs)

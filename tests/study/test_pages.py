@@ -1,0 +1,51 @@
+"""The pages do what they show: code runs as printed, and prints what stands below it."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+from pages import PAGES, alike, blocks_of, pasted, walk
+from study_copy import ROOT, copy_study
+
+COMMANDS_RUN = ("docs/tutorial.md", "docs/own-data.md")
+"""Pages whose commands run, too: they are short, and need no study."""
+NOT_RUN = 3
+"""Blocks that would run but for their mark: they install, take minutes, or need a reader's own file."""
+WITH_CODE = [page for page in PAGES if any(block.language == "python" for block in blocks_of(page))]
+WALKED = sorted({*WITH_CODE, *(ROOT / page for page in COMMANDS_RUN)})
+
+
+def test_all_python_is_python_and_few_blocks_are_left_out() -> None:
+    blocks = [block for page in PAGES for block in blocks_of(page)]
+    for block in blocks:
+        if block.language == "python":
+            compile(block.code, block.place, "exec")
+    run = [block for block in blocks if block.language == "python" or block.page in COMMANDS_RUN]
+    assert len([block for block in run if not block.runs]) == NOT_RUN
+
+
+def test_every_mark_is_of_a_block() -> None:
+    """A mark that stands apart from its block would count for nothing."""
+    for page in PAGES:
+        marks = page.read_text(encoding="utf-8").count("<!-- not run")
+        assert marks == sum(not block.runs for block in blocks_of(page)), page.name
+
+
+@pytest.mark.slow(minutes=4)
+@pytest.mark.parametrize("page", WALKED, ids=lambda page: page.name)
+def test_a_page_runs_in_its_order_and_prints_what_it_shows(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    study = copy_study(tmp_path / "project")
+    monkeypatch.chdir(study.folder)
+    plt.switch_backend("Agg")
+    blocks = blocks_of(page)
+    with caplog.at_level(logging.WARNING, logger="arviz"):
+        printed = walk(blocks, study, shell=str(page.relative_to(ROOT)) in COMMANDS_RUN)
+    assert not [record for record in caplog.records if record.name == "arviz"]
+    for said, shown in pasted(blocks, printed):
+        for line in filter(str.strip, shown.splitlines()):
+            assert any(alike(line, other) for other in said.splitlines()), f"{line!r} is not in\n{said}"
