@@ -1,4 +1,4 @@
-"""Print what README.md beside it says of the stored hearts: counts, and ranges of those of the validation."""
+"""Print the tables of README.md on the stored hearts: counts, and ranges of those of the validation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WEAK = 0.35
 
 
 def counts(letter: str, hearts: Sequence[StoredHeart]) -> Iterator[str]:
-    """Yield a row of the table of refusals a stream."""
+    """Yield a row of the table of refusals per stream."""
     for stream in dict.fromkeys(heart.stream for heart in hearts):
         of_stream = [heart for heart in hearts if heart.stream == stream]
         refused = [
@@ -26,8 +26,8 @@ def counts(letter: str, hearts: Sequence[StoredHeart]) -> Iterator[str]:
         yield f"| {letter}, {stream} | {len(of_stream)} | " + " | ".join(map(str, refused)) + " |"
 
 
-def ranges(hearts: Sequence[StoredHeart]) -> str:
-    """Say in a sentence or two what the beats are, as medians with ranges."""
+def ranges(hearts: Sequence[StoredHeart]) -> Iterator[str]:
+    """Yield the rows of the table of beats, as medians with ranges, and how many hearts are weak."""
     beats = [heart.beat for heart in hearts]
     ejected = np.array([beat.ejection_fraction for beat in beats])
     listed = np.array([1.0 - heart.context.lvesv_ml / heart.context.lvedv_ml for heart in hearts])
@@ -35,17 +35,17 @@ def ranges(hearts: Sequence[StoredHeart]) -> str:
         np.array([getattr(beat.arterial_mmhg, end)() for beat in beats], dtype=np.float64)
         for end in ("max", "min")
     )
-    attained = np.array([beat.active_kpa.max() for beat in beats])
+    active = np.array([beat.active_kpa.max() for beat in beats])
     at = np.array([beat.phase[int(beat.active_kpa.argmax())] for beat in beats])
     least, most = (np.array([getattr(beat.stretch, end)() for beat in beats]) for end in ("min", "max"))
     scale = np.array([heart.passive_scale_kpa for heart in hearts])
-    return (
-        f"ejection fraction {_range(ejected, 2)}, from the listed volumes {_range(listed, 2)}, arterial "
-        f"pressure {_range(high, 0)} over {_range(low, 0)} mmHg, attained stiffness {_range(attained, 0)} "
-        f"kPa at {_range(at, 2)} of the cycle, stretch from {_range(least, 2)} to {_range(most, 2)}, "
-        f"a {_range(scale, 1)} kPa. {int((ejected < WEAK).sum())} of the {len(hearts)} eject less than "
-        f"{100.0 * WEAK:.0f} %."
-    )
+    yield f"| ejection fraction | {_range(ejected, 2)} |"
+    yield f"| ejection fraction from the listed volumes | {_range(listed, 2)} |"
+    yield f"| arterial pressure, mmHg | {_range(high, 0)} over {_range(low, 0)} |"
+    yield f"| largest active stiffness, kPa | {_range(active, 0)}, at {_range(at, 2)} of the cycle |"
+    yield f"| stretch | from {_range(least, 2)} to {_range(most, 2)} |"
+    yield f"| a, kPa | {_range(scale, 1)} |"
+    yield f"{int((ejected < WEAK).sum())} of the {len(hearts)} eject less than {100.0 * WEAK:.0f} %."
 
 
 def _range(values: FloatArray, digits: int) -> str:
@@ -58,7 +58,7 @@ def main() -> None:
     for letter, (name, _) in FILES.items():
         hearts = load_hearts(FOLDER / name)[0]
         print(*counts(letter, hearts), sep="\n")
-        print(ranges([heart for heart in hearts if heart.stream == VALIDATION_STREAM]))
+        print(*ranges([heart for heart in hearts if heart.stream == VALIDATION_STREAM]), sep="\n")
 
 
 if __name__ == "__main__":

@@ -40,22 +40,22 @@ README: Final = """\
 
 **Nobody was measured.** These are simulated recordings without gating and without repeats.
 
-**A to H** are the eight virtual volunteers of `data/virtual_volunteers`, as a free-running push train would
-record them: {rate:g} pushes a second over {beats:g} beats, beats that vary by {jitter:.0f} %,
-{lost:.0f} % of the pushes without a wave, an error of {error:.0f} % of each speed. The noise is independent
-from push to push; that of a held probe is not.
+**A to H** are the eight virtual volunteers of `data/virtual_volunteers`, recorded by a free-running push
+train: {rate:g} pushes per second over {beats:g} beats. Beats vary by {jitter:.0f} %, and {lost:.0f} % of the
+pushes have no wave. Each speed has an error of {error:.0f} %. The errors are independent from push to push;
+with a hand-held probe they are not.
 
 | file | content |
 |---|---|
 | `subjects.csv` | contexts, as in `data/virtual_volunteers` |
-| `swe/<subject>.csv` | one row a push: time since the R peak of its beat, RR, beat, speed, status |
-| `recording.yaml` | what is declared of the errors |
-| `truth.csv` | the parameters that made the recordings; nothing that infers reads it |
+| `swe/<subject>.csv` | one row per push: time since the R peak of its beat, RR, beat, speed, status |
+| `recording.yaml` | the declared size of the errors |
+| `truth.csv` | the true parameters; no inference reads them |
 
-The volunteers' physiology is richer than the model's ([their README](../virtual_volunteers/README.md)), so
-its best parameters need not equal these.
+The volunteers' physiology is richer than the model's ([their README](../virtual_volunteers/README.md)).
+So the model's best parameters need not equal these.
 
-Made by `python data/virtual_push_trains/make.py`; a test makes them again and compares every byte.
+`python data/virtual_push_trains/make.py` makes the files. A test makes them again and compares every byte.
 """
 
 

@@ -58,10 +58,9 @@ QUANTITIES: Final = {parameter.name: parameter.text for parameter in THETA} | {S
 TEXT: Final = """# A virtual trial
 
 **These are not people, and there is no drug.** {number} virtual persons, {each} in each of two groups, are
-recorded twice, `{before}` and `{after}`, {weeks} weeks apart: {recordings} recordings in the file format
-that real ones would have. In the group `{treated}` the second heart differs by a known effect, {effect}.
-The trial is there to show what the study's answers on change and on groups are worth where the truth is
-known.
+recorded twice, `{before}` and `{after}`, {weeks} weeks apart. The {recordings} recordings have the file
+format of real ones. In the group `{treated}` the second heart differs by a known effect, {effect}.
+The trial tests the study's answers on change and on groups where the truth is known.
 
 ![The recordings](recordings.png)
 
@@ -78,13 +77,13 @@ Regenerate all of it, byte for byte, with
 python data/virtual_trial/make.py
 ```
 
-Every number is drawn from the stream `{stream}` of the study's seed, {seed}. Design and seed were fixed
-before any recording was answered, and nothing was changed for what an answer said.
+Every number is drawn from the random stream `{stream}` of the study's seed, {seed}. Design and seed were
+fixed before any recording was answered, and nothing was changed afterwards.
 
 ## Who they are
 
 Contexts are drawn from the group `{group}` of the study's declared population (`population_experiments` in
-`config.yaml`), in the shares of sex and age that it has. What is true of a heart:
+`config/population.yaml`), with its shares of sex and age. True values of a heart:
 
 | what | between persons | between the visits of one |
 |---|---|---|
@@ -96,33 +95,33 @@ Contexts are drawn from the group `{group}` of the study's declared population (
 | heart rate | the population | ± {heart_rate_spread} |
 | LVEDV, septal thickness, body surface area | the population | none |
 
-All of it is chosen: half of the prior's spread, since a prior holds more than the healthy; 5 % as what a
-heart differs by from one day to another; loading and heart rate as they vary at rest. Spreads are standard
-deviations of logarithms, normal and independent of each other; no visit leaves the prior's bounds. LVESV is
-what the beat of the visit leaves of LVEDV, measured with an error of {lvesv_error}. The mechanics are those
-of the [virtual volunteers](../virtual_volunteers/README.md), richer than the inference model's: valve
-inertance, wall inertia, finer steps.
+All of it is chosen. Half of the prior's spread: a prior covers more than healthy hearts. 5 %: the change of a
+heart from one day to another. Loading and heart rate vary as at rest. Spreads are standard deviations of
+logarithms, normal and independent of each other. No visit leaves the prior's bounds. LVESV follows from LVEDV
+and the beat of the visit, with a measurement error of {lvesv_error}. The mechanics are those of the
+[virtual volunteers](../virtual_volunteers/README.md), richer than the inference model's: valve inertance,
+wall inertia, finer steps.
 
-Who takes part has an ejection fraction of {low} to {high} at the first visit, as in health (Lang et
-al., J Am Soc Echocardiogr 28:1, 2015), and usable recordings at both. {drawn} were drawn in all, of whom
+Persons take part if their ejection fraction is {low} to {high} at the first visit, as in health (Lang et
+al., J Am Soc Echocardiogr 28:1, 2015), and if both recordings are usable. {drawn} were drawn in all, of whom
 {again} did not take part{reasons}.
 
 ## What the drug does
 
-The factor on {effect_names} of each treated person is the same; what is true of these persons besides is
-what their visits differ by. Geometric means over the {each} of each group:
+The factor on {effect_names} is the same for each treated person. The visits of each person differ besides.
+Geometric means over the {each} of each group:
 
 {effects}
 
-Shown stiffness is the largest active stiffness of the true beat, which k_0, k_ATP and k_SR make together
-with the loading of the day.
+Shown stiffness is the largest active stiffness of the true beat. It depends on k_0, k_ATP, k_SR and the
+loading of the day.
 
 ## How they are recorded
 
 Protocol and noise are those of the virtual volunteers: {phases} gated phases, {repeats} sweeps of {samples}
-spatial samples; each speed has an error of {sample_error} of its own and {repeat_error} shared with its
-repeat, a sweep {sweep_error} over all its phases; {failed} of the samples fail, {outliers} report a wrong
-wave.
+spatial samples. Each speed has an error of {sample_error} of its own and one of {repeat_error} shared with
+its repeat. A sweep has an error of {sweep_error} over all its phases. {failed} of the samples fail, and
+{outliers} report a wrong wave.
 
 ## The persons
 

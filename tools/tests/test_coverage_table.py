@@ -1,0 +1,44 @@
+"""The table of coverage has every stored number where it belongs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tools.docs.coverage import STORED, coverage_table
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def table() -> pd.DataFrame:
+    return coverage_table(ROOT)
+
+
+def test_own_hearts_come_first_and_every_generator_follows(table: pd.DataFrame) -> None:
+    assert list(table["hearts"].str[:3][5:]) == [f"({letter})" for letter in "abcdefghc"]
+    assert table["hearts"][:5].str.startswith("the model's own").all()
+    assert len(table) <= 15, "a page shows at most fifteen rows"
+
+
+def test_the_stored_table_is_of_the_stored_tables(table: pd.DataFrame) -> None:
+    """If it fails: python -m tools.docs.coverage."""
+    pd.testing.assert_frame_equal(pd.read_csv(ROOT / STORED), table, rtol=1e-6, check_dtype=False)
+
+
+def test_coverage_is_that_of_the_stored_tables(table: pd.DataFrame) -> None:
+    stored = pd.read_csv(ROOT / "docs" / "tables" / "amortised_recovery.csv")
+    row = stored[(stored["nominal"] == 0.9) & (stored["parameter"] == "k0_kpa")].iloc[0]
+    assert table.loc[0, "k0_kpa"] == row["coverage"]
+    assert table.loc[0, "n"] == row["n"]
+
+
+def test_a_generator_with_too_few_hearts_has_no_coverage_of_those_not_contradicted(
+    table: pd.DataFrame,
+) -> None:
+    few = table["n_not_contradicted"] < 30
+    assert few.any()
+    assert table.loc[few, "k_sr_per_s"].isna().all()
+    assert table.loc[few, "all_shown_kpa"].notna().all()
