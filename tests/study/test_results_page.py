@@ -1,4 +1,4 @@
-"""Blocks of code in the pages run as they are printed."""
+"""The blocks of the page on results run as they are printed, in a finished study."""
 
 from __future__ import annotations
 
@@ -13,17 +13,9 @@ from study_copy import ROOT, StudyCopy
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
-def code_of(page: str, language: str) -> str:
-    blocks = BLOCK.findall((ROOT / "docs" / page).read_text(encoding="utf-8"))
+def code_of(language: str) -> str:
+    blocks = BLOCK.findall((ROOT / "docs" / "results.md").read_text(encoding="utf-8"))
     return "\n".join(code for kind, code in blocks if kind == language)
-
-
-@pytest.mark.slow(minutes=0.5)
-def test_the_model_is_called_as_the_page_prints_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    names: dict[str, object] = {}
-    exec(compile(code_of("model-and-inference.md", "python"), "model-and-inference.md", "exec"), names)
-    assert names["own"].attrs["converged"]  # type: ignore[attr-defined]
 
 
 @pytest.mark.slow
@@ -32,9 +24,9 @@ def test_results_open_as_the_page_prints_it(
 ) -> None:
     (tmp_path / "results").symlink_to(finished.results)
     monkeypatch.chdir(tmp_path)
-    exec(compile(code_of("results.md", "python"), "results.md", "exec"), {})
+    exec(compile(code_of("python"), "results.md", "exec"), {})
     assert "k_atp_per_s" in capsys.readouterr().out
-    for line in code_of("results.md", "sh").splitlines():
+    for line in code_of("sh").splitlines():
         command = line.partition("#")[0].replace(".venv/bin/swesbi", f"{sys.executable} -m swesbi").split()
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr

@@ -1,7 +1,6 @@
 """How often 90 % intervals contain the truth, in one table of hearts of the model and of other generators.
 
 It is made of stored tables alone: those of `make full` in ``docs/tables``, and those of the validation.
-``python -m tools.docs.coverage`` stores it as ``docs/tables/coverage.csv``.
 """
 
 from __future__ import annotations
@@ -11,9 +10,6 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.report.csv import write_csv
-
-STORED: Final = Path("docs/tables/coverage.csv")
 NOMINAL: Final = 0.9
 ONE_LAW: Final = ("k0_kpa", "k_atp_per_s", "k_sr_per_s")
 QUANTITIES: Final = ("shown_kpa", *ONE_LAW)
@@ -76,12 +72,3 @@ def _generator_row(rows: pd.DataFrame) -> dict[str, object]:
         row[f"{quantity}_high"] = found["coverage_not_contradicted_high"]
         row[f"all_{quantity}"] = found["coverage"]
     return row
-
-
-def main() -> None:
-    """Store the table in the project's folder."""
-    write_csv(STORED, coverage_table(Path()))
-
-
-if __name__ == "__main__":
-    main()

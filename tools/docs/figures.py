@@ -1,4 +1,4 @@
-"""The figures that pages show: the study's, and two that are drawn here."""
+"""The figures that pages show and no stage of the study draws."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.population import population_figure
 from swesbi.report.figures.recording import draw_noise
 from swesbi.virtual.volunteers import VOLUNTEERS
+from tools.docs.first_figure import first_figure
 
 CONTEXTS: Final = 20_000
 """As many as the page says."""
@@ -44,6 +45,7 @@ def contexts_figure(study: Study) -> Figure:
 
 
 DRAWN: Final[Mapping[str, Callable[[Study], Figure]]] = {
+    "first": first_figure,
     "noise": noise_figure,
     "population": contexts_figure,
 }

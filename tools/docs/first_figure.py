@@ -9,10 +9,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from scipy.stats import gaussian_kde
 
 from swesbi.base.arrays import FloatArray
-from swesbi.report.figures.style import POSTERIOR, TRUTH, new_figure, save_figure, style
+from swesbi.config.study import Study
+from swesbi.report.figures.style import POSTERIOR, TRUTH, new_figure, style
 
 SUBJECT: Final = "A"
 EXPERIMENT: Final = "calibrated"
@@ -24,31 +26,26 @@ PARAMETERS: Final = {
 INTERVAL: Final = (5.0, 95.0)
 
 
-def write_first_figure(results: Path, truth: Path, docs: Path) -> None:
-    """Draw recording, prediction and three posteriors of a volunteer into ``docs/figures``.
-
-    Args:
-        results: Results of a finished study.
-        truth: Table of the volunteers' true parameters.
-        docs: Folder of the documentation.
+def first_figure(study: Study) -> Figure:
+    """Return recording, prediction and three posteriors of a volunteer, beside the true parameters.
 
     Raises:
         FileNotFoundError: The study has no such posterior.
     """
-    folder = results / EXPERIMENT / "subjects" / SUBJECT
+    folder = Path(study.config.results) / EXPERIMENT / "subjects" / SUBJECT
     with style():
         figure = new_figure(7.0, 3.9)
         axes = figure.subplot_mosaic([["recording"] * 3, list(PARAMETERS)], height_ratios=(1.3, 1.0))
         with xr.open_datatree(folder / "predictive.h5", engine="h5netcdf") as predictive:
             _draw_recording(axes["recording"], predictive)
-        table = pd.read_csv(truth, index_col="subject")
+        table = pd.read_csv(study.cohort / "truth.csv", index_col="subject")
         with xr.open_datatree(folder / "posterior.h5", engine="h5netcdf") as posterior:
             for name, label in PARAMETERS.items():
                 draws = posterior["posterior"][name].to_numpy().ravel()
                 _draw_posterior(axes[name], draws, float(table[name][SUBJECT]), label)
         shown = axes["k0_kpa"].get_legend_handles_labels()
         figure.legend(*shown, loc="outside lower center", ncols=3)
-        save_figure(figure, docs / "figures" / "first.png")
+    return figure
 
 
 def _draw_recording(axes: Axes, predictive: xr.DataTree) -> None:
