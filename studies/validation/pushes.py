@@ -1,4 +1,4 @@
-r"""Other people's hearts by push trains: does the 90 % interval contain the truth?
+r"""Hearts of other generators by push trains: does the 90 % interval contain the truth?
 
     python -m studies.validation.pushes
     python -m studies.validation.pushes --results results --generators a b --number 60 --csv pushes.csv

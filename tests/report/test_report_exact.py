@@ -136,7 +136,7 @@ def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> No
     facts = section.facts
     assert facts["Verdicts"] == "1 not contradicted, 1 strained, 1 contradicted"
     assert facts["Exact posteriors"].endswith("by MCMC: F")
-    assert facts["Truth of the generated recordings"] == "inside 3 of 6 intervals"
+    assert facts["Truth of the simulated recordings"] == "inside 3 of 6 intervals"
     shown = {
         str(row.cells[0]) + str(row.cells[1]): row.cells[2:] for row in section.tables["calibration"].rows
     }

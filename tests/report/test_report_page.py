@@ -189,7 +189,7 @@ def test_both_recoveries_stand_side_by_side_at_every_level() -> None:
 
 def test_intervals_that_cover_too_little_are_pointed_out() -> None:
     experiment = make_experiment("paper", {"A": True})
-    assert "cover the truth less often" in caution(experiment)
+    assert "contain the truth less often" in caution(experiment)
     assert "k_SR (12.5 %)" in caution(experiment)
     experiment.recovery.acquisition["ci_high"] = 0.95
     assert caution(experiment) == ""

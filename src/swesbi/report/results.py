@@ -23,7 +23,7 @@ from swesbi.verdict.verdict import (
 
 PASSED: Final = (NOT_CONTRADICTED, PRIOR_SUPPORTED)
 MARKS: Final = {STRAINED: WITH_CARE} | dict.fromkeys((CONTRADICTED, NOT_PRIOR_SUPPORTED, REFUSED), MUTED)
-"""How a subject's row is set, by its verdict: grey what is not to be read, amber what is read with care."""
+"""How a subject's row is set: grey where the posterior must not be used, amber where it needs care."""
 
 
 @dataclass(frozen=True)

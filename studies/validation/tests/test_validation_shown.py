@@ -60,7 +60,7 @@ def test_sentences_follow_the_numbers_what_is_not_reached_first() -> None:
     assert untested.startswith(
         "Not tested, since too few hearts are not contradicted: (f) bonds, 7 of 60; (e)"
     )
-    assert width.endswith("at most 1.35 times as wide as in the second sitting. Found: 1.12 times.")
+    assert width.endswith("at most 1.35 times as wide as in the second round. Found: 1.12 times.")
 
 
 @pytest.mark.parametrize(("inside", "outside", "reached"), [(45, 12, True), (44, 13, False)])

@@ -232,7 +232,7 @@ def _draw_counts(panels: Sequence[Axes], table: pd.DataFrame) -> None:
 
 
 def counted_reasons(table: pd.DataFrame) -> dict[str, int]:
-    """Return in how many subjects each test speaks against the model, and how many are refused."""
+    """Return in how many subjects each test contradicts the model, and how many are refused."""
     refused = table["status"] == REFUSED
     counts = Counter(
         reason for reasons in table.loc[~refused, "reason"] if reasons for reason in reasons.split(SEPARATOR)

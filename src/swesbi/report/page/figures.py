@@ -79,7 +79,7 @@ PAGE_FIGURES: Final = (
         "Figure 2. Predictive checks of each subject ({title}): observed stiffness with its standard error, "
         "medians and {predictive:g} % bands of noiseless curves of the prior and the posterior, the "
         "posterior's wider {predictive:g} % interval of new observations (light), CMA-ES fit. {excluded}",
-        "Stiffness over the cardiac cycle, one panel a subject of the {title}: observed with standard "
+        "Stiffness over the cardiac cycle, one panel per subject of the {title}: observed with standard "
         "errors, prior and posterior predictive medians and bands of noiseless curves, the posterior's wider "
         "interval of new observations, and the CMA-ES fit",
     ),
@@ -140,18 +140,18 @@ PAGE_FIGURES: Final = (
     ),
     PageFigure(
         "identifiability", PagePart.SPEEDS,
-        "What a recording tells: exact likelihood along two parameters, and what is lost without a phase "
+        "What a recording determines: exact likelihood along two parameters, and the loss without each phase "
         "({title}).",
     ),
     PageFigure(
         "design", PagePart.SPEEDS,
-        "What more repeats or more phases would buy ({title}).",
+        "How much more repeats or more phases would narrow the posterior ({title}).",
     ),
     PageFigure(
         "cohort", PagePart.POPULATION,
-        "Every answer of the cohort, a row a parameter: medians with intervals in ascending order, by "
+        "Every posterior of the cohort, a row per parameter: medians with intervals in ascending order, by "
         "verdict; against heart rate, age and end-diastolic volume; against the truth where it is known. "
-        "Below: verdicts, what speaks against the model, efficiency of the weights ({title}).",
+        "Below: verdicts, tests that contradict the model, efficiency of the weights ({title}).",
     ),
     PageFigure(
         "cohort_posterior", PagePart.POPULATION,

@@ -39,11 +39,11 @@ from swesbi.verdict.verdict import (
 EJECTION: Final = "ejection_fraction"
 SHOWN_LIMITS: Final = 2
 MEANING: Final = {
-    NOT_CONTRADICTED: "the model can have made this recording",
-    STRAINED: "read with care: some tests speak against the model",
-    CONTRADICTED: "not to be read: the model cannot have made this recording",
-    PRIOR_SUPPORTED: "the prior can make such a recording",
-    NOT_PRIOR_SUPPORTED: "not to be read: the prior does not make such a recording",
+    NOT_CONTRADICTED: "the model can produce this recording",
+    STRAINED: "use with care: some tests contradict the model",
+    CONTRADICTED: "do not use: the model cannot produce this recording",
+    PRIOR_SUPPORTED: "the prior can produce such a recording",
+    NOT_PRIOR_SUPPORTED: "do not use: the prior does not produce such a recording",
 }
 
 
@@ -135,7 +135,7 @@ def answers_table(experiment: Experiment, answers: pd.DataFrame, exact: Exact | 
         f"Posterior medians and {experiment.credible_percent:g} % credible intervals ({title}).",
         experiment.marked(answers.assign(limits=said)),
         columns,
-        "Amber: read with care. Grey: not to be read as the subject's.",
+        "Amber: use with care. Grey: do not use.",
     )
 
 
@@ -180,10 +180,10 @@ def _found(experiment: Experiment, answers: pd.DataFrame, title: str) -> Iterato
     counted = ", ".join(
         f"{len(names)} {word} ({', '.join(names)})" for word, names in by_status.items() if names
     )
-    yield f"Could the model have made these recordings? Of {len(verdicts)} {title}: {counted}."
+    yield f"Can the model produce these recordings? Of {len(verdicts)} {title}: {counted}."
     names = by_status[statuses[0]]
     if not names:
-        yield "No answer may be read as a subject's without care."
+        yield "No posterior can be used without care."
         return
     ranges = []
     good = answers[answers["status"] == statuses[0]]
@@ -201,14 +201,14 @@ def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
     short = [PARAMETERS[str(name)] for name in table.index[table["ci_high"] < nominal]]
     shares = ", ".join(f"{symbol} {share(covered[name], 0)}" for name, symbol in PARAMETERS.items())
     judged = (
-        f"Too narrow: {', '.join(short)}." if short else "They mean what they say where the model is right."
+        f"Too narrow: {', '.join(short)}." if short else "They keep their level where the model is right."
     )
     intervals = f"{share(nominal, 0)} intervals"
-    yield f"On simulated recordings with known truth, {intervals} hold it in: {shares}. {judged}"
+    yield f"On simulated recordings with known truth, {intervals} contain it in: {shares}. {judged}"
     known = exact.truth.dropna(subset="median") if exact is not None and len(exact.truth) else pd.DataFrame()
     if len(known):
         inside = int(known["inside"].map(is_true).sum())
-        yield f"These recordings were generated: the truth lies in {inside} of {len(known)} intervals."
+        yield f"These recordings were simulated: {inside} of {len(known)} intervals contain the truth."
 
 
 def paper_in_a_line(main: Experiment) -> str:
@@ -234,7 +234,7 @@ def _card(experiment: Experiment, context: Context, links: Sequence[str]) -> Map
     check = "No predictive check."
     for row in records(scores):
         inside = share(row["coverage_observed_phases"], 0)
-        check = f"RMSE {fixed(row['rmse_kpa'], 1)} kPa; {inside} of the phases inside the predicted band."
+        check = f"RMSE {fixed(row['rmse_kpa'], 1)} kPa; {inside} of the phases are inside the predicted band."
     return {
         "subject": subject,
         "status": status,

@@ -58,9 +58,9 @@ def caution(experiment: Experiment) -> str:
     nominal = float(low["nominal"].iloc[0])
     covered = [f"{PARAMETERS[str(name)]} ({share(value)})" for name, value in low["coverage"].items()]
     return (
-        f"The {share(nominal, 0)} credible intervals of this experiment cover the truth less often than they "
-        f"claim when recordings carry the noise of an acquisition: {', '.join(covered)}. They say what the "
-        "observation model of the experiment implies, not how uncertain a measurement leaves the parameters."
+        f"The {share(nominal, 0)} credible intervals of this experiment contain the truth less often than "
+        f"their level when recordings have the noise of an acquisition: {', '.join(covered)}. They follow "
+        "from the observation model of the experiment. They are no measure of uncertainty after a measurement."
     )
 
 
@@ -198,7 +198,7 @@ def _exact_facts(exact: Exact) -> Iterator[tuple[str, str]]:
     known = exact.truth.dropna(subset="median") if len(exact.truth) else exact.truth
     if len(known):
         inside_count = int(known["inside"].map(is_true).sum())
-        yield ("Truth of the generated recordings", f"inside {inside_count} of {len(known)} intervals")
+        yield ("Truth of the simulated recordings", f"inside {inside_count} of {len(known)} intervals")
 
 
 def make_population_section(

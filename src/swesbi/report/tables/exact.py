@@ -105,7 +105,7 @@ def verdicts_table(exact: Exact, cohort_title: str) -> Table:
         "Draws come from the network, weighted with the exact likelihood; k-hat is the Pareto shape of the "
         "weights, efficiency their effective share. Where either fails, MCMC on the same likelihood answers, "
         "and R-hat compares its independent ensembles. A sampler that converged says nothing of the verdict: "
-        "it has drawn from the posterior, whether or not the model can have made the recording."
+        "it has drawn from the posterior, whether or not the model can produce the recording."
     )
     caption = f"Verdict of each subject, and how its draws were made ({cohort_title})."
     return Table(caption, exact.experiment.marked(pd.DataFrame(rows)), columns, note)
@@ -124,7 +124,7 @@ def outcomes_table(exact: Exact, cohort_title: str) -> Table:
         "null distribution, its statistic. Bold: flagged."
     )
     return Table(
-        f"Could the model have made the recording? ({cohort_title})",
+        f"Can the model produce the recording? ({cohort_title})",
         frame.rename_axis("test").reset_index(),
         (words("test", "Test"), *(Column(subject, subject) for subject in exact.verdicts)),
         note,

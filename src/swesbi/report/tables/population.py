@@ -114,7 +114,7 @@ def _subjects(shown: OverPopulation, cohort_title: str) -> Table:
     columns = (
         SUBJECT,
         VERDICT,
-        words("reason", "What speaks against it", {"": MISSING}),
+        words("reason", "Tests that contradict the model", {"": MISSING}),
         *(
             Column(columns_of(name), symbol, f"{UNITS[name]}, median (interval)", with_limits)
             for name, symbol in SYMBOLS.items()
@@ -125,7 +125,7 @@ def _subjects(shown: OverPopulation, cohort_title: str) -> Table:
     )
     note = (
         "Who lies outside the declared range is refused: the network has learnt nothing there. Grey: "
-        "refused, or contradicted, whose answer is not to be read as that of the subject."
+        "refused, or contradicted, whose posterior must not be used."
     )
     frame = marked(shown.cohort, shown.cohort["status"])
     return Table(f"Every subject as the network answers it ({cohort_title}).", frame, columns, note)

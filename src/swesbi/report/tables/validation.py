@@ -100,7 +100,7 @@ def stored_validation(path: Path) -> StoredValidation:
         raise ArtefactError(f"no sitting of the validation asked all generators, {named}")
     shown = whole[-1]
     number, date, model = shown.iloc[0][list(OF_SITTING)]
-    caption = f"The validation of the shipped study: sitting {number}, {date}; {model}."
+    caption = f"The validation of the shipped study: round {number}, {date}; {model}."
     return StoredValidation(in_brief(shown, compared_width(table, number)), validation_table(shown, caption))
 
 

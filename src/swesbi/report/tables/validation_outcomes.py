@@ -198,7 +198,7 @@ def _of_width(rows: pd.DataFrame, former: float | None) -> Iterator[Found]:
     if former is None or widths.empty:
         return
     times = float(widths.iloc[0]) / former
-    asked = f"k_SR of (a) is at most {fixed(WIDEST, 2)} times as wide as in the second sitting"
+    asked = f"k_SR of (a) is at most {fixed(WIDEST, 2)} times as wide as in the second round"
     yield times <= WIDEST, asked, f"Found: {fixed(times, 2)} times"
 
 
