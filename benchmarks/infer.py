@@ -50,7 +50,7 @@ from swesbi.study.answering import Answerer
 from swesbi.study.finished import finished_study
 from swesbi.study.stages.calibration import CalibrationLocalStageSettings
 from swesbi.verdict.context import nearest_known
-from swesbi.verdict.pooled import PriorPredictive, pool_subjects, pooled_reference
+from swesbi.verdict.pooled import pool_subjects, pooled_reference
 from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks
 from swesbi.verdict.settings import RuleSettings
 
@@ -135,7 +135,7 @@ def false_alarms(pool: list[SubjectChecks], rule: RuleSettings) -> pd.DataFrame:
     rows = []
     for left_out in pool:
         others = [one for one in pool if one is not left_out]
-        features = PriorPredictive(left_out.reference_features, left_out.recordings[NULL].features)
+        features = (left_out.reference_features, left_out.recordings[NULL].features)
         reference = pooled_reference(pool_subjects(others, rule), features, rule)
         row: dict[str, object] = {"subject": left_out.subject}
         for kind in (OWN, ACQUIRED, NULL):

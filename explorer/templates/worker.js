@@ -11,8 +11,8 @@ function modelOf(context, recorded = null) {
 
 // Beats of rows of phi in a context: what is drawn of each, row after row.
 function beats({ phi, context }) {
-  const model = modelOf(context), draws = np.array(phi), made = model.simulate(draws), n = phi.length;
-  const stiffness = np.stack(py.range(n).map((k) => model.stiffness_cycle(getItem(draws, k), made, k)));
+  const model = modelOf(context), draws = np.array(phi), made = model.simulate(draws);
+  const stiffness = model.stiffness(draws, made);
   const rows = (curves) => Array.from(curves, (row) => Array.from(flat(row)));
   return {
     phase: Array.from(flat(made.cycle_phase)),

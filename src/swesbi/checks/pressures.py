@@ -66,8 +66,9 @@ def _rows(one: Compared) -> list[dict[str, object]]:
     before = quantities(one.model, one.without.phi, one)
     after = quantities(one.model_with, one.with_them.phi, one)
     found, clinical = one.with_them, one.observation.clinical
-    of_subject: dict[str, object] = {"experiment": one.experiment, "subject": context.subject}
     how: dict[str, object] = {
+        "experiment": one.experiment,
+        "subject": context.subject,
         "sbp_mmhg": clinical.sbp_mmhg,
         "dbp_mmhg": clinical.dbp_mmhg,
         "sampler": found.sampler,
@@ -75,9 +76,8 @@ def _rows(one: Compared) -> list[dict[str, object]]:
         "k_hat": found.k_hat,
         "converged": found.converged,
     }
-    mass = found.interval_mass
     return [
-        of_subject | {"quantity": name} | _row(before.get(name), values, mass) | how
+        how | {"quantity": name} | _row(before.get(name), values, found.interval_mass)
         for name, values in after.items()
     ]
 
@@ -105,18 +105,13 @@ def _shown(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> FloatAr
 
 
 def _row(before: FloatArray | None, after: FloatArray, mass: float) -> dict[str, object]:
-    low, median, high = median_and_interval(after, mass)
-    row: dict[str, object] = {"with_median": median, "with_low": low, "with_high": high}
-    names = ("without_low", "without_median", "without_high")
-    if before is None:
-        return row | dict.fromkeys((*names, "width_ratio", "shift_in_widths"), np.nan)
-    limits = median_and_interval(before, mass)
-    width = np.log(limits[2] / limits[0])
-    return (
-        row
-        | dict(zip(names, limits, strict=True))
-        | {
-            "width_ratio": np.log(high / low) / width,
-            "shift_in_widths": np.log(median / limits[1]) / width,
-        }
-    )
+    without = (np.nan,) * 3 if before is None else median_and_interval(before, mass)
+    found = median_and_interval(after, mass)
+    width = np.log(without[2] / without[0])
+    names = ("low", "median", "high")
+    return {
+        **{f"with_{name}": value for name, value in zip(names, found, strict=True)},
+        **{f"without_{name}": value for name, value in zip(names, without, strict=True)},
+        "width_ratio": np.log(found[2] / found[0]) / width,
+        "shift_in_widths": np.log(found[1] / without[1]) / width,
+    }

@@ -185,7 +185,8 @@ class SpeedModel:
 
     def stiffness(self, phi: FloatArray, cycles: speeds.WallCycles) -> FloatArray:
         """Return the stiffness in kPa that the speeds of simulations of phi (n, d) show; shape (n, M)."""
-        return self.speed_scale(phi)[:, None] ** 2 * np.add(*self.parts(phi, cycles))
+        passive, active = self.parts(phi, cycles)
+        return self.speed_scale(phi)[:, None] ** 2 * (passive + active)
 
     def _simulated(
         self, phi: FloatArray

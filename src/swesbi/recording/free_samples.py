@@ -39,9 +39,6 @@ from swesbi.recording.speed import PA_PER_KPA
 from swesbi.recording.table import TextTable
 from swesbi.recording.units import MODULUS_UNITS, SPEED_UNITS
 
-SEVERAL: Final = (
-    "give a push one row, the mean of its samples, or say by `beat` and `repeat` which of several it is"
-)
 MOST_IN_OTHER_UNITS: Final = 1e4  # kPa, or times the speed
 A_TIME: Final = "give the time since the R peak of the push's beat in ms"
 OWN_BEAT: Final = (

@@ -25,14 +25,14 @@ LONGEST_S: Final = 60.0
 
 @dataclass(frozen=True)
 class Loaded:
-    """One variable, or the cell of one, as the loader has printed it."""
+    """One variable, a ``MatVariable``, as the loader has printed it."""
 
     name: str
     plain: Mapping[str, Any]
 
     @property
     def kind(self) -> str:
-        """One of "number", "char", "cell", a key of ``mat_values.REFUSED``, or the name of another class."""
+        """What it is."""
         return str(self.plain["kind"])
 
     @property

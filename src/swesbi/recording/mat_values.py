@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from swesbi.recording.mat_child import Loaded
-    from swesbi.recording.mat_table import Item
-
-    MatVariable: TypeAlias = "Loaded | Item"
-    """One variable, by the version of its file; every method may raise ``MatValueError``."""
 
 Vector = FloatArray | NDArray[np.str_]
 NUMBERS: Final = "save it as a real vector of numbers"
@@ -50,6 +43,34 @@ class MatValueError(ValueError):
 def damaged(what: str) -> MatValueError:
     """Return the error of a file that does not follow the format, to be raised."""
     return MatValueError(None, f"cannot be read as a .mat file ({what})", SAVE_AGAIN)
+
+
+class MatVariable(Protocol):
+    """One variable, whatever the version of its file; every method may raise ``MatValueError``."""
+
+    @property
+    def name(self) -> str:
+        """Its name, or that of the variable that it is a cell of."""
+
+    @property
+    def kind(self) -> str:
+        """One of "number", "char", "cell", a key of ``REFUSED``, or the name of another class."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Its dimensions."""
+
+    def numbers(self) -> FloatArray:
+        """Return its numbers, one after the other."""
+
+    def rows(self) -> list[str]:
+        """Return the rows of a char matrix, without the blanks that fill them up."""
+
+    def cells(self) -> Sequence[MatVariable]:
+        """Return the cells of a cell array."""
+
+    def fields(self) -> Mapping[str, MatVariable]:
+        """Return the fields of a struct; of an array of structs each is a cell array."""
 
 
 def read_vectors(variables: Mapping[str, MatVariable], names: Sequence[str]) -> dict[str, Vector]:
