@@ -87,4 +87,4 @@ def test_the_figure_has_a_panel_a_quantity_and_a_row_a_generator_and_those_toget
 def test_the_page_shows_the_last_whole_sitting() -> None:
     shown = stored_validation(STORED)
     assert any("(h) another passive stiffness" in sentence for sentence in shown.brief)
-    assert "sitting" in shown.table.caption
+    assert "round" in shown.table.caption

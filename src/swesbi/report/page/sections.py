@@ -60,7 +60,7 @@ def caution(experiment: Experiment) -> str:
     return (
         f"The {share(nominal, 0)} credible intervals of this experiment contain the truth less often than "
         f"their level when recordings have the noise of an acquisition: {', '.join(covered)}. They follow "
-        "from the observation model of the experiment. They are no measure of uncertainty after a measurement."
+        "from the observation model of the experiment. They do not measure uncertainty after a measurement."
     )
 
 
