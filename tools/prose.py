@@ -58,7 +58,7 @@ JARGON: Final = {
     re.compile(rf"(?i)\b(?:{words})\b".replace(" ", r"\s+")): plain for words, plain in PLAIN.items()
 }
 END: Final = re.compile(
-    r"(?<=[.!?])(?<!\bal\.)(?<!\b(?:Eq|eg|vs)\.)(?<!\b(?:Sec|Fig)\.)(?<!e\.g\.)(?<!i\.e\.)\s+(?=\W*[A-Z0-9])"
+    r"(?<=[.!?])(?<!\bal\.)(?<!\b(?:Eq|eg|vs)\.)(?<!\b(?:Sec|Fig)\.)(?<!e\.g\.)(?<!i\.e\.)\s+(?=\W*[A-Z0-9]|`|\$|swesbi)"
 )
 """Where a sentence ends."""
 
