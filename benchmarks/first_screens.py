@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
+import base64
 import sys
 import tempfile
 from pathlib import Path
@@ -14,8 +13,14 @@ from typing import Final
 
 from markdown_it import MarkdownIt
 
-SIZES: Final = {"desktop": (1400, 900), "phone": (400, 800)}
 ROOT: Final = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests" / "helpers"))
+
+from browser import Browser, browser, until  # noqa: E402
+
+SIZES: Final = {"desktop": (1400, 900), "phone": (400, 800)}
+DRAWN: Final = {"explorer": "document.body.dataset.drawn && document.body.dataset.answered"}
+"""When a page is complete, if that is later than when it is loaded."""
 STYLE: Final = (
     "body{font:16px/1.5 sans-serif;max-width:900px;margin:1.5em auto;padding:0 1em}img{max-width:100%}"
     "pre{background:#f4f4f4;padding:.8em;overflow:auto}td,th{border:1px solid #ccc;padding:.3em .6em}"
@@ -27,20 +32,18 @@ def main(results: Path) -> None:
     """Write ``docs/figures/screen-*.png``.
 
     Raises:
-        SystemExit: There is no browser, or no page.
+        SystemExit: There is no page.
     """
-    program = shutil.which("chromium")
-    if program is None:
-        raise SystemExit("no browser found (chromium); on Debian: apt-get install chromium")
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, browser() as page:
         pages = {"results": results / "index.html", "explorer": results / "explorer.html"}
-        if absent := [page for page in pages.values() if not page.is_file()]:
+        if absent := [path for path in pages.values() if not path.is_file()]:
             raise SystemExit(f"{absent[0]} does not exist: finish the study first (make study)")
         pages["readme"] = rendered(ROOT / "README.md", Path(folder) / "readme.html")
-        for name, page in pages.items():
+        for name, path in pages.items():
             for size, (width_px, height_px) in SIZES.items():
-                png = ROOT / "docs" / "figures" / f"screen-{name}-{size}.png"
-                take(program, page, png, width_px, height_px)
+                page.open(path, width_px, height_px)
+                until(page, DRAWN.get(name, "true"))
+                take(page, ROOT / "docs" / "figures" / f"screen-{name}-{size}.png")
 
 
 def rendered(markdown: Path, html: Path) -> Path:
@@ -51,23 +54,9 @@ def rendered(markdown: Path, html: Path) -> Path:
     return html
 
 
-def take(program: str, page: Path, png: Path, width_px: int, height_px: int) -> None:
-    """Photograph the page's first screen; a frame has its width, since no window is as narrow as a phone.
-
-    Raises:
-        subprocess.CalledProcessError: The browser failed.
-    """
-    frame = (
-        '<body style="margin:0"><iframe style="border:0;display:block" '
-        f'width="{width_px}" height="{height_px}" src="{page.resolve().as_uri()}"></iframe>'
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        outer = Path(folder) / "frame.html"
-        outer.write_text(frame, encoding="utf-8")
-        options = ("--headless=new", "--no-sandbox", "--hide-scrollbars", f"--user-data-dir={folder}/profile")
-        budget = "--virtual-time-budget=15000"  # the interactive model compiles and runs before it shows
-        where = (budget, f"--window-size={width_px},{height_px}", f"--screenshot={png}", outer.as_uri())
-        subprocess.run([program, *options, *where], check=True, capture_output=True)
+def take(page: Browser, png: Path) -> None:
+    """Save the part of the page that its window shows."""
+    png.write_bytes(base64.b64decode(page.call("Page.captureScreenshot")["data"]))
     print(f"wrote {png}")
 
 
