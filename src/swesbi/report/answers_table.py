@@ -21,10 +21,10 @@ WORKBOOK: Final = "answers.xlsx"
 SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
 FIRST: Final = {
     "subject": "name in subjects.csv",
-    "experiment": "whose prior holds, and whose network proposed where a study has trained one",
-    "status": "verdict: not contradicted, strained or contradicted, of a free-running recording no "
-    "verdict or uninformative; refused: there is no answer",
-    "reason": "tests that speak against the model, or why there is no answer",
+    "experiment": "its prior was used, and its network where a study has trained one",
+    "status": "verdict: not contradicted, strained, contradicted or uninformative; refused: there is no "
+    "posterior",
+    "reason": "tests that contradict the model, or why there is no posterior",
     "noise": "from what its standard errors are estimated",
     "interval_mass": "probability that lies between the limits of each interval; 1",
 }

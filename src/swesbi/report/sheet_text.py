@@ -25,7 +25,7 @@ FEW: Final = 20
 SYMBOLS: Final = tuple(line.parameter.tex for line in ANSWER)
 UNITS: Final = tuple(line.parameter.unit for line in ANSWER)
 CONDITIONAL: Final = (
-    "All intervals hold if the heart is one that the model can be; what is not known of it is integrated out "
+    "All intervals assume that the model can describe the heart. Its unknown properties are integrated out "
     "within the prior."
 )
 
@@ -132,8 +132,8 @@ def _caution(sheet: Sheet) -> list[str]:
     said = []
     if sheet.verdict.status == CONTRADICTED:
         said.append(
-            "CONTRADICTED: the recording is not one that this model makes. Medians and intervals are printed "
-            "for whoever looks for the reason; they are no measurement of this heart."
+            "CONTRADICTED: this model cannot produce the recording. Medians and intervals are printed to help "
+            "find the reason. They are no measurement of this heart."
         )
     if not sheet.result.converged:
         said.append(f"NOT CONVERGED, do not use: {SEPARATOR.join(sheet.result.reasons)}")
@@ -160,7 +160,7 @@ def _among(context: Context, hearts: Sequence[Context]) -> str:
         below = sum(getattr(heart, variable.name) < getattr(context, variable.name) for heart in hearts)
         share = f"{below}" if len(hearts) < FEW else as_percent(round(below / len(hearts), 2))
         told.append(f"{variable.short} {share}")
-    return f" Of {len(hearts)} hearts that it is compared with, so many have less: {', '.join(told)}."
+    return f" Of {len(hearts)} hearts for comparison, so many have less: {', '.join(told)}."
 
 
 def _predictive(curve: ShownCurve, recorded: Recorded) -> str:
@@ -176,7 +176,7 @@ def _more_words(sheet: Sheet) -> list[str]:
     if sheet.more is None:
         return []
     return [
-        "What more would buy: the expected width of each interval, on a logarithmic scale, with so many "
-        f"times as many {sheet.recorded.more} at the same instants, over that of this recording. The model's "
-        "own errors are not averaged away by repeating."
+        "More data: the expected width of each interval, on a logarithmic scale, with so many "
+        f"times as many {sheet.recorded.more} at the same instants, over that of this recording. "
+        "Repeats do not reduce the errors of the model."
     ]
