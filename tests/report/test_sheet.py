@@ -102,7 +102,7 @@ def test_percentiles_are_those_of_the_population(sheet: Sheet) -> None:
     assert abs(int(middle) - 50) <= 3
     assert int(low) < 42 < 58 < int(high)
     assert any("Percentile: of the prior of the study" in note for note in notes(sheet))
-    assert any("Of 1 hearts that it is compared with" in note for note in notes(sheet))
+    assert any("Of 1 hearts for comparison" in note for note in notes(sheet))
 
 
 def test_the_predictive_check_counts_what_lies_inside(sheet: Sheet) -> None:
@@ -129,7 +129,7 @@ def test_a_contradicted_subject_is_no_measurement(sheet: Sheet) -> None:
         reasons=(against, "other: too far"),
     )
     assert verdict_text(verdict) == ("contradicted", (against[0].upper() + against[1:], "other: too far"))
-    assert notes(replace(sheet, verdict=verdict))[0].startswith("CONTRADICTED: the recording is not one")
+    assert notes(replace(sheet, verdict=verdict))[0].startswith("CONTRADICTED")
 
 
 def test_the_page_is_one_and_the_same_wherever_it_lies_in_memory(sheet: Sheet, tmp_path: Path) -> None:

@@ -132,7 +132,7 @@ def _caution(sheet: Sheet) -> list[str]:
     said = []
     if sheet.verdict.status == CONTRADICTED:
         said.append(
-            "CONTRADICTED: this model cannot produce the recording. Medians and intervals are printed to help "
+            "CONTRADICTED: this model cannot produce the recording. Medians and intervals are shown to help "
             "find the reason. They are no measurement of this heart."
         )
     if not sheet.result.converged:
