@@ -53,7 +53,7 @@ def stored(folder: Path) -> Path:
 
 def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path) -> None:
     shown = stored_validation(stored(tmp_path)).table
-    assert shown.caption.endswith("sitting 2, 2026-12-02; as shipped.")
+    assert shown.caption.endswith("round 2, 2026-12-02; as shipped.")
     together, *rows = shown.rows
     assert together.cells[:2] == ("(c), (d), (h) together", "k_SR")
     assert together.cells[7:9] == (Strong("84.0 (75 to 91)"), Strong("24.0 (15 to 34)"))
