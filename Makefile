@@ -37,7 +37,7 @@ lock: # renew the locks from pyproject.toml, with uv; pins that still fit stay, 
 cluster: $(INSTALLED) # what a run on a cluster needs beside it
 	$(LOCKED) --requirement environment-cluster.txt
 
-demo: $(INSTALLED) ## a shipped recording answered without a study, in some ten seconds, into swesbi-demo/
+demo: $(INSTALLED) ## a shipped recording inferred without a study, in half a minute, into swesbi-demo/
 	$(BIN)/swesbi demo
 
 study: $(INSTALLED) ## the whole study: every figure and table, under results/

@@ -33,7 +33,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="swesbi demo",
         description="Infer a shipped recording of a virtual volunteer, whose true parameters are known. "
-        "It needs no study and no network, and takes about ten seconds. "
+        "It needs no study and no network, and takes about half a minute. "
         "The true parameters are printed beside the posterior.",
     )
     parser.add_argument("--out", type=Path, default=typed_in / OUT, help=f"folder; default: {OUT}")

@@ -209,7 +209,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="swesbi infer",
         description="Infer one recording, or every recording of a folder.\n"
         "Each has a posterior with diagnostics, a verdict, figures and a PDF sheet. A table lists all.\n"
-        "No study is needed: inference then starts from the prior and takes about ten seconds a recording.\n"
+        "No study is needed: inference then starts from the prior and takes 15 to 30 seconds a recording.\n"
         "Where a study has been run, its networks give the first proposal. The posterior is the same.\n"
         "Standard errors are estimated from the repeats of the folder.\n"
         "A gated recording has a row per sample, a free-running one a row per push.",
