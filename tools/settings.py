@@ -2,7 +2,7 @@
 
 A row stands for one key: its shipped value, unit, allowed range, meaning, reason and source. The first
 sentence of a field's description is its meaning, what follows is the reason. The source stands behind the
-value in its file. The site shows the same rows (docs/site/reference.py).
+value in its file. The site shows the same rows (tools/site.py).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""States in short what files of the study are; compares two runs of it; checks checksums."""
+"""Summarise files of the study, compare two runs of it, or verify checksums."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str]) -> int:
     """Run `inspect`; return 0, or 1 if the runs differ, or 2 if a file is missing, damaged or unreadable."""
     parser = argparse.ArgumentParser(
         prog="swesbi inspect",
-        description="States what files of the study are, what made them, and which arrays they contain. "
+        description="Summarise files of the study: what made them, and which arrays they contain. "
         f"Formats: {', '.join(READERS)}.",
         epilog="Exit code: 0 whole or equal; 1 the runs differ; 2 a file is damaged or cannot be read.",
     )
