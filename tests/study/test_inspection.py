@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -240,6 +241,7 @@ def test_the_message_ends_with_the_command_that_makes_the_file_again(
     runs: tuple[Path, Path], capsys: Shown, monkeypatch: pytest.MonkeyPatch, path: str, advice: str
 ) -> None:
     monkeypatch.chdir(runs[0].parent)
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent))  # where a shell knows it, by its name
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     Path("answers/clinic/S-1").mkdir(parents=True, exist_ok=True)
     Path("answers/clinic/S-1/observation.h5").touch()
