@@ -16,14 +16,12 @@ from scipy.special import logsumexp
 
 from swesbi.answers.answer import answered
 from swesbi.answers.free import FreeRecording
-from swesbi.answers.kept import prior_beside
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import found_configuration, parse_config, read_merged
 from swesbi.config.study import load_study
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import simulate
-from swesbi.measurement.derived import told
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.parameters import PHI, TOLD
@@ -185,10 +183,12 @@ def infer(recording: Recording, seed: int | None = None) -> az.InferenceData:
     chosen = asked.origin.seed if seed is None else seed
     answer = answered(asked.recording, asked.knowledge, asked.settings, chosen)
     exact, verdict = answer.posterior, answer.verdict
-    before = prior_beside(asked.recording.speeds, asked.settings, chosen, "interface")
     certificate: dict[str, object] = {name: getattr(exact, name) for name in CERTIFICATE}
     return _inference_data(
-        {"posterior": _quantities(recording, exact.phi), "prior": _quantities(recording, before)},
+        {
+            "posterior": {**answer.told, **dict(zip(recording.names, exact.phi.T, strict=True))},
+            "prior": {**answer.prior.told, **dict(zip(recording.names, answer.prior.phi.T, strict=True))},
+        },
         {"speed_m_s": ("phase", speeds.speed_m_s), "relative_se": ("phase", speeds.relative_se)},
         {"phase": speeds.phase},
         {"subject": speeds.context.subject, "status": verdict.status, "sentence": verdict.sentence}
@@ -239,12 +239,6 @@ class _OnlyPrior:
 class _OwnModel:
     settings: _OnlyPrior
     log_likelihood: Callable[[FloatArray], FloatArray]
-
-
-def _quantities(recording: Recording, phi: FloatArray) -> dict[str, FloatArray]:
-    """Return the parameters, and all else that an answer tells, of draws phi (n, d); (n,) each."""
-    model = recording.asked.recording.speeds
-    return told(model, phi, model.simulate(phi)) | dict(zip(recording.names, phi.T, strict=True))
 
 
 def _inference_data(

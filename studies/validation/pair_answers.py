@@ -116,7 +116,8 @@ class Answerer:
         clock.stop("cost_own_s")
         verdict = ""
         if self.verdicts:
-            verdict = recording.judged(answered, efficiency, knowledge, settings, self.seed).status
+            beats = recording.speeds.simulate(answered.phi)
+            verdict = recording.judged(answered, beats, efficiency, knowledge, settings, self.seed).status
         clock.stop("cost_verdict_s")
         return Answered(made, recording.model, own, verdict, clock.seconds)
 

@@ -19,7 +19,7 @@ from swesbi.checks.predictive_speeds import (
     Recorder,
     Replicates,
     feature_noise_sd,
-    posterior_recordings,
+    new_recordings,
     predict_recordings,
     prior_recordings,
     withheld,
@@ -52,7 +52,7 @@ def recorder() -> Recorder:
 def known() -> Replicates:
     """New recordings of one phi, again and again."""
     phi = np.tile([58.0, 6.0, 28.0, 4.4], (DRAWS, 1))
-    return posterior_recordings(phi, recorder(), np.random.default_rng(4))
+    return new_recordings(phi, recorder(), np.random.default_rng(4))
 
 
 @cache
@@ -87,7 +87,7 @@ def test_bands_cover_new_recordings_as_often_as_they_say() -> None:
     measured = recorder().observation.measured
     target = recorder().target(feature_noise_sd(made))
     found = predict_recordings(made, target, 0.9)
-    fresh = posterior_recordings(
+    fresh = new_recordings(
         np.tile([58.0, 6.0, 28.0, 4.4], (500, 1)), recorder(), np.random.default_rng(9)
     ).noisy
     inside = (fresh.phase_kpa >= found.phases.low) & (fresh.phase_kpa <= found.phases.high)

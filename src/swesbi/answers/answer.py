@@ -7,24 +7,28 @@ What a recording is (gated, free-running), whether pressures were taken, and wha
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 from swesbi.answers.free import FreeRecording
 from swesbi.answers.gated import GatedRecording
-from swesbi.answers.kept import prior_beside
+from swesbi.answers.kept import PriorBeside, Shown, prior_beside
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
+from swesbi.base.arrays import FloatArray
 from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import ClinicalModel
 from swesbi.measurement.derived import told
 from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.exact import conditioned, exact_posterior
-from swesbi.posterior.extended import extended_proposal
+from swesbi.posterior.extended import extended_proposal, fitted_beside
+from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.verdict.contraction import Contractions, contractions
+from swesbi.seeds import integer_seed
+from swesbi.verdict.contraction import contractions
 from swesbi.verdict.verdict import Verdict
 
 LOGGER: Final = logging.getLogger("swesbi")
@@ -39,12 +43,16 @@ class Answer:
         recording: What was recorded, under the model.
         posterior: Its exact posterior.
         verdict: Whether the model contradicts the recording, and what the answer tells.
+        told: All that an answer tells of each draw of the posterior, by name; (n,) each.
+        prior: Draws of the prior, with the same.
         with_pressures: The posterior with the pressures of a cuff; None where none were taken.
     """
 
     recording: Recording
     posterior: ExactPosterior
     verdict: Verdict
+    told: Mapping[str, FloatArray]
+    prior: PriorBeside
     with_pressures: ExactPosterior | None = None
 
 
@@ -69,26 +77,28 @@ def answered(
         ValueError: The network takes no such recording, or null distributions are missing.
     """
     exact, efficiency = inferred(recording, knowledge, settings, seed)
-    judged = recording.judged(exact, efficiency, knowledge, settings, seed)
-    verdict = _contractions(recording, exact, settings, seed).beside(judged)
+    beats = recording.speeds.simulate(exact.phi)
+    after = told(recording.speeds, exact.phi, beats)
+    before = prior_beside(recording.speeds, settings, seed, recording.stream)
+    judged = recording.judged(exact, beats, efficiency, knowledge, settings, seed)
+    verdict = contractions(after, before.told, settings.uninformative).beside(judged)
     subject, found = recording.observation.subject, None
     LOGGER.info("subject %s: %s", subject, verdict.sentence)
     if pressures is not None and (model := recording.with_pressures(pressures)) is not None:
         network, sizes = recording.proposal(knowledge), settings.exact_posterior.exact
-        found = informed(model, network, sizes, seed, recording.stream, "pressures", subject)
-    return Answer(recording, exact, verdict, found)
+        names = (recording.stream, "pressures", subject)
+        found = informed(model, network or exact.weighted, sizes, seed, *names)
+    return Answer(recording, exact, verdict, after, before, found)
 
 
-def _contractions(
-    recording: Recording, exact: ExactPosterior, settings: AnswerSettings, seed: int
-) -> Contractions:
-    """Compare the posterior of all that the answer tells with its prior."""
-    model = recording.speeds
-    after, before = (
-        told(model, phi, model.simulate(phi))
-        for phi in (exact.phi, prior_beside(model, settings, seed, recording.stream))
-    )
-    return contractions(after, before, settings.uninformative)
+def shown_of(answer: Answer, settings: AnswerSettings, seed: int) -> Shown:
+    """Return the predictive check of an answer, as it is kept and shown.
+
+    Raises:
+        ValueError: No draw of the posterior can be simulated.
+    """
+    exact, verdict = answer.posterior, answer.verdict
+    return answer.recording.checked(exact, answer.prior.phi, verdict, settings, seed)
 
 
 def inferred(
@@ -107,16 +117,20 @@ def inferred(
 
 
 def informed(
-    model: ClinicalModel, network: FlowProposal | None, settings: ExactSettings, seed: int, *name: str
+    model: ClinicalModel,
+    known: FlowProposal | WeightedDraws,
+    settings: ExactSettings,
+    seed: int,
+    *name: str,
 ) -> ExactPosterior:
     """Return the exact posterior of a recording with its pressures.
 
-    The network knows nothing of the stressed volume, so its draws get one from the prior; what the two have
-    to do with each other is left to the rounds.
+    It begins with the posterior of the speeds alone. That knows nothing of the stressed volume, so its draws
+    get one from the prior; what the two have to do with each other is left to the rounds.
 
     Args:
         model: The recording's.
-        network: What the network makes of its speeds; None: it begins with the prior.
+        known: The posterior of the speeds, as a network has it or as it was found.
         settings: Sizes and criteria.
         seed: The study's seed.
         name: Names the random streams.
@@ -125,10 +139,16 @@ def informed(
         NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
     prior = model.settings.prior
-    proposal = None if network is None else extended_proposal(network, prior, VOLUME_FACTOR)
-    exact, _ = exact_posterior(model, proposal, settings, seed, *name)
-    log_certificate(f"{model.speeds.recording.subject} with pressures", exact)
-    return exact if network is None else conditioned(exact, network)
+    subject = f"{model.speeds.recording.subject} with pressures"
+    if isinstance(known, WeightedDraws):
+        fitted = fitted_beside(known, prior, VOLUME_FACTOR, integer_seed(seed, *name, "fitted"))
+        exact, _ = exact_posterior(model, None, settings, seed, *name, fitted=fitted)
+        log_certificate(subject, exact)
+        return exact
+    network = extended_proposal(known, prior, VOLUME_FACTOR)
+    exact, _ = exact_posterior(model, network, settings, seed, *name)
+    log_certificate(subject, exact)
+    return conditioned(exact, known)
 
 
 def log_certificate(subject: str, exact: ExactPosterior) -> None:

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.answers.kept import Kept, Shown, prior_beside
+from swesbi.answers.kept import Kept, Shown
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts import to_groups
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.base.arrays import IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.checks.free_predictive import KIND as PREDICTIVE
 from swesbi.checks.free_predictive import check_pushes
+from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import ClinicalSettings
@@ -80,6 +81,7 @@ class FreeRecording:
     def judged(
         self,
         exact: ExactPosterior,
+        beats: Beats,
         efficiency: Sequence[float],
         knowledge: Knowledge,
         settings: AnswerSettings,
@@ -95,7 +97,6 @@ class FreeRecording:
         clinical, hearts = self.observation.clinical, knowledge.hearts
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
         plain, rule = self.model.model, settings.verdict
-        beats = plain.simulate(exact.phi)
         found = against_pushes(exact, self.model, beats, knowledge.pushes, rule, seed)
         return judge(exact, plain, beats, found, hearts, rule, clinical, further)
 
@@ -111,12 +112,19 @@ class FreeRecording:
         kept = hdf5_provenance(path).kind == KIND
         return kept and same_free_recording(read_free_observation(path), self.observation)
 
-    def checked(self, exact: ExactPosterior, verdict: Verdict, settings: AnswerSettings, seed: int) -> Shown:
-        """Compare the recording with new pushes at its instants."""
+    def checked(
+        self,
+        exact: ExactPosterior,
+        prior: FloatArray,
+        verdict: Verdict,
+        settings: AnswerSettings,
+        seed: int,
+    ) -> Shown:
+        """Compare the recording with new pushes at its instants, by draws of the posterior and the prior."""
         predictive, subject = settings.predictive_speeds.predictive, self.observation.subject
         points = self.model.settings.measurement.grid_points
         rng = generator(seed, self.stream, subject, "new pushes")
-        draws, prior = exact.phi[: predictive.draws], prior_beside(self.speeds, settings, seed, self.stream)
+        draws = exact.phi[: predictive.draws]
         check = check_pushes(self.model, draws, prior, predictive.interval, points, rng)
         errors = SOURCES[self.observation.noise_source]
         return Shown(

@@ -14,12 +14,12 @@ from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts import to_groups
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.base.arrays import IntArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.predictive import KIND as PREDICTIVE
 from swesbi.checks.predictive import to_datasets
-from swesbi.checks.predictive_speeds import Recorder, predictive_check
-from swesbi.heart.prior_simulations import draw_simulations
+from swesbi.checks.predictive_speeds import Recorder, new_recordings, predictive_check, stream_of
+from swesbi.heart.simulate import Beats
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import ClinicalSettings
@@ -70,6 +70,7 @@ class GatedRecording:
     def judged(
         self,
         exact: ExactPosterior,
+        beats: Beats,
         efficiency: Sequence[float],
         knowledge: Knowledge,
         settings: AnswerSettings,
@@ -88,7 +89,6 @@ class GatedRecording:
         reference = pooled_reference(knowledge.null(), predictive, rule)
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
         clinical, hearts = self.observation.clinical, knowledge.hearts
-        beats = self.model.simulate(exact.phi)
         found = against_reference(exact, self.model, beats, reference, settings.verdict, seed)
         return judge(exact, self.model, beats, found, hearts, settings.verdict, clinical, further)
 
@@ -109,16 +109,21 @@ class GatedRecording:
         """Tell whether an artefact is the observed curve of this recording."""
         return hdf5_provenance(path).kind == KIND and same_recording(read_observation(path), self.observation)
 
-    def checked(self, exact: ExactPosterior, verdict: Verdict, settings: AnswerSettings, seed: int) -> Shown:
+    def checked(
+        self,
+        exact: ExactPosterior,
+        prior: FloatArray,
+        verdict: Verdict,
+        settings: AnswerSettings,
+        seed: int,
+    ) -> Shown:
         """Compare the recording with what prior and posterior predict of new ones."""
         predictive, model = settings.predictive_speeds.predictive, self.model
         features = CheckedFeatures(predictive.features, settings.predictive_speeds.summary)
-        recorder, context = Recorder(model, self.observation, features), model.recording.context
-        theta, forward_model = model.settings.prior.theta, model.settings.forward_model
-        prior = draw_simulations(range(predictive.draws), context, theta, forward_model, seed)
-        readable = verdict.may_be_read
-        check = predictive_check(recorder, exact.phi, prior, predictive, seed, may_be_read=readable)
-        panel = PredictivePanel(context.subject, check, None, verdict)
+        recorder, readable = Recorder(model, self.observation, features), verdict.may_be_read
+        before = new_recordings(prior, recorder, stream_of(recorder, seed, "prior"))
+        check = predictive_check(recorder, exact.phi, before, predictive, seed, may_be_read=readable)
+        panel = PredictivePanel(self.observation.subject, check, None, verdict)
         return Shown(
             kept=Kept(PREDICTIVE, to_datasets(check)),
             draw=partial(draw_subject_check, panel),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
+from swesbi.measurement.derived import told
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.prior import draw_prior
 from swesbi.report.sheet import Recorded, ShownCurve
@@ -48,10 +49,24 @@ class Shown:
     curve: ShownCurve
 
 
-def prior_beside(model: SpeedModel, settings: AnswerSettings, seed: int, stream: str) -> FloatArray:
-    """Return draws phi (n, d) of the prior that an answer is compared with.
+@dataclass(frozen=True)
+class PriorBeside:
+    """Draws of the prior that an answer is compared with.
+
+    Attributes:
+        phi: The parameters; shape (n, d).
+        told: All that an answer tells of each, by name; (n,) each.
+    """
+
+    phi: FloatArray
+    told: Mapping[str, FloatArray]
+
+
+def prior_beside(model: SpeedModel, settings: AnswerSettings, seed: int, stream: str) -> PriorBeside:
+    """Draw the prior that an answer is compared with.
 
     What the posterior began with may be a network's, so these are drawn anew.
     """
     count, subject = settings.predictive_speeds.predictive.draws, model.recording.context.subject
-    return draw_prior(model.settings.prior, count, generator(seed, stream, subject, "prior curves"))
+    phi = draw_prior(model.settings.prior, count, generator(seed, stream, subject, "prior curves"))
+    return PriorBeside(phi, told(model, phi, model.simulate(phi)))

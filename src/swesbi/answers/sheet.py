@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
@@ -13,38 +13,31 @@ from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import ShownSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
-from swesbi.measurement.derived import told
-from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.result import ExactPosterior
-from swesbi.prior import spread_points
 from swesbi.report.sheet import Informed, Population, Sheet
-
-PRIOR_DRAWS: Final = 2048
-"""Of the prior, spread evenly, whose quantities are simulated for the percentiles."""
 
 
 def sheet_of(answer: Answer, knowledge: Knowledge, shown: Shown, settings: ShownSettings) -> Sheet:
     """Return what the page of an answer shows."""
     recording, exact = answer.recording, answer.posterior
-    model, clinical = recording.speeds, recording.observation.clinical
-    prior = _told(model, spread_points(model.settings.prior)[:PRIOR_DRAWS])
+    clinical = recording.observation.clinical
     return Sheet(
         context=recording.observation.context,
         verdict=answer.verdict,
         result=exact,
-        values=_told(model, exact.phi),
+        values=_rows(answer.told),
         recorded=replace(shown.recorded, noise=recording.noise),
         curve=shown.curve,
-        population=Population(knowledge.population, prior, knowledge.hearts),
+        population=Population(knowledge.population, _rows(answer.prior.told), knowledge.hearts),
         more=_more(recording, exact, settings),
         informed=[] if answer.with_pressures is None else [Informed(clinical, answer.with_pressures)],
         cohort_title=settings.cohort_title,
     )
 
 
-def _told(model: SpeedModel, phi: FloatArray) -> FloatArray:
+def _rows(told: Mapping[str, FloatArray]) -> FloatArray:
     """Return all that the answer tells of those of n draws that have a beat; shape (m, q)."""
-    values = np.column_stack(list(told(model, phi, model.simulate(phi)).values()))
+    values = np.column_stack(list(told.values()))
     return np.asarray(values[np.isfinite(values).all(axis=1)])
 
 

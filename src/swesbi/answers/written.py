@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.answer import Answer, Recording
+from swesbi.answers.answer import Answer, Recording, shown_of
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import OneAnswerSettings, PressuresSettings
 from swesbi.answers.sheet import sheet_of
@@ -103,7 +103,7 @@ def save_answer(
         freed = with_stressed_volume(prior, settings.clinical.stressed_volume_factor)
         groups = exact_to_groups(answer.with_pressures, freed)
         save(folder / WITH_PRESSURES, groups, origin.provenance(POSTERIOR, clinical))
-    shown = recording.checked(exact, answer.verdict, settings, origin.seed)
+    shown = shown_of(answer, settings, origin.seed)
     checked = origin.provenance(shown.kept.kind, settings.predictive_speeds)
     save(folder / "predictive.h5", shown.kept.groups, checked)
     save_figure(shown.draw(title), folder / "ppc.png")

@@ -72,7 +72,7 @@ class Recorder:
         return make_target(observation, self.features, se, noise_sd)
 
 
-def posterior_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator) -> Replicates:
+def new_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator) -> Replicates:
     """Simulate phi (n, d) and make a new recording of each successful simulation."""
     model = recorder.model
     beats = model.simulate(phi)
@@ -97,10 +97,15 @@ def prior_recordings(
     return _record(phi, predicted, volumes, 0, recorder, rng)
 
 
+def stream_of(recorder: Recorder, seed: int, part: str) -> np.random.Generator:
+    """Return the random stream of a subject's new recordings; ``part`` is "prior" or "posterior"."""
+    return generator(seed, "predictive speeds", recorder.observation.subject, part)
+
+
 def predictive_check(
     recorder: Recorder,
     phi: FloatArray,
-    simulations: PriorSimulations,
+    prior: Replicates,
     settings: PredictiveSettings,
     seed: int,
     *,
@@ -114,7 +119,7 @@ def predictive_check(
     Args:
         recorder: The recording and its model.
         phi: Draws of the exact posterior; shape (n, d).
-        simulations: Of the prior, in the subject's context.
+        prior: New recordings of draws of the prior.
         settings: Gives how many draws are taken, and the interval.
         seed: The study's seed.
         may_be_read: Whether the verdict lets the posterior be read.
@@ -123,9 +128,7 @@ def predictive_check(
         ValueError: Every posterior draw failed in the simulator.
     """
     number, subject = settings.draws, recorder.observation.subject
-    streams = (generator(seed, "predictive speeds", subject, name) for name in ("prior", "posterior"))
-    prior = prior_recordings(simulations, number, recorder, next(streams))
-    after = posterior_recordings(phi[:number], recorder, next(streams))
+    after = new_recordings(phi[:number], recorder, stream_of(recorder, seed, "posterior"))
     if not len(after.draws.theta):
         raise ValueError(f"subject {subject}: none of {len(phi[:number])} posterior draws can be simulated")
     target = recorder.target(feature_noise_sd(after))

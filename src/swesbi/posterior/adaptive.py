@@ -4,7 +4,7 @@ Adaptive multiple importance sampling (Cornuet, Marin, Mira and Robert 2012, Sca
 all rounds are weighted by the mixture of all proposals so far, the prior among them, so that no simulation is
 lost and no weight exceeds the largest likelihood over the prior's share. It begins with a network's posterior
 of the recording, or with the prior alone. Each further proposal is fitted in the base space of the network's
-flow or in the logit of the prior's box, whichever is nearer; while few draws carry the weight, to a power of
+flow or in normal scores of the prior, whichever is nearer; while few draws carry the weight, to a power of
 it below one, which leads from the prior to the posterior.
 
 A proposal that is fitted to a draw has a high density there, which lowers the weight of just this draw:
@@ -34,7 +34,7 @@ from swesbi.posterior.importance import (
     smooth,
 )
 from swesbi.posterior.settings import ExactSettings
-from swesbi.posterior.space import LogitSpace, PlacedProposal, Space
+from swesbi.posterior.space import PlacedProposal, ScoreSpace, Space
 from swesbi.prior import BoxPrior, draw_prior, log_density, to_logit
 from swesbi.seeds import generator, integer_seed
 
@@ -47,7 +47,7 @@ FARTHEST: Final = 30.0
 
 @dataclass(frozen=True)
 class PriorProposal:
-    """The prior as the first proposal, placed in the logit of its box."""
+    """The prior as the first proposal, placed in its normal scores."""
 
     prior: BoxPrior
 
@@ -60,12 +60,12 @@ class PriorProposal:
         return log_density(phi, self.prior)
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return eta (n, d) of phi (n, d), and log |deta / dphi| of shape (n,)."""
-        return LogitSpace(self.prior).place(phi)
+        """Return scores u (n, d) of phi (n, d), and log |du / dphi| of shape (n,)."""
+        return ScoreSpace(self.prior).place(phi)
 
     def at(self, u: FloatArray) -> FloatArray:
-        """Return phi (n, d) of eta (n, d)."""
-        return LogitSpace(self.prior).at(u)
+        """Return phi (n, d) of scores u (n, d)."""
+        return ScoreSpace(self.prior).at(u)
 
 
 @dataclass(frozen=True)
@@ -137,30 +137,37 @@ def adaptive_rounds(
         for part, count, name in zip(first, counts, names, strict=False)
     ]
     phi, half = np.concatenate(drawn), np.concatenate([np.arange(count) % 2 for count in counts])
-    log_first = [part.log_density(phi) for part in first]
+    log_parts = [part.log_density(phi) for part in first]
     log_likelihood = _log_likelihood(model, phi)
-    logit = LogitSpace(model.settings.prior)
-    spaces: list[Space] = [logit] if network is None else [network, logit]
+    spaces = _spaces(model.settings.prior, network)
     placed = [placed_in(space, phi) for space in spaces]
     fitted: list[HalvedProposals] = []
     for number in range(settings.max_rounds + 1):
-        log_fitted = [proposals.log_density(placed, half) for proposals in fitted]
-        weighted = weighted_by_all(phi, log_likelihood, [*log_first, *log_fitted], counts)
+        weighted = weighted_by_all(phi, log_likelihood, log_parts, counts)
         reliable = is_reliable(weighted, settings)
         yield AdaptedDraws(weighted, reliable, tuple(placed))
         if reliable or number == settings.max_rounds:
             return
-        fitted.append(fit_halves(placed, weighted.log_weight, half))
+        proposals = fit_halves(placed, weighted.log_weight, half)
         each = _round_size(weighted, settings)
-        more = fitted[-1].draw(each, integer_seed(seed, "adaptive", number))
-        counts.append(2 * each)
-        phi, half = np.concatenate([phi, more]), np.concatenate([half, np.repeat([0, 1], each)])
-        log_first = [
-            np.concatenate([known, part.log_density(more)])
-            for known, part in zip(log_first, first, strict=True)
-        ]
+        more = proposals.draw(each, integer_seed(seed, "adaptive", number))
+        of_more, more_placed = np.repeat([0, 1], each), [placed_in(space, more) for space in spaces]
+        log_more = [part.log_density(more) for part in first]
+        log_more += [former.log_density(more_placed, of_more) for former in fitted]
+        log_parts = [np.concatenate(pair) for pair in zip(log_parts, log_more, strict=True)]
+        phi, half = np.concatenate([phi, more]), np.concatenate([half, of_more])
+        placed = [known.with_more(new) for known, new in zip(placed, more_placed, strict=True)]
         log_likelihood = np.concatenate([log_likelihood, _log_likelihood(model, more)])
-        placed = [draws.with_more(more) for draws in placed]
+        fitted.append(proposals)
+        log_parts.append(proposals.log_density(placed, half))
+        counts.append(2 * each)
+
+
+def _spaces(prior: BoxPrior, network: PlacedProposal | None) -> list[Space]:
+    """Return in which spaces proposals are fitted: the network's, and the prior's normal scores."""
+    scores = ScoreSpace(prior)
+    fitted_there = isinstance(network, FittedProposal) and network.space == scores
+    return [scores] if network is None or fitted_there else [network, scores]
 
 
 def _log_likelihood(model: LikelihoodModel, phi: FloatArray) -> FloatArray:

@@ -27,13 +27,15 @@ def exact_posterior(
     settings: ExactSettings,
     seed: int,
     *name: str | int,
+    fitted: PlacedProposal | None = None,
 ) -> tuple[ExactPosterior, tuple[float, ...]]:
     """Draw from the exact posterior of a recording.
 
-    Rounds of weighted draws begin with the network's. Without a network they begin with a normal
-    approximation about the likeliest phi, where the model has residuals, or else with the prior alone. Where
-    their weights fail the criteria after the last round, MCMC started from them takes over. A sampler that
-    does not converge gives its draws all the same, and ``converged`` and ``reasons`` say so.
+    Rounds of weighted draws begin with the network's. Without a network they begin with what is given in its
+    place, with a normal approximation about the likeliest phi, where the model has residuals, or with the
+    prior alone. Where their weights fail the criteria after the last round, MCMC started from them takes
+    over. A sampler that does not converge gives its draws all the same, and ``converged`` and ``reasons`` say
+    so.
 
     Args:
         model: Prior and exact likelihood.
@@ -41,6 +43,7 @@ def exact_posterior(
         settings: Sizes and criteria.
         seed: Seed of everything.
         name: Names the streams.
+        fitted: What they begin with where there is no network.
 
     Returns:
         The posterior, with the network's or the prior's own draws beside it, and the efficiency of all draws
@@ -50,8 +53,8 @@ def exact_posterior(
         NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
     seeds = [integer_seed(seed, *name, part) for part in ("rounds", "exact", "npe")]
-    began = network
-    if network is None and isinstance(model, ResidualModel):
+    began = fitted if network is None else network
+    if began is None and isinstance(model, ResidualModel):
         began = laplace_proposal(model, seeds[0])
     rounds = list(adaptive_rounds(model, settings, seeds[0], began))
     exact = certified(model, rounds[-1].weighted, settings, seeds[1])

@@ -8,8 +8,10 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from swesbi.base.arrays import FloatArray
-from swesbi.posterior.space import PlacedProposal
-from swesbi.prior import JointPriorSettings, ParameterPrior, bounds, level, log_density, quantile
+from swesbi.posterior.fitted import FittedProposal, fit_in_nearest, placed_in
+from swesbi.posterior.importance import WeightedDraws
+from swesbi.posterior.space import PlacedProposal, ScoreSpace
+from swesbi.prior import JointPriorSettings, ParameterPrior, bounds, draw_prior, level, log_density, quantile
 from swesbi.seeds import generator, integer_seed
 
 LOG_ROOT_TWO_PI = 0.5 * np.log(2.0 * np.pi)
@@ -77,6 +79,21 @@ class ExtendedProposal:
     def _inside(self, further: FloatArray) -> FloatArray:
         low, high = bounds(self.prior)
         return np.asarray(np.clip(further, np.nextafter(low, high), np.nextafter(high, low)))
+
+
+def fitted_beside(known: WeightedDraws, prior: JointPriorSettings, name: str, seed: int) -> FittedProposal:
+    """Return a proposal fitted to weighted draws, with a further parameter drawn from its prior.
+
+    Args:
+        known: Draws of the others, in the order of the prior.
+        prior: Of all.
+        name: The further parameter.
+        seed: Of its draws.
+    """
+    column = prior.names.index(name)
+    further = draw_prior(OnePrior(prior.parameters[column]), len(known.phi), generator(seed, "extended"))
+    phi = np.insert(known.phi, column, further[:, 0], axis=1)
+    return fit_in_nearest([placed_in(ScoreSpace(prior), phi)], known.log_weight)
 
 
 def extended_proposal(known: PlacedProposal, prior: JointPriorSettings, name: str) -> ExtendedProposal:

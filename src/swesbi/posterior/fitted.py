@@ -43,9 +43,8 @@ class PlacedDraws:
         """Return those of some rows (n,)."""
         return PlacedDraws(self.space, self.u[rows], self.log_slope[rows])
 
-    def with_more(self, phi: FloatArray) -> PlacedDraws:
-        """Return these and further draws phi (m, d)."""
-        more = placed_in(self.space, phi)
+    def with_more(self, more: PlacedDraws) -> PlacedDraws:
+        """Return these and further draws."""
         return PlacedDraws(
             self.space,
             np.concatenate([self.u, more.u]),

@@ -7,6 +7,7 @@ bent or has two modes (Cappe, Douc, Guillin, Marin and Robert 2008, Stat Comput 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -22,8 +23,8 @@ DRAWS_A_PARAMETER: Final = 2.5  # effective ones behind a proposal; a posterior 
 DRAWS_A_PART: Final = 100  # effective ones behind each part of a mixture
 MOST_PARTS: Final = 4
 STEPS: Final = 8  # of expectation maximisation; further ones gain nothing
-SHRINKAGE: Final = 0.3  # weight of the common covariance in that of a part, in draws a parameter
-NEGLIGIBLE: Final = 1e-4  # of the largest weight; draws below it do not move a fit
+SHRINKAGE: Final = 1.0  # weight of the common covariance in that of a part, in draws a parameter
+NEGLIGIBLE: Final = 1e-3  # of the largest weight; draws below it do not move a fit
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class StudentProposal:
         """Return the log density at eta (n, d); shape (n,)."""
         return np.asarray(self._distribution.logpdf(eta))
 
-    @property
+    @cached_property
     def _distribution(self) -> Any:  # noqa: ANN401
         from scipy.stats import multivariate_t
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swesbi.answers.answer import answered
+from swesbi.answers.answer import answered, shown_of
 from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import OF_POPULATION, of_population
 from swesbi.answers.settings import AnswerSettings
@@ -58,5 +58,5 @@ def population_answers(
     groups = exact_to_groups(answer.posterior, stage.model.prior)
     save(posterior, groups, origin.provenance(POSTERIOR, stage))
     write_json(verdict, answer.verdict.to_json())
-    kept = recording.checked(answer.posterior, answer.verdict, settings, origin.seed).kept
+    kept = shown_of(answer, settings, origin.seed).kept
     save(predictive, kept.groups, origin.provenance(kept.kind, settings.predictive_speeds))

@@ -21,7 +21,7 @@ from swesbi.checks.predictive import (
     predict,
     to_datasets,
 )
-from swesbi.checks.predictive_speeds import Recorder, predictive_check
+from swesbi.checks.predictive_speeds import Recorder, predictive_check, prior_recordings, stream_of
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.prior_simulations import read_simulations
 from swesbi.heart.settings import ForwardModelSettings
@@ -138,10 +138,11 @@ def predictive_speeds(
         read_observation(observation),
         CheckedFeatures(settings.predictive.features, settings.summary),
     )
+    number, rng = settings.predictive.draws, stream_of(recorder, origin.seed, "prior")
     check = predictive_check(
         recorder,
         read_exact_posterior(posterior).phi,
-        read_simulations(shards),
+        prior_recordings(read_simulations(shards), number, recorder, rng),
         settings.predictive,
         origin.seed,
         may_be_read=read_verdict(verdict).may_be_read,
