@@ -19,8 +19,6 @@ from swesbi.report.csv import write_csv
 
 TRIAL = Path("data/virtual_trial")
 
-"""Columns of the truth that are called otherwise in answers."""
-
 
 def true_ratios(folder: Path) -> pd.DataFrame:
     """Return each person's true ratio, later over earlier, by column of the truth; indexed by person."""
