@@ -6,7 +6,7 @@ rule pressures:
     input:
         observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
-        estimator=FLOW,
+        of_speeds=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/with_pressures.h5",
     log:

@@ -21,9 +21,8 @@ from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import ClinicalModel
 from swesbi.measurement.derived import told
 from swesbi.measurement.settings import ClinicalSettings
-from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.exact import conditioned, exact_posterior
-from swesbi.posterior.extended import extended_proposal, fitted_beside
+from swesbi.posterior.fitted import fitted_with_further
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
@@ -85,9 +84,8 @@ def answered(
     subject, found = recording.observation.subject, None
     LOGGER.info("subject %s: %s", subject, verdict.sentence)
     if pressures is not None and (model := recording.with_pressures(pressures)) is not None:
-        network, sizes = recording.proposal(knowledge), settings.exact_posterior.exact
-        names = (recording.stream, "pressures", subject)
-        found = informed(model, network or exact.weighted, sizes, seed, *names)
+        sizes = settings.exact_posterior.exact
+        found = informed(model, exact.weighted, sizes, seed, recording.stream, "pressures", subject)
     return Answer(recording, exact, verdict, after, before, found)
 
 
@@ -118,7 +116,7 @@ def inferred(
 
 def informed(
     model: ClinicalModel,
-    known: FlowProposal | WeightedDraws,
+    of_speeds: WeightedDraws,
     settings: ExactSettings,
     seed: int,
     *name: str,
@@ -130,7 +128,7 @@ def informed(
 
     Args:
         model: The recording's.
-        known: The posterior of the speeds, as a network has it or as it was found.
+        of_speeds: Weighted draws of the posterior of the speeds.
         settings: Sizes and criteria.
         seed: The study's seed.
         name: Names the random streams.
@@ -138,17 +136,11 @@ def informed(
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
-    prior = model.settings.prior
-    subject = f"{model.speeds.recording.subject} with pressures"
-    if isinstance(known, WeightedDraws):
-        fitted = fitted_beside(known, prior, VOLUME_FACTOR, integer_seed(seed, *name, "fitted"))
-        exact, _ = exact_posterior(model, None, settings, seed, *name, fitted=fitted)
-        log_certificate(subject, exact)
-        return exact
-    network = extended_proposal(known, prior, VOLUME_FACTOR)
-    exact, _ = exact_posterior(model, network, settings, seed, *name)
-    log_certificate(subject, exact)
-    return conditioned(exact, known)
+    prior, subject = model.settings.prior, model.speeds.recording.subject
+    fitted = fitted_with_further(of_speeds, prior, VOLUME_FACTOR, integer_seed(seed, *name, "fitted"))
+    exact, _ = exact_posterior(model, None, settings, seed, *name, fitted=fitted)
+    log_certificate(f"{subject} with pressures", exact)
+    return exact
 
 
 def log_certificate(subject: str, exact: ExactPosterior) -> None:

@@ -9,9 +9,7 @@ from swesbi.answers.settings import PressuresSettings
 from swesbi.artefacts import Origin, save
 from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
-from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import flow_proposal
-from swesbi.posterior.result import exact_to_groups
+from swesbi.posterior.result import exact_to_groups, read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
@@ -23,17 +21,17 @@ def pressures(
     *,
     observation: Path,
     noise: Path,
-    estimator: Path,
+    of_speeds: Path,
     posterior: Path,
     settings: PressuresSettings,
     origin: Origin,
 ) -> None:
-    """Infer a subject from speeds and cuff pressures, by the network of a population.
+    """Infer a subject from speeds and cuff pressures, from its posterior of the speeds on.
 
     Args:
         observation: Observed curve, with pressures.
         noise: Noise of the cohort.
-        estimator: The network.
+        of_speeds: The posterior of the speeds alone.
         posterior: Output.
 
     Raises:
@@ -41,11 +39,11 @@ def pressures(
         NoLikelihoodError: Every simulation fails.
         ValueError: The subject has no pressures.
     """
-    flow, components = load_flow(estimator)[0], read_noise(noise).components
+    components = read_noise(noise).components
     speeds = build_speed_model(observation, components, settings.exact_posterior.model)
     model = with_pressures(speeds, read_observation(observation).clinical, settings.clinical)
-    network = flow_proposal(flow, speeds.recording)
     names = (STREAM, "pressures", origin.subject)
-    exact = informed(model, network, settings.exact_posterior.exact, origin.seed, *names)
+    known = read_exact_posterior(of_speeds).weighted
+    exact = informed(model, known, settings.exact_posterior.exact, origin.seed, *names)
     groups = exact_to_groups(exact, model.settings.prior)
     save(posterior, groups, origin.provenance(POSTERIOR, settings))
