@@ -24,14 +24,13 @@ from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import PassiveBaseline, read_passive
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
-from swesbi.parameters import REPORTED, STRETCHED
+from swesbi.parameters import REPORTED
 from swesbi.posterior import exact as posteriors
-from swesbi.posterior.mcmc import sample_mcmc
 from swesbi.posterior.settings import ExactSettings
-from swesbi.prior import ParameterPrior, quantile
+from swesbi.prior import ParameterPrior
 from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
-from swesbi.seeds import generator, integer_seed
+from swesbi.seeds import integer_seed
 from swesbi.study.stages.flow_training import TrainFlowStageSettings
 
 LOGGER = logging.getLogger("swesbi")
@@ -101,32 +100,23 @@ def _infer(
     scales: dict[str, float],
     settings: SensitivityRunStageSettings,
 ) -> VariantPosterior:
-    subject = model.recording.subject
-    if settings.fix_passive_scale:
-        return _with_fixed_scale(model, flow, scales[subject], settings)
-    proposal = flow_proposal(flow, model.recording)
+    """Infer one subject, without the network where the passive scale is held: it has no such proposal."""
+    subject, held = model.recording.subject, settings.fix_passive_scale
+    proposal = None if held else flow_proposal(flow, model.recording)
+    if held:
+        model = _with_scale(model, scales[subject])
     exact, _ = posteriors.exact_posterior(model, proposal, settings.exact, settings.seed, "exact", subject)
     by_mcmc = exact.sampler == "mcmc"
     phi = exact.phi[:, REPORTED]
     return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)
 
 
-def _with_fixed_scale(
-    model: likelihood.SpeedModel, flow: TrainedFlow, scale_kpa: float, settings: SensitivityRunStageSettings
-) -> VariantPosterior:
-    """Sample the posterior with the passive scale held, by MCMC: the flow has no such proposal."""
+def _with_scale(model: likelihood.SpeedModel, scale_kpa: float) -> likelihood.SpeedModel:
+    """Return a model with the passive stiffness held at a value, by a prior of nearly no width."""
     low, high = (scale_kpa * factor for factor in FIXED_BOUNDS)
     fixed = ParameterPrior(centre=scale_kpa, log_sd=FIXED_LOG_SD, low=low, high=high)
     prior = model.settings.prior.model_copy(update={"passive_stiffness_kpa": fixed})
-    held = replace(model, settings=model.settings.model_copy(update={"prior": prior}))
-    subject, mcmc = model.recording.subject, settings.exact.mcmc
-    seed = integer_seed(settings.seed, "exact", subject)
-    start = flow_proposal(flow, model.recording).draw(mcmc.start_points, seed)
-    rng = generator(settings.seed, "exact", "fixed scale", subject)
-    start[:, STRETCHED] = quantile(rng.random(start.shape), prior)[:, STRETCHED]
-    sampled = sample_mcmc(held, start, mcmc, seed)
-    phi = sampled.thinned(settings.exact.draws, rng)[:, REPORTED]
-    return VariantPosterior(subject, phi, True, float("nan"), float("nan"), sampled.converged)
+    return replace(model, settings=model.settings.model_copy(update={"prior": prior}))
 
 
 class SensitivityStageSettings(Settings):
