@@ -171,7 +171,7 @@ def infer(recording: Recording, seed: int | None = None) -> az.InferenceData:
         seed: Of all draws; None: that of the configuration.
 
     Returns:
-        Groups ``posterior`` and ``prior``, with all that an answer tells beside the parameters, and
+        Groups ``posterior`` and ``prior``, with all that an answer reports beside the parameters, and
         ``observed_data``. ``attrs`` has ``status`` and ``sentence`` of the verdict, and the certificate of
         the draws: ``converged``, ``sampler``, ``k_hat``, ``efficiency``.
 

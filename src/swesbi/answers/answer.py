@@ -41,8 +41,8 @@ class Answer:
     Attributes:
         recording: What was recorded, under the model.
         posterior: Its exact posterior.
-        verdict: Whether the model contradicts the recording, and what the answer tells.
-        told: All that an answer tells of each draw of the posterior, by name; (n,) each.
+        verdict: Whether the model contradicts the recording, and what the answer reports.
+        told: All that an answer reports of each draw of the posterior, by name; (n,) each.
         prior: Draws of the prior, with the same.
         with_pressures: The posterior with the pressures of a cuff; None where none were taken.
     """
@@ -123,7 +123,7 @@ def informed(
 ) -> ExactPosterior:
     """Return the exact posterior of a recording with its pressures.
 
-    It begins with the posterior of the speeds alone. That knows nothing of the stressed volume, so its draws
+    It begins with the posterior of the speeds alone. That has no stressed volume, so its draws
     get one from the prior; what the two have to do with each other is left to the rounds.
 
     Args:

@@ -55,7 +55,7 @@ class PriorBeside:
 
     Attributes:
         phi: The parameters; shape (n, d).
-        told: All that an answer tells of each, by name; (n,) each.
+        told: All that an answer reports of each, by name; (n,) each.
     """
 
     phi: FloatArray

@@ -17,7 +17,7 @@ def forked_processes(count: int) -> ProcessPoolExecutor:
 def one_thread() -> None:
     """Let libraries use one thread: those that their parent had started do not exist in a forked process.
 
-    Of Ctrl-C only the parent speaks.
+    Only the parent reports Ctrl-C.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(limits=1)

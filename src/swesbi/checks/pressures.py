@@ -83,7 +83,7 @@ def _rows(one: Compared) -> list[dict[str, object]]:
 
 
 def quantities(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> Mapping[str, FloatArray]:
-    """Return draws of every quantity that is told of a posterior, by name; shown stiffness of fewer draws.
+    """Return draws of every quantity that a posterior reports, by name; shown stiffness of fewer draws.
 
     The parameters by their own names, the shown stiffness behind those that are reported, and the
     compliance of the arteries where resistance and time constant are free.

@@ -307,7 +307,7 @@ class Config(Settings):
         description="Two visits of one person, inferred together (docs/compare-and-plan.md)."
     )
     change_groups: ChangeGroupsSettings = Field(
-        description="What has changed in groups of persons who came twice (docs/compare-and-plan.md)."
+        description="What has changed in groups of persons with two visits (docs/compare-and-plan.md)."
     )
     plan: PlanChoiceSettings = Field(
         description="`python -m swesbi plan`: persons and repeats that a study needs, from simulated "

@@ -25,12 +25,12 @@ class VisitPair:
 
 
 def labels_of(person: Person) -> tuple[str, ...]:
-    """Return what a person's visits are called: by the recording where the table says nothing."""
+    """Return what a person's visits are called: by the recording where the table has none."""
     return tuple(visit or subject for visit, subject in zip(person.visits, person.subjects, strict=True))
 
 
 def pairs_of(study: Study) -> tuple[VisitPair, ...]:
-    """Return the first and last visit of every person outside the study who came twice or more."""
+    """Return the first and last visit of every person outside the study with two or more."""
     came = [person for person in study.outside.persons if len(person.subjects) >= LEAST_VISITS]
     return tuple(visit_pair(study, person.name) for person in came)
 

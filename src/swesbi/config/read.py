@@ -46,7 +46,7 @@ def describe(
     Args:
         error: What pydantic found.
         source: Where the configuration stands, for messages.
-        model: What it was held against.
+        model: What it was compared with.
         files: Those that were merged, the last of which wins.
         section: Key of the files under which the model lies; none: they are the model.
     """

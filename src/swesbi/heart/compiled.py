@@ -1,7 +1,7 @@
 """How the numerical functions are compiled: no exceptions, fused multiply-adds, inlined into one loop.
 
 A branch that raises keeps the compiler from turning the loop over lanes into SIMD code. So division by zero
-gives infinity (``error_model="numpy"``), and what fails is told by its NaN after the beat.
+gives infinity (``error_model="numpy"``), and what fails is found by its NaN after the beat.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ def derived(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, F
 
 
 def told(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
-    """Return all that an answer tells of n draws, by name in the order of ``TOLD``; (n,) each.
+    """Return all that an answer reports of n draws, by name in the order of ``TOLD``; (n,) each.
 
     Arguments as of :func:`derived`; NaN where a beat failed, but for the parameters themselves.
     """

@@ -125,7 +125,7 @@ def train_population(
     """Fit q(phi | z) on simulations over a population, recordings drawn anew every epoch.
 
     Contexts are split into training and held-out ones; standardisation comes from the training ones; the
-    weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats to the bit.
+    weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats exactly.
 
     Raises:
         ValueError: Too few contexts for a split.

@@ -1,7 +1,7 @@
 """Tables of other tools, translated into the columns of this project before they are read as samples.
 
 Cells stay text: a unit is a decimal factor, so that 245.3 cm/s is 2.453 m/s to the last digit. Whatever is
-refused later is told with the file's own column and value.
+refused later is named by the file's own column and value.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The errors of the speeds of a free-running recording, which has no repeats to tell them from.
 
 They stand in the file, or follow from the quality of its fits, or are declared: then the declared coefficient
-of variation is not taken for granted but has a log-normal prior, and is integrated out of the likelihood
+of variation is not assumed but has a log-normal prior, and is integrated out of the likelihood
 (``measurement.instants``).
 """
 

@@ -82,7 +82,7 @@ NO_MEANS: Final = (
 
 @dataclass(frozen=True)
 class Proposal:
-    """How a table may be read.
+    """How a table can be read.
 
     Attributes:
         columns: This project's column: the file's, or a pattern.
@@ -108,7 +108,7 @@ class Proposal:
 
 
 def proposal_for(path: Path) -> Proposal:
-    """Return how a table may be read: its names are the first row with more than one filled cell.
+    """Return how a table can be read: its names are the first row with more than one filled cell.
 
     Raises:
         RecordingError: The file cannot be read, or has no such row.
@@ -139,7 +139,7 @@ def _first_phase(
 
 
 def propose(names: Sequence[str]) -> Proposal:
-    """Return how a table with these columns may be read; a guess, to be looked at."""
+    """Return how a table with these columns can be read; a guess, to be looked at."""
     free = _is_free(names)
     spreads = [name for name in names if set(_words(name)) & set(SPREADS)]
     left = [name for name in names if name not in spreads]

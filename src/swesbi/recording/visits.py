@@ -39,7 +39,7 @@ VISIT_NAMES: Final = tuple(column.name for column in VISITS)
 
 @dataclass(frozen=True)
 class Visit:
-    """Whose recording one is; empty texts where the table says nothing.
+    """Whose recording one is; empty texts where the table has none.
 
     Attributes:
         person: Name of the person; without it the subject is a person of their own.
@@ -58,9 +58,9 @@ class Person:
 
     Attributes:
         name: The person's name; the subject's, where the table names no person.
-        group: The person's group; empty where the table says nothing.
+        group: The person's group; empty where the table has none.
         subjects: The recordings.
-        visits: Names of their visits, in the same order; empty where the table says nothing.
+        visits: Names of their visits, in the same order; empty where the table has none.
     """
 
     name: str
@@ -85,7 +85,7 @@ def persons_of(visits: Mapping[str, Visit]) -> tuple[Person, ...]:
 
 
 def persons_in_words(visits: Mapping[str, Visit]) -> list[str]:
-    """Say how many persons came how often, and how many are of each group; nothing where nothing is told."""
+    """Say how many persons came how often, and how many are of each group; nothing where none is given."""
     persons, lines = persons_of(visits), []
     if any(visit.person for visit in visits.values()):
         times = Counter(len(person.subjects) for person in persons)

@@ -37,7 +37,7 @@ LAST: Final = {
 
 @dataclass(frozen=True)
 class Asked:
-    """One subject asked of one experiment: the answer, or why there is none.
+    """One subject and one experiment: the answer, or why there is none.
 
     Attributes:
         subject: Name.

@@ -81,7 +81,7 @@ class Experiment:
 
     @property
     def status(self) -> pd.Series:
-        """Verdict of each subject in a word."""
+        """Verdict of each subject in one word."""
         return pd.Series({name: verdict.status for name, verdict in self.verdicts.items()}, dtype=object)
 
     def marked(self, table: pd.DataFrame) -> pd.DataFrame:
@@ -128,7 +128,7 @@ def marked(table: pd.DataFrame, statuses: pd.Series) -> pd.DataFrame:
 def wide(table: pd.DataFrame, rows: Sequence[str], by: str) -> pd.DataFrame:
     """Return a row for each value of ``rows``, in their order.
 
-    A column "{value of by}_{column}" has what the table says of each value; the other columns are those of
+    A column "{value of by}_{column}" has what the table has of each value; the other columns are those of
     the first row of each.
     """
     return pd.DataFrame(

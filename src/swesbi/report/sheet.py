@@ -87,7 +87,7 @@ class Population:
 
     Attributes:
         name: Whose prior it is that percentiles are of, in words.
-        prior: Draws of the prior of all that is told; (m, q).
+        prior: Draws of the prior of all that is reported; (m, q).
         hearts: Contexts of other hearts; none where there are no others.
     """
 
@@ -104,7 +104,7 @@ class Sheet:
         context: Who.
         verdict: The verdict.
         result: The exact posterior.
-        values: Its draws of all that is told, in the order of ``verdict.trust.ANSWER``; (n, q).
+        values: Its draws of all that is reported, in the order of ``verdict.trust.ANSWER``; (n, q).
         recorded: The recording's quality.
         curve: The recording, and its predictive check.
         population: Whom the subject is compared with.

@@ -1,4 +1,4 @@
-"""The answer to one subject in words and numbers, as its one page says it."""
+"""The answer to one subject in words and numbers, as its one page prints it."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def in_words(reason: str) -> str:
 
 
 def verdict_text(verdict: Verdict) -> tuple[str, tuple[str, ...]]:
-    """Return the verdict in a word, and what is said for it."""
+    """Return the verdict in one word, and what is said for it."""
     word = verdict.status
     sentence = verdict.sentence.removeprefix(word).lstrip(" :;,")
     further = (reason for reason in verdict.reasons if reason.partition(": ")[2] not in verdict.sentence)

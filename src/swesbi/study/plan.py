@@ -47,7 +47,7 @@ class Asked:
         repeats: Numbers of repeats that are compared.
         noise: Standard deviation of one repeat's speed at a phase, as a fraction.
         power: Share of studies that are to find it.
-        persons: Number for which power is told besides; None: none.
+        persons: Number for which power is reported besides; None: none.
     """
 
     effect: Effect

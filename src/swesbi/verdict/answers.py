@@ -92,8 +92,8 @@ class Answer:
 
     Attributes:
         status: The verdict.
-        reason: The tests that speak against the model, in words; empty where none does.
-        limits: Median, lower and upper limit of the q quantities that are told, in their order; (q, 3).
+        reason: The tests that contradict the model, in words; empty where none does.
+        limits: Median, lower and upper limit of the q quantities that are reported, in their order; (q, 3).
         interval_mass: Mass of the credible intervals.
         k_hat: Pareto shape of the importance weights.
         efficiency: Their effective share.
@@ -110,7 +110,7 @@ class Answer:
 
 
 def read_answer(verdict: Path) -> Answer:
-    """Read what is told of a subject, and the verdict on it.
+    """Read what is reported of a subject, and the verdict on it.
 
     Raises:
         ArtefactError: The file is no verdict, or one of an experiment on features.
@@ -122,7 +122,7 @@ def read_answer(verdict: Path) -> Answer:
 
 
 def told_of(judged: Verdict) -> Answer:
-    """Return what is told of a subject by a verdict of an experiment on speeds."""
+    """Return what is reported of a subject by a verdict of an experiment on speeds."""
     told = [judged.answer[name] for name in TOLD_NAMES]
     return Answer(
         status=judged.status,

@@ -46,7 +46,7 @@ class Contraction:
         return f"{IN_WORDS[self.name]} {self.sd_ratio:.2f}{', uninformative' if self.uninformative else ''}"
 
     def test(self, limit: float) -> VerdictTest:
-        """Return it as an entry of ``verdict.json``, which speaks neither for nor against the model."""
+        """Return it as an entry of ``verdict.json``, which neither supports nor contradicts the model."""
         moved = f"its median moved by {self.shift:+.2f} of it"
         return VerdictTest(
             name=f"{CONTRACTION}{self.name}",

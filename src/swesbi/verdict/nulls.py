@@ -36,7 +36,7 @@ LEAST_SCALE: Final = 0.05  # a feature that hardly ever leaves its predictive me
 
 @dataclass(frozen=True)
 class Null:
-    """The null distribution of a statistic whose large values speak against the model.
+    """The null distribution of a statistic whose large values contradict the model.
 
     Attributes:
         ordered: The null statistics, ascending; shape (n,).

@@ -1,7 +1,7 @@
 """The tests of a free-running recording, and their null distributions.
 
 The tests of a gated recording look at features of a curve. Pushes have no curve, so two questions are left:
-do their residuals fit, and does the posterior press on a bound of the prior? Both are held against
+do their residuals fit, and does the posterior press on a bound of the prior? Both are compared with
 well-specified recordings of fresh hearts with about as many pushes, whose errors are known or declared
 likewise. So their levels are exact, though a posterior predictive p-value alone is conservative.
 """

@@ -32,7 +32,7 @@ class VerdictTest:
         statistic: Its value.
         p_value: Under the model; None for a test without a null distribution.
         threshold: Of the p-value, at or below which the test is flagged; else of the statistic's size.
-        flagged: The test speaks against the subject.
+        flagged: The test contradicts the subject.
         detail: What it found, in words.
     """
 
@@ -57,10 +57,10 @@ class Verdict:
         in_prior_draws: Candidates within the prior's bounds.
         candidate_draws: Candidates drawn.
         unfiltered_median: Median of all candidates, by parameter.
-        status: The outcome in a word: of an experiment on speeds "not contradicted", "strained",
+        status: The outcome in one word: of an experiment on speeds "not contradicted", "strained",
             "contradicted" or "uninformative"; of one on features "prior-supported" or not.
         sentence: The outcome in a sentence.
-        reasons: What speaks against the model, or why the prior does not support the subject; may be empty.
+        reasons: What contradicts the model, or why the prior does not support the subject; may be empty.
         tests: The misspecification tests.
         k_hat: Pareto shape of the importance weights.
         efficiency: Effective share of the weighted draws.
@@ -85,7 +85,7 @@ class Verdict:
 
     @property
     def may_be_read(self) -> bool:
-        """Whether the posterior may be read: neither contradicted nor outside the prior's support."""
+        """Whether the posterior may be interpreted: neither contradicted nor outside the prior's support."""
         return self.status not in {CONTRADICTED, NOT_PRIOR_SUPPORTED}
 
     @property

@@ -53,7 +53,7 @@ KNOWN_EFFICIENCY: Final = 0.3
 
 
 def network_test(efficiency: Sequence[float]) -> VerdictTest:
-    """Say how well the network knew the recording; the weights make good for it, so it is never flagged.
+    """Say how well the network knew the recording; the weights correct it, so it is never flagged.
 
     Args:
         efficiency: Of all draws after each round, of the network's own first.
@@ -230,7 +230,7 @@ def make_verdict(
         tests: All tests.
         exact: The exact posterior.
         farthest: What lies farthest out, in standard deviations, and its name.
-        answered: Draws of all that the answer tells, by name; (n,) each.
+        answered: Draws of all that the answer reports, by name; (n,) each.
     """
     flagged = sorted((test for test in tests if test.flagged), key=_strength)
     median = np.median(exact.npe_phi, axis=0)
@@ -252,7 +252,7 @@ def make_verdict(
 
 
 def answer_of(told: Mapping[str, FloatArray], mass: float) -> dict[str, dict[str, float | str]]:
-    """Return what an answer tells, by name in the order of ``trust.ANSWER``.
+    """Return what an answer reports, by name in the order of ``trust.ANSWER``.
 
     Args:
         told: Draws of each quantity; (n,) each, NaN where a beat failed.

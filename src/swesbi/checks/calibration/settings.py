@@ -86,7 +86,7 @@ class LocalSettings(Settings):
 
 
 class JudgementSettings(Settings):
-    """What is asked of the posteriors."""
+    """What is required of the posteriors."""
 
     alpha: Level = Field(
         description="Probability that a set of bands is left by chance: simultaneous 95 % bands, "
@@ -115,4 +115,4 @@ class CalibrationSettings(Settings):
         description="Recordings a subject; eight subjects make eight times as many."
     )
     local: LocalSettings = Field(description="Calibration at each subject's own data.")
-    judgement: JudgementSettings = Field(description="What is asked of the posteriors.")
+    judgement: JudgementSettings = Field(description="What is required of the posteriors.")

@@ -76,7 +76,7 @@ def more_repeats(model: SpeedModel, cell: IntArray, phi: FloatArray, step: float
 
 
 def told_gradient(model: SpeedModel, simulated: SimulatedStencil) -> FloatArray:
-    """Return d log quantity / d log phi of all that an answer tells, at n phi; shape (n, q, d)."""
+    """Return d log quantity / d log phi of all that an answer reports, at n phi; shape (n, q, d)."""
     shape, d = simulated.log_phi.shape[:2], simulated.log_phi.shape[-1]
     quantities = told(model, np.exp(simulated.log_phi).reshape(-1, d), simulated.beats)
     log_quantity = np.log(np.stack(list(quantities.values()), axis=-1)).reshape(*shape, -1)

@@ -8,7 +8,7 @@ curve is nearly a line and what the model misses is one, they are nearly all tha
 recording of P phases has one point in each, at its centre.
 
 The standard error of a gated phase is the total one. Where phases share errors the network learns from
-recordings that do, but is not told how much of a standard error is shared; the exact weights, whose
+recordings that do, but does not know how much of a standard error is shared; the exact weights, whose
 likelihood knows, make up for it, as they do for what is lost within a cell.
 """
 

@@ -144,7 +144,7 @@ def train_over_subjects(
     """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
 
     Theta are split into training and held-out ones; standardisation comes from the training ones; the
-    weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats to the bit.
+    weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats exactly.
 
     Args:
         subjects: Simulations of each subject, under one joint prior.

@@ -61,7 +61,7 @@ class SbiTrainer(NPE_C):  # type: ignore[misc] # sbi is untyped for us
     """sbi's NPE-C with a hook after each epoch and batches gathered at once.
 
     sbi tells its tracker nothing before training has ended, and its loader collates rows one by one.
-    The batches hold the same rows in the same order, so the course of training is the same to the bit.
+    The batches hold the same rows in the same order, so the course of training is exactly the same.
     """
 
     def __init__(

@@ -53,7 +53,7 @@ def train(
 ) -> Training:
     """Fit q(theta | z) to the pool's rows by NPE-C's first round, that is by maximum likelihood.
 
-    Training runs on one thread under ``seed``, so on the CPU it repeats to the bit. The weights of the
+    Training runs on one thread under ``seed``, so on the CPU it repeats exactly. The weights of the
     best epoch are restored; sbi itself does so only when it stops before its last epoch.
 
     Args:

@@ -46,7 +46,7 @@ def member_of_change(
     Args:
         change: The joint posterior of both visits.
         context: Of the person, under their name.
-        group: The person's group; empty where none is told.
+        group: The person's group; empty where none is given.
         settings: How many draws are recycled.
         mass: Of the credible interval.
         seed: The study's seed.

@@ -1,4 +1,4 @@
-"""The joint posterior of two visits of one person, and all that is told of it."""
+"""The joint posterior of two visits of one person, and all that is reported of it."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class OnePerson:
 
     Attributes:
         log_bayes_factor: Of one person against two, from the evidences.
-        log_ratio: The test's statistic, its normal approximation; small ones speak against one person.
+        log_ratio: The test's statistic, its normal approximation; small ones contradict one person.
         p_value: Share of pairs of one person with as small a statistic.
         level: At which the test flags.
         distance: Of the shared parameters between both posteriors, in posterior standard deviations.

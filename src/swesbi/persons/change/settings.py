@@ -98,7 +98,7 @@ class ChangeRuleSettings(Settings):
 
 
 class ChangeSettings(Settings):
-    """The joint posterior of a person's visits, and what is told of it."""
+    """The joint posterior of a person's visits, and what is reported of it."""
 
     shares: SharesSettings = Field(description="What visits have in common.")
     rule: ChangeRuleSettings = Field(description="When a quantity has changed.")

@@ -36,7 +36,7 @@ Redraw = Callable[[str, PriorSettings, int], FloatArray]
 
 @dataclass(frozen=True)
 class Posed:
-    """What is asked of some subjects.
+    """A question about some subjects.
 
     Attributes:
         design: What the logarithm of a quantity depends on.
@@ -105,7 +105,7 @@ def infer_cohort(
 def infer_population(
     members: Sequence[Member], posed: Posed, settings: HierarchySettings, redraw: Redraw | None, seed: int
 ) -> Inferred:
-    """Infer what is asked of some subjects, each person once; arguments as of :func:`infer_cohort`."""
+    """Infer the answer for some subjects, each person once; arguments as of :func:`infer_cohort`."""
     sets = [[DrawSet(member.theta, posed.quantity)] for member in members]
     model = _model(members, posed, sets, settings)
     first: PlacedProposal | None = None

@@ -25,7 +25,7 @@ class Planned:
         design: ``paired`` or ``groups``.
         power: Asked for.
         noise: Standard deviation of one repeat's speed at a phase, as a fraction.
-        persons: Number for which power is told besides; None: none.
+        persons: Number for which power is reported besides; None: none.
         curves: By number of repeats.
         individuals: What each says of one person, by number of repeats; None where persons come once.
         settings: Of the plan.
@@ -101,7 +101,7 @@ def _needed(planned: Planned, curve: PowerCurve) -> str:
 
 
 def assumption_lines(planned: Planned) -> list[str]:
-    """Return what the answer takes for granted, in sentences."""
+    """Return what the answer assumes, in sentences."""
     persons, studies = planned.settings.persons, planned.settings.studies
     paired = planned.design == PAIRED
     return [

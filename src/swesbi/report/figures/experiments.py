@@ -38,7 +38,7 @@ class ExperimentScore:
     Attributes:
         experiment: Its name.
         subject: Name.
-        may_be_read: Whether its posterior may be read.
+        may_be_read: Whether its posterior may be interpreted.
         rmse_kpa: RMSE of the posterior predictive median on the grid.
         prior_rmse_kpa: RMSE of the prior predictive median.
         coverage_noiseless: Fraction of the grid inside the posterior's band of noiseless curves.

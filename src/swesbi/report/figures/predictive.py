@@ -66,7 +66,7 @@ class PosteriorPanel:
 
     Attributes:
         subject: Name.
-        theta: (n, 3) draws within the prior's bounds; shown only where they may be read.
+        theta: (n, 3) draws within the prior's bounds; shown only where they may be interpreted.
         unfiltered: (m, 3) candidates as they came, shown where it is not.
         fit_theta: (3,) the CMA-ES reference fit.
         verdict: The verdict.

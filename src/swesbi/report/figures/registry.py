@@ -1,4 +1,4 @@
-"""The figures of the study: who draws each, and what the workflow's report says of it.
+"""The figures of the study: who draws each, and what the workflow's report prints of it.
 
 Workflow and drawing rules read this list; drawing is in the modules beside, which import matplotlib, and this
 one does not. A new figure has its entry here, its drawing, its stage, its rule and its test. One of the
@@ -33,7 +33,7 @@ class FigureSpec:
         of: What there is one of it for: the cohort, each experiment, each of those on speeds or over a
             population, or each subject of an experiment.
         label: What the report lists it as.
-        caption: What the report says below it: reStructuredText with the fields ``cohort``, ``experiment``
+        caption: What the report prints below it: reStructuredText with the fields ``cohort``, ``experiment``
             and ``subject``.
         subcategory: Where the report lists it, in the experiment.
     """

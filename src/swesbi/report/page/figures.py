@@ -27,7 +27,7 @@ class PagePart(StrEnum):
 
 @dataclass(frozen=True)
 class PageFigure:
-    """What the page says of a figure.
+    """What the page prints of a figure.
 
     Attributes:
         name: Its kind: the file's stem up to the experiment's name.

@@ -57,7 +57,7 @@ class Landing:
         answers: A row for each subject.
         panels: The figure, a panel for each parameter.
         statuses: What the experiment may say of a subject, from good to bad.
-        cards: What the page says of each subject, by the names of the template.
+        cards: What the page prints of each subject, by the names of the template.
         paper: The paper's experiment in a line.
         explorer: The explorer, relative to the page; empty where there is none.
     """

@@ -66,7 +66,7 @@ class StudyResults:
     fits: Mapping[str, CmaesFit]
 
     def scores(self, experiment: str = "", readable: bool = True) -> pd.DataFrame:
-        """Return the scores of one experiment (the main one), by subject; of those that may be read alone."""
+        """Return the scores of one experiment (the main one), by subject, if they may be interpreted."""
         table = self.ppc[self.ppc["experiment"] == (experiment or self.main)].set_index("subject")
         return table[table["may_be_read"].astype(bool)] if readable else table
 

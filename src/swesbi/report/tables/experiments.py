@@ -147,7 +147,7 @@ def median_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
 
 
 def correlations(experiment: Experiment, one: str, other: str) -> list[float]:
-    """Return the posterior correlation of two parameters in every subject that may be read."""
+    """Return the posterior correlation of two parameters in every subject that may be interpreted."""
     table = experiment.posterior
     rows = table[(table["parameter"] == one) & table["may_be_read"]]
     return [float(value) for value in rows[f"correlation_{other}"]]

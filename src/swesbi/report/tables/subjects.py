@@ -244,7 +244,7 @@ def parameters_of(posterior: pd.DataFrame) -> pd.DataFrame:
 
 
 def derived_of(posterior: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of what follows from the parameters, of subjects that may be read."""
+    """Return the rows of what follows from the parameters, of subjects that may be interpreted."""
     return posterior[~posterior["parameter"].isin(PARAMETERS) & posterior["may_be_read"]]
 
 

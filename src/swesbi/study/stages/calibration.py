@@ -161,7 +161,7 @@ def population_agreement(
 
 
 class CalibrationStageSettings(Settings):
-    """What is asked of the posteriors, and the prior that contraction is taken against."""
+    """What is required of the posteriors, and the prior that contraction is taken against."""
 
     prior: PriorSettings
     judgement: JudgementSettings

@@ -1,4 +1,4 @@
-"""What has changed in groups of persons who came twice, from the joint posterior of each."""
+"""What has changed in groups of persons with two visits, from the joint posterior of each."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def change_groups(
     settings: ChangeGroupsStageSettings,
     origin: Origin,
 ) -> None:
-    """Infer mean and spread of what has changed in the persons who came twice, and how their groups differ.
+    """Infer mean and spread of what has changed in the persons with two visits, and how their groups differ.
 
     Args:
         changes: ``change.h5`` of each person.

@@ -82,7 +82,7 @@ def _read_rows(path: Path) -> list[AlarmRow]:
 
 
 class CalibrationFigureSettings(Settings):
-    """What is asked of the posteriors, and what the figure calls the subjects and the experiment."""
+    """What is required of the posteriors, and what the figure calls the subjects and the experiment."""
 
     judgement: JudgementSettings
     max_k_hat: float

@@ -33,7 +33,7 @@ LOGGER = logging.getLogger("swesbi")
 
 
 class VisitSettings(Settings):
-    """Whose recording one is: name of the person, and of the person's group; empty where none is told."""
+    """Whose recording one is: name of the person, and of the person's group; empty where none is given."""
 
     person: str
     group: str

@@ -59,7 +59,7 @@ def epochs(
 
     Recordings and draws are those of the recovery and of the posteriors, so the rows of the best epoch
     agree with the experiment's own results, save that the posterior sd is of the first draws, not of all.
-    Whose posterior may be read is the study's verdict.
+    Whose posterior may be interpreted is the study's verdict.
 
     Raises:
         ArtefactError: An input does not fit the others.

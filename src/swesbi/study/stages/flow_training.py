@@ -50,7 +50,7 @@ def train_flow(
 ) -> None:
     """Train q(phi | z) on the pool of all subjects; write its weights and the losses of every epoch.
 
-    Runs on the CPU, on one thread, and repeats to the bit.
+    Runs on the CPU, on one thread, and repeats exactly.
 
     Raises:
         ArtefactError: The pool lacks a subject.
@@ -88,7 +88,7 @@ def train_population(
 ) -> None:
     """Train q(phi | z) on recordings drawn over the population; write weights and losses of every epoch.
 
-    Runs on the CPU, on one thread, and repeats to the bit.
+    Runs on the CPU, on one thread, and repeats exactly.
 
     Raises:
         ArtefactError: A shard is no such artefact.

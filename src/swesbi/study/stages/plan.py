@@ -110,7 +110,7 @@ def plan_bank(
 
     Args:
         estimator: The network of the population.
-        noise: Noise of the study's cohort, from which standard errors are told.
+        noise: Noise of the study's cohort, from which standard errors are estimated.
         bank: Output, written whole after every few persons.
         processes: Persons that are answered side by side; no answer depends on it.
 

@@ -66,7 +66,7 @@ def population_calibration(
 
 
 class PopulationScoresStageSettings(Settings):
-    """What is asked of the answers."""
+    """What is required of the answers."""
 
     prior: PriorSettings
     judgement: JudgementSettings

@@ -58,7 +58,7 @@ def pushes_calibration(
 
 
 class PushesTableStageSettings(Settings):
-    """What is asked of the answers."""
+    """What is required of the answers."""
 
     prior: JointPriorSettings
     judgement: JudgementSettings

@@ -30,7 +30,7 @@ from swesbi.study.stages.report_inputs import read_cohort_words, read_exact, rea
 
 
 class ReportSettings(Settings):
-    """What the page says of the study's configuration.
+    """What the page prints of the study's configuration.
 
     Attributes:
         cohort_title: What the subjects are called.

@@ -45,7 +45,7 @@ def workflow_figure(
     settings: WorkflowFigureSettings,
     origin: Origin,
 ) -> None:
-    """Draw the workflow with the first subject, in the order of ``verdicts``, whose posterior may be read.
+    """Draw the workflow with the first subject of ``verdicts`` whose posterior may be interpreted.
 
     Where there is none the first one is shown, marked as excluded.
 
@@ -78,7 +78,7 @@ def workflow_figure(
 
 
 def shown_subject(verdicts: Mapping[ResultKey, Verdict]) -> ResultKey:
-    """Return the first subject whose posterior may be read, or the first where there is none.
+    """Return the first subject whose posterior may be interpreted, or the first where there is none.
 
     Raises:
         ValueError: There is no subject.

@@ -99,7 +99,7 @@ def _write_text(path: Path, text: str) -> None:
 
 
 class TruthSettings(Settings):
-    """Nothing of the configuration: the table says what the posteriors and the truth say."""
+    """Nothing of the configuration: the table has what posteriors and truth have."""
 
 
 def truth(

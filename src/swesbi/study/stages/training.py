@@ -42,7 +42,7 @@ def train(
     """Train q(theta | z) on the pool; write its weights, the losses of every epoch, and checkpoints.
 
     The checkpoints are the weights after the epochs that the settings name, the best and the last.
-    ``device`` is "auto", "cpu" or "cuda". On the CPU the result repeats to the bit; CUDA sums in another
+    ``device`` is "auto", "cpu" or "cuda". On the CPU the result repeats exactly; CUDA sums in another
     order, so its weights differ in rounding, and no more than another seed's would.
     """
     label, device = f"training {estimator.parent.name}", choose_device(device, settings.estimator.procedure)

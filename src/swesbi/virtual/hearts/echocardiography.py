@@ -19,7 +19,7 @@ def with_own_lvesv(
     """Return the context with the LVESV that is measured of the heart's own beat.
 
     LVESV = LVEDV ESV / EDV exp(sd z), z standard normal: the listed LVEDV sets the geometry, so the beat's
-    volumes are told on its scale. An error by which ingestion would refuse the context is drawn again.
+    volumes are reported on its scale. An error by which ingestion would refuse the context is drawn again.
 
     Args:
         context: As it is drawn; its LVESV is not used.
