@@ -2,8 +2,8 @@
 
 In a flow's base space a posterior that the flow nearly knows is nearly normal (the map of Parno and Marzouk
 2018, SIAM/ASA J Uncertain Quantif 6:645, here learnt beforehand): what the flow knows of its shape is kept,
-and errors of place and width are what is left. Of a recording that the flow does not know at all, the logit
-of the prior's box may be the better space.
+and errors of place and width are what is left. Of a recording that the flow does not know at all, the
+prior's normal scores may be the better space.
 """
 
 from __future__ import annotations
