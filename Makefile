@@ -5,8 +5,11 @@ TESTS ?= not slow and not exhaustive
 OF ?= tests tools
 VENV := .venv
 BIN := $(VENV)/bin
+ANSWERS := $(VENV)/.answers
 INSTALLED := $(VENV)/.installed
+CHECKED := $(VENV)/.checked
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+COMPILE = uv pip compile --quiet --config-file tools/lock.toml
 LOCKED = $(PIP) --no-deps --require-hashes
 # workers side by side must not fight for threads; idle ones take over what others have not begun
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
@@ -15,29 +18,41 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help
-.PHONY: help demo mutants lock cluster study smoke report full verify container docs docs-site test test-slow test-exhaustive lint types check-workflow house reference format clean
+.PHONY: help install demo mutants lock cluster study smoke report full verify container docs docs-site test test-slow test-exhaustive lint types check-workflow house reference format clean
 
 help: # list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 20
 
-# torch comes after the lock, which has what every build of torch needs; the build for CUDA adds libraries of its own
-$(INSTALLED): environment.txt environment-torch.txt pyproject.toml
+# what answers a recording: neither torch nor Snakemake
+$(ANSWERS): environment-infer.txt pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "swesbi needs Python >= 3.11; set PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
-	$(LOCKED) --requirement environment.txt
-	$(PIP) --requirement environment-torch.txt
+	$(LOCKED) --requirement environment-infer.txt
 	$(PIP) --no-deps --no-build-isolation --editable .
 	touch $@
 
+# torch has no hash: which wheel it is differs by index, and the one for CUDA brings libraries of its own
+$(INSTALLED): $(ANSWERS) environment.txt
+	$(PIP) --requirement environment.txt
+	touch $@
+
+$(CHECKED): $(INSTALLED) environment-checks.txt
+	$(LOCKED) --requirement environment-checks.txt
+	touch $@
+
+install: $(INSTALLED) ## what the study needs, into .venv, and nothing else
+
 lock: # renew the locks from pyproject.toml, with uv; pins that still fit stay, `uv pip compile --upgrade` changes them
-	uv pip compile --quiet --group checks --constraint environment-torch.txt pyproject.toml --output-file environment.txt
-	uv pip compile --quiet --group cluster --excludes environment.txt --output-file environment-cluster.txt
-	uv pip compile --quiet --group site --excludes environment.txt --output-file environment-site.txt
+	$(COMPILE) --generate-hashes --group build pyproject.toml --output-file environment-infer.txt
+	echo '-e .[study]' | $(COMPILE) --constraint environment-infer.txt - --output-file environment.txt
+	for group in checks cluster site; do \
+		grep -v '^-e' environment.txt | $(COMPILE) --generate-hashes --group $$group --excludes environment-infer.txt --excludes /dev/stdin \
+			--output-file environment-$$group.txt || exit; done
 
 cluster: $(INSTALLED) # what a run on a cluster needs beside it
 	$(LOCKED) --requirement environment-cluster.txt
 
-demo: $(INSTALLED) ## a shipped recording inferred without a study, in half a minute, into swesbi-demo/
+demo: $(ANSWERS) ## a shipped recording inferred without a study, in half a minute, into swesbi-demo/
 	$(BIN)/swesbi demo
 
 study: $(INSTALLED) ## the whole study: every figure and table, under results/
@@ -68,33 +83,33 @@ docs-site: $(INSTALLED) environment-site.txt ## the pages with settings, command
 	$(LOCKED) --requirement environment-site.txt
 	$(BIN)/python -m tools.site
 
-test: $(INSTALLED) ## the fast tests
+test: $(CHECKED) ## the fast tests
 	$(PYTEST) -m "$(TESTS)" $(OF)
 
-test-slow: smoke # the slow tests: what reads or reruns a smoke study, faults, statistics in larger sizes
+test-slow: smoke $(CHECKED) # the slow tests: what reads or reruns a smoke study, faults, statistics in larger sizes
 	$(PYTEST) -m slow
 
-test-exhaustive: smoke ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
+test-exhaustive: smoke $(CHECKED) ## 20 kills, all of the fuzzing, whole studies on clusters and without network, mutations of the code
 	$(PYTEST) -m exhaustive
 	$(PYTEST) studies explorer
 
-mutants: $(INSTALLED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
+mutants: $(CHECKED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
 	$(BIN)/python tests/mutants.py --compare tests/reference/mutants.csv
 
-lint: $(INSTALLED) ## ruff and snakefmt; words of README.md and docs/ that only this project uses
+lint: $(CHECKED) ## ruff and snakefmt; words of README.md and docs/ that only this project uses
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules studies explorer
 	$(BIN)/python -m tools.prose
 
-types: $(INSTALLED) # mypy in strict mode
+types: $(CHECKED) # mypy in strict mode
 	$(BIN)/mypy
 
-check-workflow: $(INSTALLED) # Snakemake's lint and a dry run of the full study
+check-workflow: $(CHECKED) # Snakemake's lint and a dry run of the full study
 	$(BIN)/python -m pytest tests/study/test_workflow_lint.py
 	$(BIN)/snakemake --dry-run --quiet --cores $(CORES)
 
-house: $(INSTALLED) # what the layout of the code costs: its size, what an edit reruns, how long it takes to start
+house: $(CHECKED) # what the layout of the code costs: its size, what an edit reruns, how long it takes to start
 	$(BIN)/python benchmarks/house.py
 
 reference: smoke # renew the stored tables: of the small study, and of the full one where it has finished
@@ -104,7 +119,7 @@ reference: smoke # renew the stored tables: of the small study, and of the full 
 		for path in results/*/recovery.csv; do \
 			cp $$path tests/reference/study/recovery-$$(basename $$(dirname $$path)).csv; done; fi
 
-format: $(INSTALLED) # format the code in place
+format: $(CHECKED) # format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow/rules studies explorer

@@ -46,7 +46,7 @@ PLUMBING: Final = (
 PRESENTATION: Final = ("report",)
 SCIENCE: Final = "science"
 HEAVY: Final = (
-    *("torch", "sbi", "nflows", "zuko", "sklearn", "arviz", "emcee", "numba", "cma"),
+    *("torch", "sbi", "nflows", "zuko", "sklearn", "emcee", "numba", "cma"),
     *("scipy", "pandas", "xarray", "matplotlib", "snakemake"),
 )
 LONG_FUNCTION: Final = 60

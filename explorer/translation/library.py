@@ -53,7 +53,6 @@ LIBRARY: Final = {
     "scipy.stats.multivariate_t": "stats.multivariate_t",
     "statistics.NormalDist": "stats.NormalDist",
     "scipy.optimize.brentq": "optimize.brentq",
-    "arviz.psislw": "paretoSmoothed",
     **{
         f"scipy.special.{name}": f"special.{name}"
         for name in _listed("chdtrc expit log_expit logsumexp ndtr ndtri")

@@ -26,8 +26,12 @@ __all__ = [
 def __getattr__(name: str) -> Any:  # noqa: ANN401
     """Load a public name when it is first asked for: a beat needs no torch."""
     if name == "torch_prior":
-        from swesbi.networks.torch_prior import torch_prior
+        try:
+            from swesbi.networks.torch_prior import torch_prior
+        except ModuleNotFoundError as error:
+            from swesbi.base.extras import missing
 
+            raise missing(error) from None
         return torch_prior
     if name in __all__:
         from swesbi import interface

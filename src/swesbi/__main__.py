@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from swesbi.artefacts.atomic import write_fault
+from swesbi.base.extras import missing
 from swesbi.config.read import ConfigError
 
 EXIT_USAGE = 2
@@ -86,6 +87,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _run(given)
     except (ConfigError, ValueError, OSError) as error:
         print(f"swesbi: {_message(error)}", file=sys.stderr)
+        return EXIT_USAGE
+    except ModuleNotFoundError as error:
+        if (named := missing(error)) is error:
+            raise
+        print(f"swesbi: {named}", file=sys.stderr)
         return EXIT_USAGE
     except KeyboardInterrupt:
         print("\nswesbi: interrupted; of what was being made nothing is left behind", file=sys.stderr)

@@ -33,7 +33,6 @@ from swesbi.study.answering import Answerer, Asked, experiments_to_ask
 from swesbi.study.infer import recordings_of
 
 if TYPE_CHECKING:
-    import arviz as az
     import xarray as xr
 
 EXPERIMENT: Final = "calibrated"
@@ -156,7 +155,7 @@ def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = Fa
     return Recording(answerer.asked(subject or named))
 
 
-def infer(recording: Recording, seed: int | None = None) -> az.InferenceData:
+def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
     """Return the exact posterior of a recording, with its verdict.
 
     >>> import swesbi
@@ -184,7 +183,7 @@ def infer(recording: Recording, seed: int | None = None) -> az.InferenceData:
     answer = answered(asked.recording, asked.knowledge, asked.settings, chosen)
     exact, verdict = answer.posterior, answer.verdict
     certificate: dict[str, object] = {name: getattr(exact, name) for name in CERTIFICATE}
-    return _inference_data(
+    return _answer_tree(
         {
             "posterior": {**answer.told, **dict(zip(recording.names, exact.phi.T, strict=True))},
             "prior": {**answer.prior.told, **dict(zip(recording.names, answer.prior.phi.T, strict=True))},
@@ -201,7 +200,7 @@ def sample_posterior(
     prior: Mapping[str, ParameterPrior],
     seed: int,
     effective_draws: int = 2000,
-) -> az.InferenceData:
+) -> xr.DataTree:
     """Sample the posterior of any model by adaptive importance sampling, and by MCMC where weights fail.
 
     >>> import numpy as np, swesbi
@@ -227,7 +226,7 @@ def sample_posterior(
     model = _OwnModel(_OnlyPrior(SomeParameters(tuple(prior.values()))), log_likelihood)
     exact, _ = exact_posterior(model, None, settings, seed, "own model")
     drawn = dict(zip(prior, exact.phi.T, strict=True))
-    return _inference_data({"posterior": drawn}, {}, {}, {name: getattr(exact, name) for name in CERTIFICATE})
+    return _answer_tree({"posterior": drawn}, {}, {}, {name: getattr(exact, name) for name in CERTIFICATE})
 
 
 @dataclass(frozen=True)
@@ -241,14 +240,13 @@ class _OwnModel:
     log_likelihood: Callable[[FloatArray], FloatArray]
 
 
-def _inference_data(
+def _answer_tree(
     drawn: Mapping[str, Mapping[str, FloatArray]],
     observed: Mapping[str, tuple[str, FloatArray]],
     coordinates: Mapping[str, FloatArray],
     attributes: Mapping[str, object],
-) -> az.InferenceData:
+) -> xr.DataTree:
     """Return groups of draws, in one chain, and what was observed, with units."""
-    import arviz as az
     import xarray as xr
 
     groups = {
@@ -262,4 +260,4 @@ def _inference_data(
     }
     if observed:
         groups["observed_data"] = xr.Dataset(dict(observed), dict(coordinates))
-    return az.InferenceData(attrs=dict(attributes), **groups)  # type: ignore[arg-type]
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=dict(attributes)), **groups})

@@ -42,7 +42,6 @@ HEAVY = {
     "zuko",
     "sbi",
     "sklearn",
-    "arviz",
     "emcee",
     "matplotlib",
     "numba",

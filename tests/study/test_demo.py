@@ -1,20 +1,30 @@
-"""The demonstration, in a checkout and by a wheel in an empty folder: six lines, figures, a page."""
+"""The demonstration in a checkout, and what a wheel answers in an empty environment of the newest versions."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import pytest
 from study_copy import ROOT
 
 from swesbi.answers.written import OUTPUTS
+from swesbi.base import extras
 from swesbi.config.read import installation
 
 WORDS = ("A: 20 of 20 gated phases", "k_0 ", "k_ATP ", "k_SR ", "verdict: not contradicted", "limit: with 8")
+NEWER = ("3.14", "3.13", "3.12")
+OPENED = """
+import sys, arviz, swesbi
+opened = arviz.from_netcdf(sys.argv[1], engine="h5netcdf")
+assert {"k0_kpa", "k_atp_per_s", "k_sr_per_s"} <= set(opened.posterior.data_vars)
+assert len(arviz.summary(opened.posterior.to_dataset()[["k0_kpa"]], kind="stats")) == 1
+answer = swesbi.infer(swesbi.read_recording(sys.argv[2]))
+assert answer.attrs["status"] == "not contradicted" and answer.posterior.k0_kpa.sizes["chain"] == 1
+"""
 
 
 def check(said: str, folder: Path) -> None:
@@ -31,39 +41,75 @@ def test_a_checkout_is_what_commands_take_their_configuration_from() -> None:
     assert installation() == ROOT
 
 
-@pytest.mark.slow(minutes=0.4)
-def test_a_wheel_answers_in_an_empty_folder_where_there_is_no_checkout(tmp_path: Path) -> None:
-    """What a wheel holds is unpacked alone: configuration, null distributions and recordings are inside."""
+def newer_python() -> str:
+    """Return a Python above 3.11 that runs, on the path or of pyenv; skip the test where there is none."""
+    folders = sorted((Path.home() / ".pyenv" / "versions").glob("3.*/bin"))
+    path = os.pathsep.join([os.environ["PATH"], *map(str, folders)])
+    for version in NEWER:
+        for folder in path.split(os.pathsep):
+            program = shutil.which(f"python{version}", path=folder)
+            if (
+                program
+                and subprocess.run([program, "-c", ""], capture_output=True, check=False).returncode == 0
+            ):
+                return program
+    pytest.skip("no Python 3.12 or newer is on this machine: a wheel was installed under 3.11 alone")
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the wheel of this checkout."""
+    folder = tmp_path_factory.mktemp("wheel")
     source = shutil.copytree(
-        ROOT, tmp_path / "source",
+        ROOT, folder / "source",
         ignore=shutil.ignore_patterns(".git", ".venv", "results*", ".snakemake", ".*_cache", "*.egg-info"),
     )  # fmt: skip
     build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*build, "--wheel-dir", str(tmp_path), str(source)], check=True)
-    (wheel,) = tmp_path.glob("swesbi-*.whl")
+    subprocess.run([*build, "--wheel-dir", str(folder), str(source)], check=True)
+    (made,) = folder.glob("swesbi-*.whl")
     shutil.rmtree(source)
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(tmp_path / "installed")
+    return made
+
+
+def installed(wheel: Path, python: str, folder: Path, *further: str) -> Path:
+    """Return the Python of an empty environment with the wheel and the newest version of each dependency."""
+    subprocess.run([python, "-m", "venv", str(folder)], check=True)
+    program = folder / "bin" / "python"
+    pip = [str(program), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    subprocess.run([*pip, str(wheel), *further], check=True)
+    return program
+
+
+@pytest.mark.slow(minutes=2)
+@pytest.mark.parametrize("newer", [True, False], ids=["newer", "oldest"])
+def test_a_wheel_answers_where_there_is_no_checkout(newer: bool, wheel: Path, tmp_path: Path) -> None:
+    """It has configuration, null distributions and recordings; neither torch nor Snakemake is there."""
+    further = ["arviz"] if newer else []  # of which newer versions of Python get another generation
+    program = installed(wheel, newer_python() if newer else sys.executable, tmp_path / "made", *further)
     empty = tmp_path / "empty"
     empty.mkdir()
 
     def typed(*given: str) -> subprocess.CompletedProcess[str]:
-        environment = {
-            "PYTHONPATH": str(tmp_path / "installed"),
-            "PATH": "/usr/bin:/bin",
-            "HOME": str(tmp_path),
-        }
-        command = [sys.executable, "-m", "swesbi", *given]
-        return subprocess.run(command, cwd=empty, env=environment, capture_output=True, text=True)
+        environment = {"PATH": "/usr/bin:/bin", "HOME": "/proc/nowhere", "OMP_NUM_THREADS": "1"}
+        done = subprocess.run(
+            [str(program), *given], cwd=empty, env=environment, capture_output=True, text=True, check=False
+        )
+        assert "Warning" not in done.stderr, done.stderr
+        return done
 
-    done = typed("demo")
-    assert done.returncode == 0, done.stderr
-    check(done.stdout, empty / "swesbi-demo")
-    begun = typed("template", "mine")
-    assert begun.returncode == 0, begun.stderr
-    shipped = tmp_path / "installed" / "swesbi" / "shipped" / "data" / "virtual_volunteers"
-    assert typed("validate", str(shipped)).returncode == 0
-    told = typed("infer", str(shipped / "swe" / "B.csv"))
+    demo = typed("-m", "swesbi", "demo")
+    assert demo.returncode == 0, demo.stderr
+    check(demo.stdout, empty / "swesbi-demo")
+    assert typed("-m", "swesbi", "template", "mine").returncode == 0
+    shipped = next((tmp_path / "made").glob("lib/python*/site-packages/swesbi/shipped"))
+    volunteers = shipped / "data" / "virtual_volunteers"
+    assert typed("-m", "swesbi", "validate", str(volunteers)).returncode == 0
+    told = typed("-m", "swesbi", "infer", str(volunteers / "swe" / "B.csv"))
     assert told.returncode == 0, told.stderr
-    assert told.stdout.startswith("B is answered from the prior of calibrated")
     assert (empty / "answers" / "virtual_volunteers" / "B" / "sheet.pdf").is_file()
+    assert typed("-m", "swesbi", "inspect", "--check", "swesbi-demo").returncode == 0
+    absent = typed("-c", "import swesbi; swesbi.torch_prior")
+    assert absent.stderr.splitlines()[-1].endswith(str(extras.missing(ModuleNotFoundError(name="torch"))))
+    if newer:
+        opened = typed("-c", OPENED, "swesbi-demo/posterior.h5", str(volunteers / "swe" / "A.csv"))
+        assert opened.returncode == 0, opened.stderr

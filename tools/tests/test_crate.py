@@ -21,7 +21,6 @@ FILES = (
     "Snakefile",
     "config.yaml",
     "environment.txt",
-    "environment-torch.txt",
     "pyproject.toml",
     "README.md",
     "LICENSE",

@@ -115,36 +115,3 @@ const optimize = {
     return 0.5 * (a + b);
   },
 };
-
-// arviz.psislw of one vector: Pareto smoothed importance sampling (Vehtari et al. 2024), normalised.
-function paretoSmoothed(logRatios) {
-  const n = logRatios.size, top = np.max(logRatios), x = flat(logRatios).map((value) => value - top);
-  const order = flat(np.argsort(new Nd(x, [n]))), cut = Math.ceil(Math.min(n / 5, 3 * Math.sqrt(n))) + 1;
-  const cutoff = Math.max(x[order[n - cut]], Math.log(2.2250738585072014e-308)), low = Math.exp(cutoff);
-  const tail = Array.from(order).filter((k) => x[k] > cutoff);
-  let k = Infinity;
-  if (tail.length > 4) {
-    const fit = fittedPareto(Float64Array.from(tail, (place) => Math.exp(x[place]) - low));
-    k = fit.k;
-    if (Number.isFinite(k)) {
-      tail.forEach((place, j) => {
-        const level = (j + 0.5) / tail.length, raised = -Math.log1p(-level);
-        const value = fit.sigma <= 0 ? NaN : fit.sigma * (Math.abs(k) < 2.220446049250313e-16 ? raised : Math.expm1(k * raised) / k);
-        x[place] = Math.min(0, Math.log(value + low));
-      });
-    }
-  }
-  const weights = new Nd(x, [n]);
-  return [py.sub(weights, special.logsumexp(weights)), k];
-}
-
-function fittedPareto(tail) { // Zhang and Stephens (2009), with a weak prior of the shape
-  const n = tail.length, points = 30 + Math.floor(Math.sqrt(n)), quarter = tail[Math.floor(n / 4 + 0.5) - 1];
-  const b = py.range(points).map((j) => (1 - Math.sqrt(points / (j + 0.5))) / (3 * quarter) + 1 / tail[n - 1]);
-  const shape = (value) => total(tail.map((x) => Math.log1p(-value * x))) / n;
-  const heights = b.map((value) => { const k = shape(value); return n * (Math.log(-(value / k)) - k - 1); });
-  let weights = heights.map((own) => 1 / heights.reduce((sum, other) => sum + Math.exp(other - own), 0));
-  weights = weights.map((w) => (w >= 10 * 2.220446049250313e-16 ? w : 0));
-  const sum = weights.reduce((x, y) => x + y), mean = b.reduce((x, value, j) => x + (value * weights[j]) / sum, 0), k = shape(mean);
-  return { k: (n * k + 5) / (n + 10), sigma: -k / mean };
-}

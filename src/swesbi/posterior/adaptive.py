@@ -23,6 +23,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.posterior.diagnostics import smooth
 from swesbi.posterior.fitted import FittedProposal, PlacedDraws, fit_in_nearest, placed_in
 from swesbi.posterior.importance import (
     LikelihoodModel,
@@ -31,7 +32,6 @@ from swesbi.posterior.importance import (
     WeightedDraws,
     evidence,
     k_hat_limit,
-    smooth,
 )
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal, ScoreSpace, Space

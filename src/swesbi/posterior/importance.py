@@ -82,24 +82,6 @@ class WeightedDraws:
         return np.asarray(np.exp(self.log_weight))
 
 
-def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
-    """Smooth the largest importance ratios by a generalised Pareto distribution.
-
-    Args:
-        log_ratio: Logarithms of the ratios, -inf where one is zero; shape (n,).
-
-    Returns:
-        Logarithms of the weights, which sum to one, and the Pareto shape k-hat.
-    """
-    if log_ratio.min() == log_ratio.max():  # the best weights there are, of which a tail cannot be fitted
-        return np.full(len(log_ratio), -np.log(len(log_ratio))), 0.0
-    import arviz  # two seconds with pyplot, and most who import this module only read posteriors
-
-    with np.errstate(all="ignore"):  # the fit to a tail of many thousand nats overflows; k-hat is large then
-        log_weight, k_hat = arviz.psislw(log_ratio)  # type: ignore[no-untyped-call]
-    return np.asarray(log_weight), float(k_hat)
-
-
 def k_hat_limit(draws: int, largest: float = 0.7) -> float:
     """Return the Pareto shape above which weights of so many draws are not reliable.
 

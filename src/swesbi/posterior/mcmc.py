@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from swesbi.posterior.diagnostics import effective_number, split_r_hat
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws
 from swesbi.posterior.settings import McmcSettings, warm_up_steps
 from swesbi.posterior.space import LogitSpace, Space, log_posterior_in
@@ -182,14 +183,6 @@ def reference_draws(
     return sampled.thinned(draws, np.random.default_rng(seed))
 
 
-def split_r_hat(phi: FloatArray) -> FloatArray:
-    """Return the rank-normalised split R-hat of draws (chain, n, d); shape (d,)."""
-    import arviz  # two seconds, which importing this module need not take
-
-    columns = np.moveaxis(phi, -1, 0)
-    return np.array([float(arviz.rhat(column, method="rank")) for column in columns])  # type: ignore[no-untyped-call]
-
-
 def gather(state: emcee.State, ensembles: int) -> None:
     """Put walkers that stray after the first warm-up onto others of their ensemble, at most half of it.
 
@@ -215,10 +208,8 @@ def effective_draws(chain: FloatArray) -> FloatArray:
     step by step, and their effective number (Vehtari et al. 2021): the walkers of an ensemble are not
     independent, so counting each by itself promises too much (Goodman and Weare 2010, Sec. 3).
     """
-    import arviz
-
     means = np.moveaxis(chain.mean(axis=2), -1, 0)
-    number = np.array([float(arviz.ess(mean, method="mean")) for mean in means])  # type: ignore[no-untyped-call]
+    number = np.array([effective_number(mean) for mean in means])
     variance = chain.reshape(-1, chain.shape[-1]).var(axis=0)
     return np.asarray(number * variance / means.var(axis=(1, 2)))
 

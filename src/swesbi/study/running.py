@@ -18,11 +18,12 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Final, Protocol
-
-from snakemake.exceptions import WorkflowError
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from swesbi.artefacts.atomic import is_alive, write_fault
+
+if TYPE_CHECKING:  # commands that start no run read what runs left, without Snakemake
+    from snakemake.exceptions import WorkflowError
 
 POLL_S: Final = 0.2
 EXIT_ORPHAN: Final = 3
@@ -150,7 +151,7 @@ def check_writable(folder: Path) -> None:
             os.fsync(file.fileno())
     except OSError as error:
         reason = write_fault(error) or str(error)
-        raise WorkflowError(f"{folder}: results cannot be written, {reason}") from None
+        raise _refusal(f"{folder}: results cannot be written, {reason}") from None
 
 
 SKEW_S: Final = 2.0
@@ -166,10 +167,17 @@ def check_dates(inputs: Sequence[Path]) -> None:
     ahead = [path for path in inputs if path.is_file() and path.stat().st_mtime > time.time() + SKEW_S]
     if ahead:
         named = shlex.join(["touch", *map(str, ahead)])
-        raise WorkflowError(
+        raise _refusal(
             f"{ahead[0]} is dated in the future, so that what is made of it would count as older; correct "
             f"the clock, or date it anew: {named}"
         )
+
+
+def _refusal(message: str) -> WorkflowError:
+    """Return the error that Snakemake prints without a traceback."""
+    from snakemake.exceptions import WorkflowError
+
+    return WorkflowError(message)
 
 
 def current_run(workflow: Workflow) -> dict[str, int | str]:

@@ -8,7 +8,6 @@ approximation with the expected for the observed information; Chaloner and Verdi
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
@@ -30,6 +29,7 @@ from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, log_speed_sd
 from swesbi.parameters import ISOMETRIC, K_0, K_ATP, PHI_NAMES, REPORTED
+from swesbi.posterior.diagnostics import smooth
 from swesbi.prior import BoxPrior, from_logit, sample, spread_points, to_logit
 from swesbi.seeds import generator
 
@@ -274,15 +274,11 @@ def leave_phases_out(log_quantities: FloatArray, log_likelihood_by_phase: FloatA
         log_quantities: Posterior draws of log quantities; (n, q).
         log_likelihood_by_phase: log p(y_i | the other data, phi) at the draws; (n, p).
     """
-    import arviz  # two seconds, which importing this module need not take
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # k-hat is reported beside the results
-        log_weight, k_hat = arviz.psislw(-log_likelihood_by_phase.T)  # type: ignore[no-untyped-call]
-    weight = np.exp(np.asarray(log_weight))
+    log_weight, k_hat = zip(*map(smooth, -log_likelihood_by_phase.T), strict=True)
+    weight = np.exp(log_weight)
     weight /= weight.sum(axis=1, keepdims=True)
     mean, sd = log_quantities.mean(axis=0), log_quantities.std(axis=0)
     mean_without = weight @ log_quantities
     spread = log_quantities[None] - mean_without[:, None]
     sd_without = np.sqrt(np.einsum("pn,pnq->pq", weight, spread**2))
-    return LeftOut((sd_without / sd).T - 1.0, ((mean_without - mean) / sd).T, np.atleast_1d(k_hat))
+    return LeftOut((sd_without / sd).T - 1.0, ((mean_without - mean) / sd).T, np.array(k_hat))

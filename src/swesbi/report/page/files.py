@@ -35,7 +35,7 @@ EXPERIMENT_MEANING: Final = (
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 SIZE_AT = slice(16, 24)
 SOFTWARE: Final = (
-    "numpy", "scipy", "numba", "torch", "sbi", "cma", "pandas", "h5py", "xarray", "arviz", "matplotlib",
+    "numpy", "scipy", "numba", "torch", "sbi", "cma", "pandas", "h5py", "xarray", "matplotlib",
     "snakemake",
 )  # fmt: skip
 
