@@ -1,4 +1,4 @@
-"""The demonstration in a checkout, and what a wheel answers in an empty environment of the newest versions."""
+"""The demonstration in a checkout, and a wheel in an empty environment of newest versions."""
 
 from __future__ import annotations
 

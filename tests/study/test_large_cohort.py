@@ -9,7 +9,7 @@ import pytest
 from study_copy import ROOT, Job, StudyCopy, copy_study, of_rule, rules_of
 
 from swesbi.config.read import read_merged
-from swesbi.config.study import LEAST_SHARED, load_study
+from swesbi.config.study import load_study
 
 ALONE = ("--config", "run=[amortised]")
 
@@ -100,8 +100,7 @@ def test_a_target_of_one_subject_makes_that_subject_alone(tmp_path: Path) -> Non
 def test_batches_hold_every_subject_once_in_order(subjects: int) -> None:
     study = load_study(read_merged(ROOT / "config.yaml"))
     names = [f"S{number}" for number in range(subjects)]
-    for least in (1, LEAST_SHARED):
-        batches = study.batches(names, least)
-        assert [name for batch in batches for name in batch] == names
-        assert len(batches) <= 32
-        assert max(map(len, batches)) == min(max(least, -(-subjects // 32)), subjects)
+    batches = study.batches(names)
+    assert [name for batch in batches for name in batch] == names
+    assert len(batches) <= 32
+    assert max(map(len, batches)) == -(-subjects // 32)

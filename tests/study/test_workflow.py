@@ -240,6 +240,28 @@ def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_pa
         assert all(job.is_of("A") for job in of_rule(jobs, rule))
 
 
+@pytest.mark.slow
+def test_another_alarm_level_draws_no_posterior_again(editable: StudyCopy) -> None:
+    with edited(editable, "config/experiments.yaml", "strained_level: 0.05", "strained_level: 0.04"):
+        rules = rules_of(editable.planned())
+    assert "verdict" in rules
+    assert not {"exact_posterior", "misspecification", "predictive_speeds", "train_flow"} & rules
+
+
+def test_one_file_made_again_runs_its_subject_alone_and_leaves_nothing_to_do(own_study: StudyCopy) -> None:
+    path = "results-smoke/calibrated/subjects/A/verdict.json"
+    forced = own_study.snakemake("--dry-run", "--force", path)
+    assert forced.returncode == 0, forced.stdout + forced.stderr
+    (job,) = [line for line in forced.stderr.splitlines() if line.startswith("Job ") and "stats" not in line]
+    assert job.endswith("Verdict on A ('calibrated')")
+    again = own_study.folder / path
+    before = again.read_bytes()
+    again.unlink()
+    own_study.run(path)
+    assert again.read_bytes() == before
+    assert own_study.planned() == set()
+
+
 def test_a_wrong_configuration_stops_before_any_job(editable: StudyCopy) -> None:
     with edited(editable, "config/model.yaml", "sd_fraction: 0.06 # chosen", "sd_fraction: 6e-2 # chosen"):
         done = editable.snakemake("--dry-run")

@@ -1,4 +1,4 @@
-"""Jobs that serve several subjects, of stages whose work for one takes less than starting a process for it.
+"""Jobs that serve several subjects of a large cohort, of stages whose work for one takes less than a process's start.
 
 Such a job has the inputs, outputs and params of the rule of one subject, once for each of its subjects, numbered.
 It has no wildcards, so Snakemake prefers it. Who is asked for alone on the command line is in no such job.
@@ -17,9 +17,8 @@ def asked_alone():
 
 
 def light_stages():
-    """Yield the rule of each light stage, its wildcards beside the subject, the subjects, and how many share a job."""
-    # A row or a subject more must not have others read again, unless the cohort is large.
-    yield "ingest", {}, SUBJECTS, 1
+    """Yield the rule of each light stage, its wildcards beside the subject, and the subjects."""
+    yield "ingest", {}, SUBJECTS
     for experiment in [*FEATURE_EXPERIMENTS, *SPEED_EXPERIMENTS, *POPULATIONS]:
         of_all = STUDY.subjects_of(experiment)
         if experiment in FEATURE_EXPERIMENTS:
@@ -35,7 +34,7 @@ def light_stages():
                 "pressures": STUDY.with_pressures(experiment),
             }
         for name, subjects in stages.items():
-            yield name, {"experiment": experiment}, subjects, LEAST_SHARED
+            yield name, {"experiment": experiment}, subjects
 
 
 def of_one(item, wildcards):
@@ -91,8 +90,8 @@ def reported(path, place, wildcards):
 
 ALONE = asked_alone()
 
-for name, fixed, subjects, least in light_stages():
-    for number, batch in enumerate(STUDY.batches(subjects, least)):
+for name, fixed, subjects in light_stages():
+    for number, batch in enumerate(STUDY.batches(subjects)):
         if len(batch) == 1 or ALONE & set(batch):
             continue
         single = getattr(rules, name)

@@ -7,7 +7,7 @@ from pathlib import Path
 from snakemake.io import expand as expand_names
 
 from swesbi.config.read import DATA, ConfigError, parts_of, relocate, typed_again
-from swesbi.config.study import LEAST_SHARED, load_study
+from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
 from swesbi.report.figures.registry import captions, figure_of, names_of
 from swesbi.report.page import FURTHER

@@ -69,8 +69,8 @@ class ResourceSettings(Settings):
     )
     subjects_per_job: int | None = Field(
         ge=1,
-        description="Subjects of a job of a stage that takes seconds; null: 4, or more where that keeps "
-        "jobs to 32; 1: each its own.",
+        description="Subjects of a job of a stage that takes seconds; null: 1, or more where that keeps "
+        "jobs to 32.",
     )
     device: Literal["auto", "cpu", "cuda"] = Field(
         description="Where the network is trained. auto takes a GPU where there is one, but not for "

@@ -32,8 +32,6 @@ MOST_JOBS: Final = 32
 FOLDER_NAME: Final = re.compile(r"[\w. -]+")
 COHORT_OPTION: Final = "--cohort"
 """The option of commands that names the folder of recordings outside the cohort."""
-LEAST_SHARED: Final = 4
-"""Subjects of a job that serves several: starting up costs as much as two or three of them."""
 
 
 @dataclass(frozen=True)
@@ -171,9 +169,9 @@ class Study:
         }
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
 
-    def batches(self, subjects: Sequence[str], least: int) -> tuple[tuple[str, ...], ...]:
-        """Share subjects out, in order, over the jobs of a light stage: at least so many to each."""
-        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), least)
+    def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+        """Share subjects out, in order, over the jobs of a light stage: one to each in all but large cohorts."""
+        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), 1)
         return tuple(tuple(subjects[start : start + size]) for start in range(0, len(subjects), size))
 
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:
