@@ -43,9 +43,8 @@ import json
 import logging
 import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, replace
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -57,7 +56,7 @@ from studies.validation.pair_rates import costs, flags, one_row_a_pair, rates
 from studies.validation.pairs import VARIANTS, Spreads
 from studies.validation.settings import configured as configured_validation
 from swesbi.artefacts import write_json
-from swesbi.base.processes import one_thread
+from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.config.read import add_options, in_words, parsed, read_merged, snakemake_options
 from swesbi.config.study import Study, load_study
@@ -177,26 +176,19 @@ def answer_missing(asked: Answerer, store: Store, keys: Sequence[Key], cores: in
     for key in missing:
         by_person.setdefault(key[2], []).append(key)
     progress = Progress("pairs", len(missing), unit="pair")
-    with ProcessPoolExecutor(cores, mp_context=get_context("fork"), initializer=quiet_thread) as pool:
-        futures = [pool.submit(answer_person, asked, store, *item) for item in by_person.items()]
-        try:
-            for future in as_completed(futures):
-                progress.step(future.result())
-        finally:
-            pool.shutdown(cancel_futures=True)
+    for (number, its_keys), found in side_by_side(
+        partial(answer_person, asked, store), list(by_person.items()), cores
+    ):
+        if isinstance(found, WorkerKilledError):
+            sys.exit(f"person {number}: {found}; type the same again with fewer --cores: pairs are kept")
+        progress.step(len(its_keys))
 
 
-def answer_person(asked: Answerer, store: Store, number: int, keys: Sequence[Key]) -> int:
-    """Answer pairs of one person, keep each as soon as it is there, and return how many there are."""
-    for key, rows in asked.person(number, keys):
-        store.write(key, rows)
-    return len(keys)
-
-
-def quiet_thread() -> None:
-    """Let libraries use one thread, and answers say nothing but warnings."""
-    one_thread()
+def answer_person(asked: Answerer, store: Store, person: tuple[int, Sequence[Key]]) -> None:
+    """Answer pairs of one person, and keep each as soon as it is there; say nothing but warnings."""
     logging.getLogger("swesbi").setLevel(logging.WARNING)
+    for key, rows in asked.person(*person):
+        store.write(key, rows)
 
 
 def tables(rows: pd.DataFrame, settings: ChangeSettings) -> dict[str, pd.DataFrame]:

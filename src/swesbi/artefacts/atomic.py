@@ -14,6 +14,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
+from swesbi.base.processes import is_alive
+
 REMEDIES: Final = {
     errno.ENOSPC: "the disk is full: free some space, then run the same command again",
     errno.EDQUOT: "the disk quota is used up: free some space, then run the same command again",
@@ -40,6 +42,10 @@ class DamagedArtefactError(ArtefactError):
         self.path = path
         self.fault = fault
         super().__init__(self.message())
+
+    def __reduce__(self) -> tuple[type, tuple[Path, str], dict[str, object]]:
+        """Say of what another process makes it anew."""
+        return type(self), (self.path, self.fault), vars(self)
 
     def message(self, options: str = "") -> str:
         """Return the message for a study that Snakemake runs under these command-line options."""
@@ -131,17 +137,6 @@ def _temporary(path: Path) -> Path:
 def _literal(text: str) -> str:
     """Return text that a glob pattern takes as it is."""
     return "".join(f"[{character}]" if character in "*?[" else character for character in text)
-
-
-def is_alive(process: int) -> bool:
-    """Tell whether a process of this machine runs."""
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True
 
 
 def _umask() -> int:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from swesbi.base.processes import forked_processes
+from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.config.read import ConfigError, parsed, snakemake_options
 from swesbi.recording.cohort import SUBJECTS
@@ -148,17 +148,14 @@ def _found(
     request: Request, subjects: Sequence[str], workers: int
 ) -> Iterator[tuple[str, Given | Exception]]:
     """Yield the answer to each subject, or why there is none, as they are found."""
+    answer = partial(_given_or_refused, request)
     if workers == 1:
-        for subject in subjects:
-            yield subject, _given_or_refused(request, subject)
+        yield from ((subject, answer(subject)) for subject in subjects)
         return
-    with forked_processes(workers) as pool:
-        futures = {pool.submit(_given_or_refused, request, subject): subject for subject in subjects}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+    for subject, found in side_by_side(answer, subjects, workers):
+        if isinstance(found, WorkerKilledError):
+            found = RuntimeError(f"{found}; type the same again with fewer --workers: other answers are kept")
+        yield subject, found
 
 
 def _given_or_refused(request: Request, subject: str) -> Given | Exception:

@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
 from swesbi.artefacts import DamagedArtefactError, Origin
+from swesbi.base.processes import exit_when_gone
 from swesbi.base.progress import Progress
 from swesbi.study.registry import file_arguments, file_types, stage_function
-from swesbi.study.running import RUN, exit_when_gone
+from swesbi.study.running import RUN
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1

@@ -1,4 +1,4 @@
-"""Running the study as a whole: one run at a time, what a killed run left, jobs that end with their run.
+"""Running the study as a whole: one run at a time, what a killed run left.
 
 A killed Snakemake leaves two things: its lock files, and markers of the results that were being made. The
 next run stops on both, for the sake of a run that may still be alive. Every run therefore also holds a lock
@@ -14,19 +14,16 @@ import os
 import shlex
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from swesbi.artefacts.atomic import is_alive, write_fault
+from swesbi.artefacts.atomic import write_fault
 
 if TYPE_CHECKING:  # commands that start no run read what runs left, without Snakemake
     from snakemake.exceptions import WorkflowError
 
-POLL_S: Final = 0.2
-EXIT_ORPHAN: Final = 3
 RUN: Final = "current_run"
 """Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
 LOGGER = logging.getLogger("swesbi")
@@ -61,22 +58,6 @@ def _lock(handle: int, mode: int) -> bool:
     except OSError:
         return False
     return True
-
-
-def exit_when_gone(pid: int) -> None:
-    """End this process at once, from now on, when the process with this number is gone.
-
-    A job that outlives a killed run would write its result later, beside or over that of the next run,
-    which may have other settings by then.
-    """
-    threading.Thread(target=_watch, args=(pid,), daemon=True, name="run").start()
-
-
-def _watch(pid: int) -> None:
-    while is_alive(pid):
-        time.sleep(POLL_S)
-    # not sys.exit, which ends the thread alone: nothing of this process is wanted any more
-    os._exit(EXIT_ORPHAN)
 
 
 class Workflow(Protocol):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +15,7 @@ from pydantic import Field
 from swesbi.answers.compared import both_visits, own_posterior
 from swesbi.artefacts import Origin, save, to_dataset
 from swesbi.base.arrays import FloatArray
-from swesbi.base.processes import forked_processes
+from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
@@ -116,7 +115,7 @@ def plan_bank(
 
     Raises:
         OtherNetworkError: The network was trained under other settings.
-        ValueError: Nobody takes part, or nobody could be answered.
+        ValueError: Nobody takes part, nobody could be answered, or the process of a person was killed.
         ArtefactError: An input is no such artefact.
     """
     check_network(estimator, settings.train_population.to_plain())
@@ -125,13 +124,19 @@ def plan_bank(
     missing = [number for number in range(settings.persons.number) if number not in done]
     label = f"persons of the bank, {settings.repeats} repeats"
     progress = Progress(label, len(missing), unit="person")
-    for number, person in _answered(answering, missing, processes):
-        if person is not None:
+    for number, person in side_by_side(answering.person, missing, processes):
+        killed = isinstance(person, WorkerKilledError)
+        if isinstance(person, BankPerson):
             done[number] = person
         progress.step()
-        if done and (progress.done % BATCH == 0 or progress.done == len(missing)):
+        if done and (killed or progress.done % BATCH == 0 or progress.done == len(missing)):
             kept = [done[each] for each in sorted(done)]
             save(bank, to_dataset(bank_of(kept)), origin.provenance(KIND, settings))
+        if killed:
+            raise ValueError(
+                f"person {number} of the bank: {person}; type the same again with fewer --processes: "
+                f"the {len(done)} persons that are done are kept"
+            )
     if not done:
         raise ValueError("nobody of the bank could be answered: every simulation of their posteriors failed")
 
@@ -148,19 +153,6 @@ def _kept(path: Path, settings: PlanBankStageSettings, origin: Origin) -> list[B
         LOGGER.info("%s was made under other settings or by other code, and is made anew", path)
         return []
     return [person for person in bank.persons if person.number < settings.persons.number]
-
-
-def _answered(
-    answering: Answering, numbers: Sequence[int], processes: int
-) -> Iterator[tuple[int, BankPerson | None]]:
-    """Yield persons as they are answered."""
-    with forked_processes(processes) as pool:
-        futures = {pool.submit(answering.person, number): number for number in numbers}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
 
 
 @dataclass(frozen=True)
