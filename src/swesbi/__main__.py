@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from swesbi.artefacts.atomic import write_fault
+from swesbi.base.ending import InterruptedBySignal, ended_by_signals, print_to_nobody
 from swesbi.base.extras import missing
 from swesbi.config.read import ConfigError
 
 EXIT_USAGE = 2
-EXIT_INTERRUPTED = 130  # as shells have it of SIGINT
+EXIT_UNREAD = 141  # as shells have it of SIGPIPE
 
 
 class Command(NamedTuple):
@@ -83,9 +84,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         # a command that reads a configuration goes to its folder
-        with contextlib.chdir(Path.cwd()):
-            return _run(given)
-    except (ConfigError, ValueError, OSError) as error:
+        with ended_by_signals(), contextlib.chdir(Path.cwd()):
+            try:
+                return _run(given)
+            finally:
+                sys.stdout.flush()
+    except BrokenPipeError:
+        print_to_nobody()
+        return EXIT_UNREAD
+    except (ConfigError, ValueError, OSError, MemoryError) as error:
         print(f"swesbi: {_message(error)}", file=sys.stderr)
         return EXIT_USAGE
     except ModuleNotFoundError as error:
@@ -93,9 +100,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         print(f"swesbi: {named}", file=sys.stderr)
         return EXIT_USAGE
-    except KeyboardInterrupt:
+    except InterruptedBySignal as signal:
         print("\nswesbi: interrupted; of what was being made nothing is left behind", file=sys.stderr)
-        return EXIT_INTERRUPTED
+        return signal.exit_code
 
 
 def _run(given: Sequence[str]) -> int:
@@ -119,8 +126,10 @@ def _run(given: Sequence[str]) -> int:
     return 0
 
 
-def _message(error: ValueError | OSError) -> str:
+def _message(error: ValueError | OSError | MemoryError) -> str:
     """Return what is wrong; of what the system refuses to write also what to do."""
+    if isinstance(error, MemoryError):
+        return f"the memory ran out {error}".strip()
     reason = write_fault(error) if isinstance(error, OSError) else None
     return f"{getattr(error, 'filename', None)}: cannot be written, {reason}" if reason else str(error)
 

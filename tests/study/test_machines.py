@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -50,6 +51,74 @@ def test_windows_is_refused_in_a_sentence(
     monkeypatch.setattr(sys, "platform", "win32")
     assert main(["validate", "data/virtual_volunteers"]) == 2
     assert capsys.readouterr().err == "swesbi: needs Linux; on Windows, install it in WSL\n"
+
+
+class Passing:
+    """Sends a signal to this process as it is removed, where Python raises nothing."""
+
+    def __init__(self, number: signal.Signals) -> None:
+        self.number = number
+
+    def __del__(self) -> None:
+        os.kill(os.getpid(), self.number)
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("unseen", [False, True])
+def test_a_signal_ends_a_command_with_a_sentence_and_does_not_stop_its_cleaning(
+    number: signal.Signals,
+    code: int,
+    unseen: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    cleaned = []
+
+    def interrupted(_: object) -> int:
+        try:
+            Passing(number) if unseen else os.kill(os.getpid(), number)
+            time.sleep(10)
+            return 0
+        finally:
+            os.kill(os.getpid(), number)
+            cleaned.append(True)
+
+    monkeypatch.setattr("swesbi.__main__._run", interrupted)
+    assert main(["validate"]) == code
+    assert capsys.readouterr().err == (
+        "\nswesbi: interrupted; of what was being made nothing is left behind\n"
+    )
+    assert cleaned
+
+
+@pytest.mark.slow(minutes=0.3)
+@pytest.mark.parametrize("given", [["--workers", "1"], ["--workers", "2"]])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_inference_and_leaves_nothing(
+    given: list[str], number: signal.Signals, tmp_path: Path
+) -> None:
+    cohort = str(ROOT / "data" / "virtual_volunteers")
+    command = [sys.executable, "-m", "swesbi", "infer", cohort, "--from-prior", *given, "--out"]
+    running = subprocess.Popen(
+        [*command, str(tmp_path / "out")], cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    time.sleep(6)
+    running.send_signal(number)
+    assert "Traceback" not in running.communicate(timeout=5)[1]
+    assert running.returncode == 128 + number
+    with pytest.raises(ProcessLookupError):
+        os.killpg(running.pid, 0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_reader_that_has_enough_is_no_fault() -> None:
+    cohort = str(ROOT / "data" / "virtual_push_trains")
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [sys.executable, "-m", "swesbi", "validate", cohort]
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (141, b"")
 
 
 def test_where_no_folder_takes_machine_code_the_model_runs_and_says_so(

@@ -240,17 +240,6 @@ def test_commands_work_from_any_folder(
     assert "nowhere.yaml: there is no such file; correct the path" in capsys.readouterr().err
 
 
-def test_ctrl_c_ends_with_a_sentence(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def interrupted(_: object) -> int:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("swesbi.__main__._run", interrupted)
-    assert main(["validate"]) == 130
-    assert "interrupted; of what was being made nothing is left behind" in capsys.readouterr().err
-
-
 def test_an_experiment_on_features_is_told_from_those_that_can_answer(study: Study) -> None:
     with pytest.raises(ConfigError, match="'paper': infers from features .*; calibrated and amortised can"):
         experiments_to_ask(study, "paper")

@@ -18,6 +18,8 @@ from typing import Any, Final, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+from swesbi.base.ending import ASKING_TO_END
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -25,8 +27,7 @@ POLL_S: Final = 0.2
 CLEANING_S: Final = 2.0
 """How long a process that is asked to end may take to remove what it was making."""
 EXIT_ORPHAN: Final = 3
-EXIT_TERMINATED: Final = 143  # as shells have it of SIGTERM
-ASKING_TO_END: Final = (signal.SIGINT, signal.SIGTERM)
+EXIT_TERMINATED: Final = 128 + signal.SIGTERM
 
 
 class WorkerKilledError(RuntimeError):

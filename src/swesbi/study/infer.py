@@ -163,6 +163,8 @@ def _given_or_refused(request: Request, subject: str) -> Given | Exception:
         return _given(request, subject)
     except (ValueError, ArithmeticError, RuntimeError, OSError) as error:
         return error
+    except MemoryError as error:
+        return RuntimeError(f"the memory ran out {error}".strip())
 
 
 def check_table(folder: Path, subjects: Sequence[str]) -> None:
