@@ -11,9 +11,10 @@ from study_copy import ROOT, copy_study
 
 COMMANDS_RUN = ("docs/tutorial.md", "docs/own-data.md")
 """Pages whose commands run, too: they are short, and need no study."""
+README, TUTORIAL = "README.md", "docs/tutorial.md"
 OF_A_STUDY = ROOT / "docs" / "results.md"
 """Its blocks need a finished study: `test_results_page.py` runs them."""
-NOT_RUN = 3
+NOT_RUN = 4
 """Blocks that would run but for their mark: they install, take minutes, or need a reader's own file."""
 WITH_CODE = [page for page in PAGES if any(block.language == "python" for block in blocks_of(page))]
 WALKED = sorted({*WITH_CODE, *(ROOT / page for page in COMMANDS_RUN)} - {OF_A_STUDY})
@@ -48,3 +49,9 @@ def test_a_page_runs_in_its_order_and_prints_what_it_shows(
     for said, shown in pasted(blocks, printed):
         for line in filter(str.strip, shown.splitlines()):
             assert any(alike(line, other) for other in said.splitlines()), f"{line!r} is not in\n{said}"
+
+
+def test_the_readme_shows_what_the_tutorial_s_first_command_prints() -> None:
+    """The tutorial's block is compared with what is printed."""
+    shown = {page: [b for b in blocks_of(ROOT / page) if b.language == "text"] for page in (README, TUTORIAL)}
+    assert shown[README][0].code == shown[TUTORIAL][0].code

@@ -1,21 +1,22 @@
-"""The blocks of the page on results run as they are printed, in a finished study."""
+"""The blocks of the README's first screen and of the page on results run as printed, in a finished study."""
 
 from __future__ import annotations
 
-import re
+import json
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from study_copy import ROOT, StudyCopy
+from pages import blocks_of, typed
+from study_copy import RESULTS, ROOT, StudyCopy
 
-BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+README, OF_A_STUDY = ROOT / "README.md", ROOT / "docs" / "results.md"
 
 
 def code_of(language: str) -> str:
-    blocks = BLOCK.findall((ROOT / "docs" / "results.md").read_text(encoding="utf-8"))
-    return "\n".join(code for kind, code in blocks if kind == language)
+    return "\n".join(block.code for block in blocks_of(OF_A_STUDY) if block.language == language)
 
 
 @pytest.mark.slow
@@ -30,3 +31,45 @@ def test_results_open_as_the_page_prints_it(
         command = line.partition("#")[0].replace(".venv/bin/swesbi", f"{sys.executable} -m swesbi").split()
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
+
+
+def test_the_readme_s_first_screen_runs_as_printed(
+    own_study: StudyCopy, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """But for the folder of the small study, and the option that names it."""
+    blocks = blocks_of(README)
+    whole, subject, contents = [block.code for block in blocks if block.language == "sh"][1:4]
+    made = own_study.results / "paper" / "subjects" / "A" / "ppc.png"
+    before = made.read_bytes()
+    made.unlink()
+    for command in (subject, whole):
+        small = command.strip().replace("results/", f"{RESULTS}/")
+        typed(f"{small} --configfile {own_study.config}", own_study)
+        assert made.read_bytes() == before
+    assert own_study.planned() == set()
+    (own_study.folder / "results").symlink_to(own_study.results)
+    assert "k0_kpa" in typed(contents, own_study)
+    monkeypatch.chdir(own_study.folder)
+    (opened,) = [block.code for block in blocks if block.language == "python" and "h5py" in block.code]
+    exec(compile(opened, "README.md", "exec"), {})
+    assert len(capsys.readouterr().out.split()) >= 5
+
+
+@pytest.mark.slow(minutes=0.2)
+def test_the_set_up_of_the_readme_clones_and_installs(tmp_path: Path) -> None:
+    set_up = next(block.code for block in blocks_of(README) if block.language == "sh")
+    assert set_up.splitlines()[-1] == "make install"
+    named = set_up.replace("ADDRESS", shlex.quote(str(ROOT))).replace("make ", "make --dry-run ")
+    done = subprocess.run(["bash", "-ec", named], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "--requirement environment.txt" in done.stdout
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_pip_takes_the_file_of_the_study_by_itself() -> None:
+    pip = [sys.executable, "-m", "pip", "install", "--dry-run", "--quiet", "--report", "-"]
+    done = subprocess.run(
+        [*pip, "-r", "environment.txt"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert [each["metadata"]["name"] for each in json.loads(done.stdout)["install"]] == ["swesbi"]

@@ -170,7 +170,7 @@ class Study:
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
 
     def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
-        """Share subjects out, in order, over the jobs of a light stage: one to each in all but large cohorts."""
+        """Share subjects out, in order, over the jobs of a light stage: one to each unless there are many."""
         size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), 1)
         return tuple(tuple(subjects[start : start + size]) for start in range(0, len(subjects), size))
 
