@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
 from pages import PAGES, alike, blocks_of, pasted, walk
 from study_copy import ROOT, copy_study
+
+from swesbi.study.demo import OUT
+from swesbi.study.infer import ANSWERS
 
 COMMANDS_RUN = ("docs/tutorial.md", "docs/own-data.md")
 """Pages whose commands run, too: they are short, and need no study."""
@@ -16,6 +21,8 @@ OF_A_STUDY = ROOT / "docs" / "results.md"
 """Its blocks need a finished study: `test_results_page.py` runs them."""
 NOT_RUN = 4
 """Blocks that would run but for their mark: they install, take minutes, or need a reader's own file."""
+FOLDERS = re.compile(r"(?:template|validate|infer|--cohort|--plot|--out|cohort:|results:) ([a-z][\w./-]*\w)")
+"""What commands and settings of the pages name: a cohort, or where something is written."""
 WITH_CODE = [page for page in PAGES if any(block.language == "python" for block in blocks_of(page))]
 WALKED = sorted({*WITH_CODE, *(ROOT / page for page in COMMANDS_RUN)} - {OF_A_STUDY})
 
@@ -27,6 +34,19 @@ def test_all_python_is_python_and_few_blocks_are_left_out() -> None:
             compile(block.code, block.place, "exec")
     run = [block for block in blocks if block.language == "python" or block.page in COMMANDS_RUN]
     assert len([block for block in run if not block.runs]) == NOT_RUN
+
+
+def test_recordings_and_answers_where_the_pages_have_them_are_not_added_to_git() -> None:
+    code = "\n".join(block.code for page in PAGES for block in blocks_of(page))
+    named = set(FOLDERS.findall(code)) | {ANSWERS, OUT}
+    tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    made = {name for name in named if not re.search(rf"^{re.escape(name)}\b", tracked, re.MULTILINE)}
+    assert made >= {"data/my_cohort", "my-cohort", "sheets", "answers", "swesbi-demo", "results-mine"}
+    for name in made:
+        asked = ["git", "check-ignore", "--quiet", f"{name}/subjects.csv"]
+        assert subprocess.run(asked, cwd=ROOT, check=False).returncode == 0, f"{name} is not ignored"
+    hidden = ["git", "ls-files", "--cached", "--ignored", "--exclude-standard"]
+    assert subprocess.run(hidden, cwd=ROOT, capture_output=True, text=True, check=True).stdout == ""
 
 
 def test_every_mark_is_of_a_block() -> None:
