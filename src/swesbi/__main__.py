@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 from swesbi.artefacts.atomic import write_fault
 from swesbi.base.ending import InterruptedBySignal, ended_by_signals, print_to_nobody
 from swesbi.base.extras import missing
+from swesbi.base.terminal import terminal
 from swesbi.config.read import ConfigError
 
 EXIT_USAGE = 2
@@ -78,10 +79,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if sys.platform == "win32":  # which has no fork, no file locks of this kind, and no harmless os.kill
         print("swesbi: needs Linux; on Windows, install it in WSL", file=sys.stderr)
         return EXIT_USAGE
+    with contextlib.redirect_stdout(terminal(sys.stdout)), contextlib.redirect_stderr(terminal(sys.stderr)):
+        return _guarded(list(sys.argv[1:] if arguments is None else arguments))
+
+
+def _guarded(given: Sequence[str]) -> int:
+    """Run one command, and say in one message why it cannot go on."""
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     logging.basicConfig(format="%(message)s")
     logging.getLogger("swesbi").setLevel(logging.INFO)
-    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
         # a command that reads a configuration goes to its folder
         with ended_by_signals(), contextlib.chdir(Path.cwd()):

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
+from swesbi.base.terminal import printable
+
 LONGEST_VALUE: Final = 60
 
 
@@ -40,7 +42,7 @@ class Problem:
         value = self.value or ""
         value = value if len(value) <= LONGEST_VALUE else value[:LONGEST_VALUE] + "..."
         shown = "" if self.value is None else f"{value!r} "
-        return f"{', '.join(place)}: {shown}{self.reason}; {self.remedy}"
+        return printable(f"{', '.join(place)}: {shown}{self.reason}; {self.remedy}")
 
 
 class RecordingError(ValueError):

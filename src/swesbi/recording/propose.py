@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from swesbi.base.terminal import printable
 from swesbi.recording.cohort import EXCEL
 from swesbi.recording.columns import (
     COLUMNS,
@@ -263,7 +264,7 @@ def as_yaml(path: Path, proposal: Proposal) -> str:
         why = NO_DEVIATIONS if proposal.free else NO_MEANS
         lines.append(f"# Not used: {', '.join(proposal.spreads)}. {why}")
     lines += [f"# Not used: {', '.join(proposal.unused)}"] if proposal.unused else []
-    return "\n".join(lines) + "\n"
+    return printable("\n".join(lines)) + "\n"
 
 
 def _listed(names: str | tuple[str, ...]) -> str:
@@ -271,4 +272,7 @@ def _listed(names: str | tuple[str, ...]) -> str:
 
 
 def _quoted(text: str) -> str:
-    return "'" + text.replace("'", "''") + "'"
+    """Return a text in quotes; signs that cannot be printed, which YAML refuses, stand as their escapes."""
+    if text.isprintable():
+        return "'" + text.replace("'", "''") + "'"
+    return '"' + printable(text.replace("\\", r"\\").replace('"', r"\"")) + '"'

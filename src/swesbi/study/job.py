@@ -17,6 +17,7 @@ from typing import Any, Protocol, TextIO, get_type_hints
 from swesbi.artefacts import DamagedArtefactError, Origin
 from swesbi.base.processes import exit_when_gone
 from swesbi.base.progress import Progress
+from swesbi.base.terminal import terminal
 from swesbi.study.registry import file_arguments, file_types, stage_function
 from swesbi.study.running import RUN
 
@@ -130,9 +131,9 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
         SystemExit: The block failed.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    terminal = sys.stderr
+    shown = terminal(sys.stderr)
     with path.open("w", encoding="utf-8") as file:
-        handlers = [_handler(file), _handler(terminal)]
+        handlers = [_handler(file), _handler(shown)]
         LOGGER.setLevel(logging.INFO)
         LOGGER.propagate = False
         for handler in handlers:
@@ -142,7 +143,7 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
                 yield
         except Exception as error:
             traceback.print_exc(file=file)
-            print(f"{type(error).__name__}: {_message(error, options)}\n(traceback: {path})", file=terminal)
+            print(f"{type(error).__name__}: {_message(error, options)}\n(traceback: {path})", file=shown)
             raise SystemExit(EXIT_FAILURE) from error
         finally:
             for handler in handlers:
