@@ -23,6 +23,7 @@ from swesbi.report.figures.style import (
     TEXT_WIDTH_IN,
     in_percent,
     new_figure,
+    plain,
     style,
 )
 
@@ -65,7 +66,7 @@ def draw_ladder(table: pd.DataFrame, survives_widths: float, cohort_title: str) 
             _moves(panel, shown[shown["quantity"] == quantity], names, quantity, survives_widths)
         handles, labels = axes[0, 1].get_legend_handles_labels()
         place: dict[str, Any] = {"loc": "outside lower center", "ncols": len(labels)}
-        figure.legend(handles, labels, title=f"subject ({cohort_title})", **place)
+        figure.legend(handles, labels, title=f"subject ({plain(cohort_title)})", **place)
         figure.suptitle(
             "Log evidence less the base's; shifts in widths of the base's interval (grey: survives).\n"
             "$k_0$ in kPa is conditional on the structure.\n" + "\n".join(wrap(ABOUT_PEOPLE, 110)),

@@ -20,6 +20,7 @@ from swesbi.report.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     new_figure,
+    plain,
     style,
 )
 from swesbi.report.paper.values import PaperNumber
@@ -82,9 +83,9 @@ def draw_readings(
         axes[0].set_yticks(range(len(tried)), list(tried["label"]))
         axes[0].invert_yaxis()
         figure.suptitle(
-            f"Readings of the paper's text ({cohort_title}): each printed number, here less there, in the "
-            "paper's spreads\n(grey: within one; coverage filled: by the interval of a new observation, "
-            "open: by the band of curves)",
+            f"Readings of the paper's text ({plain(cohort_title)}): each printed number, here less there, "
+            "in the paper's spreads\n(grey: within one; coverage filled: by the interval of a new "
+            "observation, open: by the band of curves)",
             fontsize=6.5,
         )
     return figure

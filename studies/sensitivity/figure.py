@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from studies.subject_points import subject_points
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, style
+from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, new_figure, plain, style
 
 ROW_HEIGHT_IN: Final = 0.17
 FRAME_HEIGHT_IN: Final = 1.3
@@ -45,7 +45,7 @@ def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
         )
         axes[1, middle].set_xlabel("width of the interval over the base's")
         handles, labels = axes[0, 0].get_legend_handles_labels()
-        title = f"subject ({cohort_title})"
+        title = f"subject ({plain(cohort_title)})"
         figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), title=title)
     return figure
 

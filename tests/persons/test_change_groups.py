@@ -215,6 +215,20 @@ def test_it_is_said_in_sentences_and_read_back(stored: ChangeGroups, tmp_path: P
     assert len(draw_change_groups(again, TITLE).axes) == 9
 
 
+def test_names_with_dollar_signs_are_drawn_as_they_are(stored: ChangeGroups) -> None:
+    money = {name: rf"$\{name}$" for name in ("treated", "control")}  # no mathematics that is known
+    named = replace(
+        stored,
+        person=tuple(rf"$\{name}$" for name in stored.person),
+        group=tuple(money[name] for name in stored.group),
+        first_group=money[stored.first_group],
+        compared_group=tuple(money[name] for name in stored.compared_group),
+    )
+    figure = draw_change_groups(named, r"$\title$")
+    figure.draw_without_rendering()
+    assert r"\$\title\$" in figure.get_suptitle()
+
+
 def test_persons_of_whom_too_few_draws_are_left_are_named(inferred: Inferred) -> None:
     assert lacking_draws(inferred, 1.5) == ()
     (said,) = lacking_draws(inferred, 1e6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import arviz
@@ -133,6 +134,11 @@ def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None
     assert "age does not vary over the cohort" in again.notes
     assert isinstance(draw_cohort_posterior(again, TITLE), Figure)
     assert len(hyperparameter_table(again)) == 6
+
+
+def test_groups_with_dollar_signs_are_drawn_as_they_are(posterior: CohortPosterior) -> None:
+    named = replace(posterior, first_group=r"$\first$", compared_group=(r"$\other$",))
+    draw_cohort_posterior(named, TITLE).draw_without_rendering()
 
 
 def test_tables_have_a_row_each(posterior: CohortPosterior) -> None:

@@ -68,7 +68,7 @@ def sheet() -> Sheet:
         population=Population("of the prior of the study", _spread(0.5, 2), [CONTEXT]),
         more=MoreRepeats((2.0, 4.0, 8.0), np.full((3, Q), 0.9)),
         informed=(),
-        cohort_title="virtual volunteers",
+        cohort_title=r"virtual volunteers of $\nothing$",  # no mathematics
     )
 
 

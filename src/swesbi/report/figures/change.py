@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -29,6 +29,7 @@ from swesbi.report.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     new_figure,
+    plain,
     style,
     titled,
 )
@@ -72,6 +73,7 @@ def draw_change(change: StoredChange, visits: Sequence[ShownVisit], cohort_title
         visits: The earlier visit and the later.
         cohort_title: What figures call the subjects.
     """
+    change = _in_plain_names(change)
     with style():
         figure = new_figure(1.4 * TEXT_WIDTH_IN, HEIGHT_IN)
         figure.suptitle(titled(f"{change.person}, {change.visit[0]} to {change.visit[1]}", cohort_title))
@@ -79,6 +81,11 @@ def draw_change(change: StoredChange, visits: Sequence[ShownVisit], cohort_title
         draw_curves(parts[0].subplots(), change, visits)
         draw_ratios(parts[1].subplots(1, len(change.quantity)), change)
     return figure
+
+
+def _in_plain_names(change: StoredChange) -> StoredChange:
+    first, second = change.visit
+    return replace(change, person=plain(change.person), visit=(plain(first), plain(second)))
 
 
 def _parts(figure: Figure, heights: Sequence[float]) -> list[SubFigure]:
@@ -136,6 +143,7 @@ def draw_change_sheet(change: StoredChange, visits: Sequence[ShownVisit], cohort
 
     Arguments as of :func:`draw_change`.
     """
+    change = _in_plain_names(change)
     with style():
         figure = new_figure(*PAGE_IN)
         figure.suptitle(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -22,6 +23,7 @@ from swesbi.report.figures.style import (
     STRAINED,
     TRUTH,
     new_figure,
+    plain,
     plain_decades,
     shared_legend,
     style,
@@ -46,6 +48,13 @@ def draw_change_groups(stored: ChangeGroups, cohort_title: str) -> Figure:
         stored: What has changed.
         cohort_title: What the persons are ("virtual trial").
     """
+    stored = replace(
+        stored,
+        person=tuple(map(plain, stored.person)),
+        group=tuple(map(plain, stored.group)),
+        first_group=plain(stored.first_group),
+        compared_group=tuple(map(plain, stored.compared_group)),
+    )
     order = _by_group(stored)[:MOST_DRAWN]
     heights = [ROW_HEIGHT_IN * len(order) + FRAME_HEIGHT_IN, BELOW_HEIGHT_IN]
     heights += [BELOW_HEIGHT_IN] if stored.groups else []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -25,6 +26,7 @@ from swesbi.report.figures.style import (
     STRAINED,
     TRUTH,
     new_figure,
+    plain,
     plain_decades,
     shared_legend,
     style,
@@ -53,6 +55,11 @@ def draw_cohort_posterior(posterior: CohortPosterior, cohort_title: str) -> Figu
         posterior: The posterior of the cohort.
         cohort_title: What the subjects are ("virtual volunteers").
     """
+    posterior = replace(
+        posterior,
+        first_group=plain(posterior.first_group),
+        compared_group=tuple(map(plain, posterior.compared_group)),
+    )
     shown = min(len(posterior.subject), MOST_DRAWN)
     first = ROW_HEIGHT_IN * shown + FRAME_HEIGHT_IN
     heights = [first] + [GROUP_HEIGHT_IN] * (2 if posterior.groups else 0)

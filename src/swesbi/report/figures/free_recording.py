@@ -13,7 +13,7 @@ from swesbi.recording.checked import CheckedFree
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.samples import REASONS
 from swesbi.report.figures.recording import COLOURS, MARKS, MEAN, ORIGIN_WIDTH, WITHOUT_SPEED
-from swesbi.report.figures.style import PRIOR, new_figure, style
+from swesbi.report.figures.style import PRIOR, new_figure, plain, style
 
 INSTANT: Final = "instant, fraction of the push's own beat"
 
@@ -26,7 +26,7 @@ def draw_free_sheet(subject: CheckedFree, origin: str) -> Figure:
         context = observed.context
         who = f"{context.subject}: {context.sex}, {context.age_years:g} years, {context.hr_bpm:g} bpm"
         errors = f"free-running, {len(observed.phase)} pushes; errors: {SOURCES[observed.noise_source]}"
-        lines = [who, errors, *textwrap.wrap(origin, ORIGIN_WIDTH)]
+        lines = [who, errors, *textwrap.wrap(plain(origin), ORIGIN_WIDTH)]
         figure.suptitle("\n".join(lines), fontsize=8.0)
         speeds, stiffness = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 2.0))
         _draw_pushes(speeds, subject)

@@ -18,6 +18,7 @@ from swesbi.report.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     new_figure,
+    plain,
     shared_legend,
     style,
 )
@@ -56,7 +57,7 @@ def draw_pressures(table: pd.DataFrame, cohort_title: str) -> Figure:
         for first in axes[:, 0]:
             first.set_yticks(range(len(subjects)), subjects)
             first.set_ylim(len(subjects) - 0.5, -0.5)
-        figure.suptitle(f"Without and with the pressures of a cuff ({cohort_title})", fontsize=7.5)
+        figure.suptitle(f"Without and with the pressures of a cuff ({plain(cohort_title)})", fontsize=7.5)
         shared_legend(figure, axes.flat, len(LOOKS))
     return figure
 

@@ -26,6 +26,7 @@ from swesbi.report.figures.style import (
     TRUTH,
     in_percent,
     new_figure,
+    plain,
     style,
     titled,
 )
@@ -108,7 +109,7 @@ def draw_recording_sheet(subject: Checked, origin: str) -> Figure:
         figure = new_figure(6.4, 6.6)
         context = subject.observation.context
         who = f"{context.subject}: {context.sex}, {context.age_years:g} years, {context.hr_bpm:g} bpm"
-        figure.suptitle("\n".join([who, *textwrap.wrap(origin, ORIGIN_WIDTH)]), fontsize=8.0)
+        figure.suptitle("\n".join([who, *textwrap.wrap(plain(origin), ORIGIN_WIDTH)]), fontsize=8.0)
         speeds, stiffness, counts = figure.subplots(3, 1, sharex=True, height_ratios=(3.0, 2.0, 1.0))
         _draw_samples(speeds, subject)
         _draw_curve(stiffness, subject)

@@ -21,6 +21,7 @@ from swesbi.report.figures.style import (
     PRIOR,
     STATUS_COLORS,
     new_figure,
+    plain,
     plain_decades,
     style,
 )
@@ -84,7 +85,7 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
     axes.set_axis_off()
     place: dict[str, Any] = {"transform": axes.transAxes, "va": "top"}
     axes.text(0.0, 1.0, sheet.context.subject, fontsize=15.0, weight="bold", **place)
-    axes.text(1.0, 0.98, sheet.cohort_title, fontsize=8.0, color=PRIOR, ha="right", **place)
+    axes.text(1.0, 0.98, plain(sheet.cohort_title), fontsize=8.0, color=PRIOR, ha="right", **place)
     axes.text(0.0, 0.74, heart_line(sheet.context), fontsize=8.0, **place)
     word, said = verdict_text(sheet.verdict)
     box = {"boxstyle": "round,pad=0.45", "facecolor": BOX_COLORS[word], "edgecolor": "none"}

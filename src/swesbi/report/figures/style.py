@@ -193,4 +193,13 @@ def in_percent(axis: Axis) -> None:
 
 def titled(what: str, cohort_title: str) -> str:
     """Return a figure's title, which says whose data it shows."""
-    return f"{what}: {cohort_title}"
+    return f"{what}: {plain(cohort_title)}"
+
+
+def plain(text: str) -> str:
+    """Return a name, or what else others wrote, so that a figure shows it as it is.
+
+    matplotlib takes dollar signs for mathematics, and a legend leaves out what begins with an underscore.
+    """
+    shown = text.replace("$", r"\$")
+    return f" {shown}" if shown.startswith("_") else shown

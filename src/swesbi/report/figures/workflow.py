@@ -18,7 +18,7 @@ from matplotlib.path import Path as MplPath
 from swesbi.context import Context
 from swesbi.parameters import THETA
 from swesbi.report.figures import workflow_panels
-from swesbi.report.figures.style import TEXT_WIDTH_IN, mark_excluded, new_figure, style
+from swesbi.report.figures.style import TEXT_WIDTH_IN, mark_excluded, new_figure, plain, style
 
 HEIGHT_IN: Final = 3.52
 TITLE_PT: Final = 6.2
@@ -97,7 +97,7 @@ def _write(figure: Figure, picture: workflow_panels.WorkflowPicture, cohort_titl
     state = "" if picture.verdict.may_be_read else " (excluded)"
     subject = _short(picture.subject)
     heads = {
-        ROW_A: f"(a) Training: {picture.subjects} {cohort_title} pooled, here {subject}",
+        ROW_A: f"(a) Training: {picture.subjects} {plain(cohort_title)} pooled, here {subject}",
         ROW_B: f"(b) Inference: {subject}{state}",
     }
     for bottom, head in heads.items():
