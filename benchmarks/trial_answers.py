@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from swesbi.report.csv import write_csv
+from swesbi.artefacts.csv import write_csv
 
 TRIAL = Path("data/virtual_trial")
 

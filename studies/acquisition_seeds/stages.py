@@ -8,10 +8,10 @@ from pathlib import Path
 from studies.acquisition_seeds.judge import AcquisitionSeedsStageSettings, judged_recordings
 from studies.acquisition_seeds.table import medians_table
 from swesbi.artefacts import Origin
+from swesbi.artefacts.csv import write_csv
 from swesbi.measurement.likelihood import read_measured_subjects
 from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.pool import read_pool
-from swesbi.report.csv import write_csv
 from swesbi.study.stages.inference import check_components
 
 

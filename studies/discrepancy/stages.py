@@ -11,13 +11,13 @@ from studies.discrepancy.evidence import discrepancy_table, score_subject
 from studies.discrepancy.figure import draw_discrepancy
 from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.artefacts import Origin
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement import likelihood
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator
 from swesbi.virtual.generated import generate_cohort

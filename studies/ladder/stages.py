@@ -17,6 +17,7 @@ from studies.ladder.settings import LadderEffort
 from studies.ladder.summary import moves_table, pairs_table
 from studies.ladder.table import ABOUT_PEOPLE, ladder_table
 from swesbi.artefacts import Origin, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_models
 from swesbi.measurement.speeds import SpeedRecording
@@ -24,7 +25,6 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import flow_proposal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 
 LOGGER = logging.getLogger("swesbi")

@@ -27,6 +27,7 @@ from studies.readings.settings import CASES, ComparisonSettings, Reading, Treatm
 from studies.readings.treatment import Features
 from studies.readings.weights import fits_by_weights
 from swesbi.artefacts import ArtefactError, Origin
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import CmaesSettings
 from swesbi.heart.prior_simulations import group_by_subject, read_simulations
@@ -34,7 +35,6 @@ from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subject
 from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
 from swesbi.networks.paper.pool import Pool, read_pool
 from swesbi.prior import PriorSettings
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.report.paper.values import read_paper
 from swesbi.study.stages.inference import check_components

@@ -17,6 +17,7 @@ from studies.sensitivity.variants import (
     to_dataset,
 )
 from swesbi.artefacts import Origin, load, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement import likelihood
@@ -28,7 +29,6 @@ from swesbi.parameters import REPORTED
 from swesbi.posterior import exact as posteriors
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import ParameterPrior
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.seeds import integer_seed
 from swesbi.study.stages.flow_training import TrainFlowStageSettings

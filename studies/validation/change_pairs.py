@@ -56,12 +56,12 @@ from studies.validation.pair_rates import costs, flags, one_row_a_pair, rates
 from studies.validation.pairs import VARIANTS, Spreads
 from studies.validation.settings import configured as configured_validation
 from swesbi.artefacts import write_json
+from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.config.read import add_options, in_words, parsed, read_merged, snakemake_options
 from swesbi.config.study import Study, load_study
 from swesbi.persons.change.settings import DISCREPANCY, ChangeSettings
-from swesbi.report.csv import write_csv
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.other_network import check_network
 from swesbi.study.registry import stage_code
@@ -151,8 +151,8 @@ class Store:
 
     def read(self, keys: Sequence[Key]) -> pd.DataFrame:
         """Return the rows of these pairs, in their order."""
-        texts = {"shares": str, "failure": str, "not_contradicted": str, "sampler": str, "quantity": str}
-        rows = pd.concat([pd.read_csv(self.path(key), dtype=texts) for key in keys], ignore_index=True)
+        texts = ("shares", "failure", "not_contradicted", "sampler", "quantity")
+        rows = pd.concat([read_csv(self.path(key), texts) for key in keys], ignore_index=True)
         rows = rows.reindex(columns=list(dict.fromkeys([*rows.columns, *texts])))
         return rows.assign(**{name: rows[name].fillna("") for name in texts})
 

@@ -27,6 +27,7 @@ import pandas as pd
 from studies.validation.former_law import FormerLaw, changed, former_law
 from studies.validation.score import intervals, truths
 from studies.validation.settings import configured
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.slices import fields_of
@@ -38,7 +39,6 @@ from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.settings import asking
 from swesbi.prior import ParameterPrior
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.csv import write_csv
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.seeds import generator as stream_of
 from swesbi.seeds import integer_seed

@@ -29,6 +29,7 @@ from studies.validation.settings import configured
 from swesbi.answers.answer import answered
 from swesbi.answers.gated import GatedRecording, noise_test
 from swesbi.answers.knowledge import Knowledge
+from swesbi.artefacts.csv import write_csv
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import SpeedModel
@@ -37,7 +38,6 @@ from swesbi.recording.components import RepeatLevels
 from swesbi.recording.folder_noise import FolderRecordings
 from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.recording.sweeps import levels_by
-from swesbi.report.csv import write_csv
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.study.finished import finished_population
 from swesbi.verdict.verdict import CONTRADICTED, STRAINED

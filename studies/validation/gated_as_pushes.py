@@ -30,6 +30,7 @@ import pandas as pd
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.config.read import read_merged
@@ -48,7 +49,6 @@ from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.noise import read_noise
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
 from swesbi.study.finished import finished_population
 from swesbi.study.other_network import check_network

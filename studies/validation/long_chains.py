@@ -32,6 +32,7 @@ import pandas as pd
 from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
 from swesbi.answers.gated import GatedRecording
+from swesbi.artefacts.csv import write_csv
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.config.read import read_merged
@@ -47,7 +48,6 @@ from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.finished import FinishedPopulation, check_finished, finished_population
 from swesbi.study.other_network import check_network

@@ -39,6 +39,7 @@ from studies.validation.published_values import (
     Published,
     Quantity,
 )
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.slices import fields_of
@@ -54,7 +55,6 @@ from swesbi.population.settings import of_group
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import sample
 from swesbi.recording.speed import squared_speed_m2_s2
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import VOLUNTEERS, Truth, simulate_truth

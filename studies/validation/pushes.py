@@ -30,6 +30,7 @@ from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.gated_as_pushes import model_of_table
 from studies.validation.score import Intervals, intervals, truths
 from studies.validation.settings import configured
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
@@ -41,7 +42,6 @@ from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.recording.columns import SPEED
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import NoiseDeclaration
-from swesbi.report.csv import write_csv
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
 from swesbi.study.finished import finished_population

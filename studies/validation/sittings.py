@@ -17,7 +17,7 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.report.csv import write_csv
+from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.report.tables.validation import OF_SITTING, compared_width, read_sittings, read_validation
 from swesbi.report.tables.validation_outcomes import in_brief
 
@@ -56,8 +56,8 @@ def add(table: Path, stored: Path, of_sitting: Mapping[str, object]) -> None:
         FileNotFoundError: There is no such file.
         ValueError: A sitting of this number is stored already.
     """
-    pairs = {stored: read_validation(table), _samplers(stored): pd.read_csv(_samplers(table))}
-    before = {path: pd.read_csv(path) for path in pairs}
+    pairs = {stored: read_validation(table), _samplers(stored): read_csv(_samplers(table))}
+    before = {path: read_csv(path) for path in pairs}
     if (before[stored]["sitting"] == of_sitting["sitting"]).any():
         raise ValueError(f"{stored}: holds a sitting {of_sitting['sitting']} already")
     for path, rows in pairs.items():

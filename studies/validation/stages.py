@@ -14,10 +14,10 @@ from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
 from swesbi.answers.knowledge import knowledge_of_population
 from swesbi.artefacts import Origin, load, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.recording.noise import read_noise
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.study.other_network import check_network
 

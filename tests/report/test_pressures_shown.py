@@ -12,10 +12,10 @@ from figure_text import assert_text_apart
 from test_report_population import SETTINGS
 
 from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.csv import write_csv
 from swesbi.checks.pressures import COLUMNS, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import PHI_NAMES, SHOWN
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import OverPopulation

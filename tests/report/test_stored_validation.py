@@ -9,7 +9,7 @@ import pytest
 from jinja2 import ChainableUndefined
 
 from swesbi.artefacts import ArtefactError
-from swesbi.report.csv import write_csv
+from swesbi.artefacts.csv import write_csv
 from swesbi.report.page.page import templates
 from swesbi.report.table import Strong
 from swesbi.report.tables.validation import stored_validation

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts import atomic_path
+from swesbi.artefacts.csv import write_csv
 from swesbi.config.study import Study
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.style import save_figure
 from swesbi.study.model_version import STORED, note_versions
 from tools.docs.directives import PageError, Place, line_of

@@ -14,6 +14,7 @@ from swesbi.answers.answer import Answer
 from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import Knowledge
 from swesbi.artefacts import Origin, save, to_groups
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.draws import median_and_interval
@@ -26,7 +27,6 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import Space
 from swesbi.recording.observation import Observation
 from swesbi.recording.speed import youngs_modulus_kpa
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.verdict.verdict import Verdict

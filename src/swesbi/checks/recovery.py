@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.csv import read_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.settings import RecoverySettings
@@ -168,7 +168,7 @@ def read_truth(paths: Sequence[Path]) -> Mapping[str, FloatArray]:
     """
     truths: dict[str, FloatArray] = {}
     for path in paths:
-        table = pd.read_csv(path, dtype={"subject": str})
+        table = read_csv(path)
         if missing := [name for name in ("subject", *THETA_NAMES) if name not in table]:
             raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}")
         values = table[list(THETA_NAMES)].to_numpy(dtype=np.float64)

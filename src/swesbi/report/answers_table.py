@@ -9,7 +9,7 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.report.csv import write_csv
+from swesbi.artefacts.csv import write_csv
 from swesbi.report.workbook import write_workbook
 from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
 from swesbi.verdict.trust import ANSWER, IN_WORDS

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import pandas as pd
 
-from swesbi.report.csv import write_csv
+from swesbi.artefacts.csv import write_csv
 
 if TYPE_CHECKING:
     from swesbi.networks.flow.training import SplineEpoch

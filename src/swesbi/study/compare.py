@@ -187,7 +187,7 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
     """
     import pandas as pd
 
-    from swesbi.report.csv import write_csv
+    from swesbi.artefacts.csv import read_csv, write_csv
 
     study, experiment = compared[0].study, compared[0].experiment
     plain = stage_settings(study, STAGE_OF_GROUPS, experiment=experiment)
@@ -195,7 +195,7 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
         f"{person} is left out: {' '.join(reason.split())}" for person, reason in refused.items()
     ]
     made_of = {folder / asked.pair.person: asked.pair.subjects[0] for asked in compared}
-    table = pd.concat([pd.read_csv(person / TABLE) for person in made_of], ignore_index=True)
+    table = pd.concat([read_csv(person / TABLE) for person in made_of], ignore_index=True)
     table.insert(0, "experiment", experiment)
     run = stage_function(STAGE_OF_GROUPS)
     with folder_made_whole(folder) as made:
@@ -210,7 +210,15 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
 
 
 def _answer(folder: Path, asked: Asked) -> None:
-    """Answer both visits, then the pair, put all of it into ``folder``, or nothing, and print the change."""
+    """Answer both visits, then the pair, put all of it into ``folder``, or nothing, and print the change.
+
+    Raises:
+        ValueError: A file has the folder's name, or a visit is refused.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(
+            f"{folder}: is a file where the results go; move it, or name another folder by --out"
+        )
     pair, study = asked.pair, asked.answerer.study
     named = {"person": pair.person, "from_visit": pair.visits[0], "to_visit": pair.visits[1]}
     plain = stage_settings(study, STAGE, experiment=asked.experiment, **named)

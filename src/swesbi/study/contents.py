@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-import pandas as pd
 import xarray as xr
 import yaml
 
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, files
+from swesbi.artefacts.csv import read_csv
 
 ORIGIN: Final = "code and origin"
 SETTINGS: Final = "settings"
@@ -85,9 +85,7 @@ def _weights(path: Path) -> Content:
 
 
 def _table(path: Path) -> Content:
-    return {}, {
-        str(name): xr.Variable("row", column.to_numpy()) for name, column in pd.read_csv(path).items()
-    }
+    return {}, {str(name): xr.Variable("row", column.to_numpy()) for name, column in read_csv(path).items()}
 
 
 def _plain(path: Path) -> Content:

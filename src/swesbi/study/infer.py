@@ -173,12 +173,11 @@ def check_table(folder: Path, subjects: Sequence[str]) -> None:
     Raises:
         OtherAnswerError: Names them.
     """
-    import pandas as pd
-
+    from swesbi.artefacts.csv import read_csv
     from swesbi.report.answers_table import TABLE
 
     path = folder / TABLE
-    answered = list(pd.read_csv(path, converters={"subject": str})["subject"]) if path.is_file() else []
+    answered = list(read_csv(path)["subject"]) if path.is_file() else []
     others = dict.fromkeys(name for name in answered if name not in subjects)
     if others:
         raise OtherAnswerError(

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.artefacts.atomic import atomic_path
+from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
@@ -30,7 +31,6 @@ from swesbi.population.recordings import (
     recorded,
 )
 from swesbi.prior import quantile
-from swesbi.report.csv import write_csv
 
 MODEL_VERSION: Final = 3
 """Raised whenever the fingerprint moves; tables of an older version are made again."""
@@ -165,7 +165,7 @@ def read_versions(folder: Path) -> dict[str, int]:
     index = folder / VERSIONS
     if not index.is_file():
         return {}
-    table = pd.read_csv(index)
+    table = read_csv(index)
     return dict(zip(table["table"].tolist(), table["model_version"].tolist(), strict=True))
 
 

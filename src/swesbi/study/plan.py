@@ -205,8 +205,8 @@ def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Pa
 
 def _written(planned: Planned, folder: Path) -> str:
     """Write table, text and figure; return what is printed."""
+    from swesbi.artefacts.csv import write_csv
     from swesbi.persons.planning.words import plan_lines, plan_table
-    from swesbi.report.csv import write_csv
     from swesbi.report.figures.plan import draw_plan
     from swesbi.report.figures.style import save_figure
 

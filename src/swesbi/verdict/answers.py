@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.csv import checked, read_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.parameters import TOLD_NAMES
@@ -176,7 +177,4 @@ def read_cohort(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column is missing.
     """
-    table = pd.read_csv(path, converters={"subject": str})
-    if missing := [name for name in ("subject", "status", "reason", *answer_columns()) if name not in table]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    return table.assign(reason=table["reason"].astype(object).fillna(""))
+    return checked(read_csv(path, ("reason",)), path, ("subject", "status", "reason", *answer_columns()))

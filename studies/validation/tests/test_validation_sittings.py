@@ -10,7 +10,7 @@ from validation_case import VALIDATION, answer
 
 from studies.validation.sittings import STORED, main
 from studies.validation.table import samplers_table, validation_table
-from swesbi.report.csv import write_csv
+from swesbi.artefacts.csv import write_csv
 from swesbi.report.tables.validation import COLUMNS, OF_SITTING, letters, read_sittings
 
 LETTERS = "abcdefgh"

@@ -17,12 +17,12 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from swesbi.artefacts.csv import checked, read_csv
 from swesbi.checks.calibration.ranks import NETWORK, SAMPLERS, WEIGHTED
 from swesbi.context import CONTEXT, Context, sphere_radius_m
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.population.contexts import DrawnContext
 from swesbi.population.settings import DECLARED_NAMES, DeclaredRange
-from swesbi.report.csv import checked
 from swesbi.report.figures.style import (
     CMAES,
     EXCLUDED_BACKGROUND,
@@ -32,6 +32,7 @@ from swesbi.report.figures.style import (
     TEXT_WIDTH_IN,
     in_percent,
     new_figure,
+    plain,
     shared_legend,
     style,
 )
@@ -212,7 +213,7 @@ def _legend(drawn: Sequence[DrawnContext], cohort_title: str) -> list[Line2D | P
         Line2D([], [], color=colour, label=f"{group}, {SEXES[sex][0]}")
         for (group, sex), colour in _colours(drawn).items()
     ]
-    cohort = Line2D([], [], linestyle="none", marker="v", **MARK, label=cohort_title)
+    cohort = Line2D([], [], linestyle="none", marker="v", **MARK, label=plain(cohort_title))
     outside = Patch(color=EXCLUDED_BACKGROUND, label="refused")
     return [*people, cohort, outside]
 
@@ -223,7 +224,7 @@ def read_strata(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    return checked(pd.read_csv(path), path, STRATA_COLUMNS, "stratum")
+    return checked(read_csv(path), path, STRATA_COLUMNS, "stratum")
 
 
 def stratum_label(name: str) -> str:

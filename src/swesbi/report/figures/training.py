@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
+from swesbi.artefacts.csv import checked, read_csv
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.report.csv import checked
 from swesbi.report.figures.style import (
     CMAES,
     NETWORK,
@@ -51,7 +51,7 @@ def read_history(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    return checked(pd.read_csv(path), path, HISTORY_COLUMNS, "epoch")
+    return checked(read_csv(path), path, HISTORY_COLUMNS, "epoch")
 
 
 def draw_training(history: pd.DataFrame, cohort_title: str) -> Figure:
@@ -84,8 +84,7 @@ def read_epochs(path: Path) -> pd.DataFrame:
     Raises:
         ArtefactError: A column or every row is missing.
     """
-    table = checked(pd.read_csv(path, dtype={"subject": str, "parameter": str}), path, EPOCH_COLUMNS, "epoch")
-    return table.fillna({"subject": "", "parameter": ""})
+    return checked(read_csv(path, ("parameter",)), path, EPOCH_COLUMNS, "epoch")
 
 
 def draw_epochs(

@@ -10,8 +10,8 @@ from typing import Any, Final
 
 import pandas as pd
 
+from swesbi.artefacts.csv import checked, read_csv
 from swesbi.parameters import THETA_NAMES
-from swesbi.report.csv import checked
 from swesbi.report.numbers import (
     MINUS,
     MISSING,
@@ -187,7 +187,7 @@ def read_comparison(path: Path) -> pd.DataFrame:
         ArtefactError: A column is missing.
     """
     columns = ("quantity", "paper", "this_study", "note", "origin")
-    return checked(pd.read_csv(path, dtype=str, keep_default_na=False), path, columns)
+    return checked(read_csv(path, columns), path, columns)
 
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:

@@ -8,10 +8,10 @@ from typing import Final
 
 import pandas as pd
 
+from swesbi.artefacts.csv import checked, read_csv
 from swesbi.checks.pressures import COLUMNS, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import NUISANCES, PHI, SHOWN
-from swesbi.report.csv import checked
 from swesbi.report.numbers import MISSING, fixed
 from swesbi.report.results import columns_of, wide
 from swesbi.report.table import Column, Table, words
@@ -40,7 +40,7 @@ def read_pressures(path: Path) -> pd.DataFrame:
         ArtefactError: A column or every row is missing.
         FileNotFoundError: There is no such file.
     """
-    return checked(pd.read_csv(path, converters={"subject": str}), path, COLUMNS, row="subject")
+    return checked(read_csv(path), path, COLUMNS, row="subject")
 
 
 def pressures_of(paths: Sequence[Path], experiment: str) -> pd.DataFrame | None:

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError
-from swesbi.report.csv import checked
+from swesbi.artefacts.csv import checked, read_csv
 from swesbi.report.numbers import percent, span
 from swesbi.report.table import MARK, MUTED, Cell, Column, Strong, Table, words
 from swesbi.report.tables.validation_outcomes import (
@@ -65,7 +65,7 @@ def read_validation(path: Path) -> pd.DataFrame:
         ArtefactError: A column or every row is missing.
         FileNotFoundError: There is no such file.
     """
-    return checked(pd.read_csv(path), path, COLUMNS, row="generator")
+    return checked(read_csv(path), path, COLUMNS, row="generator")
 
 
 def read_sittings(path: Path) -> pd.DataFrame:
@@ -75,7 +75,7 @@ def read_sittings(path: Path) -> pd.DataFrame:
         ArtefactError: A column or every row is missing.
         FileNotFoundError: There is no such file.
     """
-    table = checked(pd.read_csv(path), path, (*OF_SITTING, *COLUMNS), row="sitting")
+    table = checked(read_csv(path), path, (*OF_SITTING, *COLUMNS), row="sitting")
     return table.sort_values("sitting", kind="stable")
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from swesbi.artefacts import ArtefactError, Origin, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration import dataset
 from swesbi.checks.calibration.local import calibrate_locally, classifier_accuracy
@@ -28,7 +29,6 @@ from swesbi.posterior.result import ExactPosterior, read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, PriorSettings
-from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.stages.origin import by_key, result_key
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from swesbi.artefacts import Origin, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.persons.change.groups import infer_change_groups, lacking_draws, member_of_change, unlike_pairs
 from swesbi.persons.change.settings import ChangeGroupsSettings
@@ -23,7 +24,6 @@ from swesbi.persons.cohort.result import population_groups
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import read_observation
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.change_groups import draw_change_groups
 from swesbi.report.figures.style import save_figure
 

@@ -6,9 +6,8 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-import pandas as pd
-
 from swesbi.artefacts import ArtefactError, Origin, load
+from swesbi.artefacts.csv import checked, read_csv, write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import KIND, diagnostics_of, ranked_of
 from swesbi.checks.calibration.settings import JudgementSettings
@@ -17,7 +16,6 @@ from swesbi.checks.recovery import read_truth
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.settings import ContextRow
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.calibration import CalibrationCase, draw_calibration
 from swesbi.report.figures.cohort import Overview, draw_cohort
 from swesbi.report.figures.misspecification import draw_misspecification
@@ -73,7 +71,7 @@ def misspecification_figure(
 
 def _read_rows(path: Path) -> list[AlarmRow]:
     try:
-        table = pd.read_csv(path, dtype={"subject": str, "recordings": str, "alarm": str})
+        table = read_csv(path, ("recordings", "alarm"))
         return [
             AlarmRow(**{str(name): value for name, value in row.items()}) for row in table.to_dict("records")
         ]
@@ -105,9 +103,7 @@ def calibration_figure(
         ArtefactError: A file is no such result.
     """
     groups = {name: load(calibration, KIND, name)[0] for name in ("own", "acquired", LOCAL)}
-    checks = pd.read_csv(table)
-    if missing := [name for name in COLUMNS if name not in checks.columns]:
-        raise ArtefactError(f"{table}: lacks the columns {', '.join(missing)}; delete it and rerun")
+    checks = checked(read_csv(table), table, COLUMNS)
     case = CalibrationCase(
         ranked={name: ranked_of(group) for name, group in groups.items()},
         diagnostics=diagnostics_of(groups["own"]),

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from swesbi.artefacts import Origin, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
@@ -25,7 +26,6 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.report.csv import write_csv
 from swesbi.study.stages.origin import by_key
 from swesbi.verdict.verdict import read_verdict
 

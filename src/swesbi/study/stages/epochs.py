@@ -13,6 +13,7 @@ from pydantic import Field
 from scipy.special import stdtrit
 
 from swesbi.artefacts import ArtefactError, Origin
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.progress import Progress
 from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import NothingRecoveredError, recover, score_recovery
@@ -24,7 +25,6 @@ from swesbi.networks.paper.pool import read_pool
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds, prior_variance
 from swesbi.report import training_tables
-from swesbi.report.csv import write_csv
 from swesbi.seeds import integer_seed
 from swesbi.study.stages import inference
 from swesbi.study.stages.origin import by_key

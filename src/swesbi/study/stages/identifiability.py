@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from swesbi.artefacts import ArtefactError, Origin, load, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.identifiability import tables
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
@@ -19,7 +20,6 @@ from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.identifiability import draw_design, draw_identifiability
 from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import result_key

@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import ArtefactError, Origin, save, write_json
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.recovery import fresh_simulations, recover, score_recovery, shares
 from swesbi.checks.settings import RecoverySettings
@@ -30,7 +31,6 @@ from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import RecordingSettings
-from swesbi.report.csv import write_csv
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings

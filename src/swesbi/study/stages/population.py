@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.artefacts import Origin, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration.dataset import FRESH as KIND
 from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
@@ -23,7 +24,6 @@ from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.report.csv import write_csv
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from swesbi.artefacts import ArtefactError, Origin, load
+from swesbi.artefacts.csv import checked, write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of
 from swesbi.measurement.clinical import with_stressed_volume
@@ -14,7 +15,6 @@ from swesbi.measurement.settings import ClinicalSettings
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.observation import Observation, read_observation
-from swesbi.report.csv import checked, write_csv
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.figures.style import save_figure
 from swesbi.report.tables.pressures import read_pressures

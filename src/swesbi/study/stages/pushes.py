@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from swesbi.artefacts import Origin, save
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration.pushes import (
     KIND,
@@ -23,7 +24,6 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import FreshSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
-from swesbi.report.csv import write_csv
 from swesbi.verdict.pooled import read_null
 from swesbi.verdict.settings import RuleSettings
 

@@ -11,6 +11,7 @@ import yaml
 from pydantic import JsonValue
 
 from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.csv import read_csv
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
@@ -51,8 +52,7 @@ def read_results(
     Raises:
         ArtefactError: A file of an experiment is missing, or not what its name says.
     """
-    texts = {"experiment": str, "subject": str}
-    shown = {name: pd.read_csv(path, converters=texts) for name, path in tables.items()}
+    shown = {name: read_csv(path) for name, path in tables.items()}
     verdict_of = by_key(verdicts)
     of_experiment = {kind: {path.parent.name: path for path in paths} for kind, paths in files.items()}
     experiments = tuple(
@@ -75,7 +75,7 @@ def _experiment(
 ) -> Experiment:
     if missing := [kind for kind, paths in files.items() if name not in paths]:
         raise ArtefactError(f"experiment {name!r}: no file of {', '.join(missing)} is given")
-    own, acquisition = (pd.read_csv(files[kind][name]) for kind in ("own", "acquisition"))
+    own, acquisition = (read_csv(files[kind][name]) for kind in ("own", "acquisition"))
     return Experiment(
         name=name,
         settings=plain,
@@ -145,13 +145,13 @@ def _table(paths: Sequence[Path], kind: str, experiment: str) -> pd.DataFrame:
     by_experiment = {path.parent.name: path for path in paths}
     if experiment not in by_experiment:
         raise ArtefactError(f"experiment {experiment!r}: no file of {kind} is given")
-    return pd.read_csv(by_experiment[experiment], converters={"subject": str})
+    return read_csv(by_experiment[experiment])
 
 
 def _truth(paths: Sequence[Path]) -> pd.DataFrame:
     if not paths:
         return pd.DataFrame(columns=["experiment"])
-    return pd.read_csv(paths[0], converters={"experiment": str, "subject": str})
+    return read_csv(paths[0])
 
 
 def read_populations(

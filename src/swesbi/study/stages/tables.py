@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 import yaml
 
 from swesbi.artefacts import ArtefactError, Origin, atomic_path
+from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.predictive import read_predictive
@@ -23,7 +23,6 @@ from swesbi.prior import PriorSettings
 from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.report import study_tables
-from swesbi.report.csv import write_csv
 from swesbi.report.figures.training import read_history
 from swesbi.report.latex import comparison_latex, posterior_latex, ppc_latex
 from swesbi.report.paper.comparison import comparison_table
@@ -180,11 +179,11 @@ def paper_comparison(
         main=settings.main_experiment,
         settings=settings.to_plain(),
         protocol=_read_protocol(protocol),
-        ppc=pd.read_csv(ppc),
-        posterior=pd.read_csv(posterior),
-        features=pd.read_csv(features),
+        ppc=read_csv(ppc),
+        posterior=read_csv(posterior),
+        features=read_csv(features),
         verdicts={key.subject: read_verdict(path) for key, path in by_key(verdicts).items()},
-        recoveries={path.parent.name: pd.read_csv(path) for path in recoveries},
+        recoveries={path.parent.name: read_csv(path) for path in recoveries},
         training=read_history(training),
         pool=pool_size(read_pool(pool)),
         observations=[read_observation(path) for path in observations],

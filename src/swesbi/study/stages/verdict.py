@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError, Origin, save, write_json
+from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
@@ -29,7 +30,6 @@ from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation, read_contexts, read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.csv import write_csv
 from swesbi.verdict.pooled import KIND as NULLS
 from swesbi.verdict.pooled import PopulationNull, draw_null, null_groups
 from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, alarm_rows

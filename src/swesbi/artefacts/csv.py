@@ -1,0 +1,83 @@
+"""The project's own tables as CSV: written atomically, read back as they were, and checked."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+
+from swesbi.artefacts.atomic import ArtefactError, atomic_path
+
+EIGHT_DIGITS: Final = "%.8g"
+NAMES: Final = ("subject", "person", "visit", "from_visit", "to_visit", "group", "of", "experiment")
+"""Columns that hold names, which others give: always texts, also where they look like numbers."""
+NUMBER: Final = re.compile(r"[+-]?(inf|[\d.]+(e[+-]?\d+)?( ± [\d.]+)?)", re.IGNORECASE)
+FORMULA: Final = re.compile(r"'*[=+\-@].", re.DOTALL)
+QUOTED: Final = re.compile(r"'+[=+\-@].", re.DOTALL)
+
+
+def write_csv(path: Path, table: pd.DataFrame, float_format: str | None = EIGHT_DIGITS) -> None:
+    """Write a table atomically, without its index; NaN becomes an empty field.
+
+    A text that spreadsheets would take for a formula (``=1+1``) gets an apostrophe before it.
+    """
+    with atomic_path(path) as temporary:
+        _each_text(table, _written).to_csv(
+            temporary, index=False, float_format=float_format, lineterminator="\n"
+        )
+
+
+def read_csv(path: Path, texts: Sequence[str] = ()) -> pd.DataFrame:
+    """Read a table of the project's own.
+
+    Columns of names (``NAMES``) and ``texts`` hold texts: ``NA`` and ``007`` stay as they are, and an empty
+    cell is an empty text. Another column holds numbers where all its filled cells are numbers, or truth
+    values; what is empty there is NaN.
+
+    Args:
+        path: The file, as :func:`write_csv` writes it.
+        texts: Further columns of texts; it need not have them.
+    """
+    columns = dict.fromkeys([*NAMES, *texts], str)
+    table = pd.read_csv(path, dtype=columns, keep_default_na=False, na_values=[""])
+    return _each_text(table.fillna(dict.fromkeys(columns, "")), _as_given)
+
+
+def checked(table: pd.DataFrame, path: Path, columns: Sequence[str], row: str = "") -> pd.DataFrame:
+    """Return a table that was read from a file, once it has what it should have.
+
+    Args:
+        table: The table.
+        path: Its file.
+        columns: The columns that it must have; it may have others.
+        row: What a row is ("epoch"), where there must be one at least.
+
+    Raises:
+        ArtefactError: A column or every row is missing.
+    """
+    if missing := [name for name in columns if name not in table.columns]:
+        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
+    if row and table.empty:
+        raise ArtefactError(f"{path}: holds no {row}; delete it and rerun")
+    return table
+
+
+def _each_text(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:
+    """Return the table with its texts changed; what else stands in columns of texts stays."""
+    changed: dict[str, pd.Series[str]] = {}
+    for name, column in table.items():
+        if column.dtype.kind == "O":
+            cells = [change(cell) if isinstance(cell, str) else cell for cell in column]
+            changed[str(name)] = pd.Series(cells, table.index, column.dtype)
+    return table.assign(**changed)
+
+
+def _written(text: str) -> str:
+    return f"'{text}" if FORMULA.match(text) and not NUMBER.fullmatch(text) else text
+
+
+def _as_given(text: str) -> str:
+    return text[1:] if QUOTED.match(text) else text
