@@ -407,6 +407,10 @@ PROTOCOLS = {
     "no origin": Case(content("recording.yaml", b"origin:\n"), "has no text under the key `origin`; say"),
     "no YAML": Case(content("recording.yaml", b"a: [1\n"), "recording.yaml: cannot be read as YAML"),
     "impossible date": Case(content("recording.yaml", b"a: 2001-99-99\n"), "cannot be read as YAML"),
+    "origin that clears the screen": Case(
+        content("recording.yaml", b'origin: "a\\e[2J"\n'),
+        r"under the key `origin` has a sign that cannot be seen; type",
+    ),
     "no UTF-8": Case(content("recording.yaml", b"origin: \xff\n"), "cannot be read as YAML"),
     "a list": Case(content("recording.yaml", b"- a\n"), "recording.yaml: holds list, expected keys"),
     "protocol of one word": Case(

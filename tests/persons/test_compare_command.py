@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,11 +13,14 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.text import Text
 from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.answers.compared import JOINT, TABLE, PersonChangeSettings, check_protocols
 from swesbi.artefacts import Origin, Provenance, save, to_groups
+from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
@@ -24,7 +28,7 @@ from swesbi.persons.change.one_person import OnePerson
 from swesbi.persons.change.ratios import QUANTITIES, Ratios
 from swesbi.persons.change.stored import KIND, StoredChange, change_table, read_change
 from swesbi.persons.change.words import change_lines
-from swesbi.report.csv import write_csv
+from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.study import compare as command
 from swesbi.study.answering import Answerer
 from swesbi.study.finished import finished_population
@@ -33,6 +37,7 @@ from swesbi.study.stages.change_groups import ChangeGroupsStageSettings
 
 if TYPE_CHECKING:
     from swesbi.recording.observation import Observation
+    from swesbi.verdict.verdict import Verdict
 
 TRIAL = ROOT / "data" / "virtual_trial"
 
@@ -219,6 +224,24 @@ def test_all_who_came_twice_are_compared_and_the_others_named(
     assert "P04 is left out: visit 'after' of 'P04' (recording P04-after): its recording is too short" in said
 
 
+def test_a_person_whose_name_or_folder_is_wrong_is_refused_alone(
+    typed: Callable[..., str], instead: Instead, tmp_path: Path
+) -> None:
+    """Names that pandas takes for missing cells or numbers are names; nobody is in their way."""
+    cohort, out = tmp_path / "trial", tmp_path / "out"
+    shutil.copytree(TRIAL, cohort)
+    names = {"P01": "NA", "P02": "007", "P03": "2024/001", "P05": "nan"}
+    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
+    table[table["person"] <= "P05"].replace({"person": names}).to_csv(cohort / "subjects.csv", index=False)
+    out.mkdir()
+    (out / "P04").touch()
+    shown = typed("--all", "--out", str(out), cohort=cohort)
+    assert "3 compared, 2 refused" in shown
+    assert re.search(r"refused: 2024/001: (.|\n)*column 'person': '2024/001' has a sign that", shown)
+    assert re.search(r"refused: P04: .*/out/P04: is a file", shown)
+    assert list(read_csv(out / command.ALL_CHANGES)["person"].unique()) == ["NA", "007", "nan"]
+
+
 def test_what_is_wrong_with_the_network_or_nobody_compared_writes_no_table(
     typed: Callable[..., str], instead: Instead, trial: Study, tmp_path: Path
 ) -> None:
@@ -306,6 +329,23 @@ def test_a_change_is_read_as_it_was_written(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.ratios.low, written.ratios.low)
     assert list(read.verdict) == ["not contradicted", "strained"]
     assert read.one_person == written.one_person
+
+
+def test_names_with_dollar_signs_are_drawn_as_they_are() -> None:
+    at = np.arange(3.0) / 3.0
+    observed = SimpleNamespace(
+        phase=at, measured=at > 0.0, stiffness_kpa=at, stiffness_se_kpa=at, samples_accepted=at,
+        samples_rejected=at, context=SimpleNamespace(hr_bpm=60.0),
+    )  # fmt: skip
+    visit = ShownVisit(
+        cast("Observation", observed), cast("Verdict", SimpleNamespace(reasons=())), at, at, at, at
+    )
+    named = replace(stored(), person=r"$\person$", visit=(r"_$\first$", r"$\second$"))
+    for draw in (draw_change, draw_change_sheet):
+        figure = draw(named, [visit, visit], r"$\title$")
+        figure.draw_without_rendering()
+        shown = [text.get_text() for axes in figure.findobj(Axes) for text in axes.findobj(Text)]
+        assert any(text.startswith(r" _\$\first\$: median") for text in shown)
 
 
 def test_the_table_has_a_row_a_quantity_with_what_was_decided() -> None:

@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 from bad_input import CASES, Case, cell, context
 from cohorts import snapshot, write_cohort, write_overlay
 from study_copy import ROOT
@@ -104,6 +105,26 @@ def test_ingestion_refuses_it_and_writes_nothing(
     assert main(["stages", "ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 2
     shown_by(capsys, case.message)
     assert snapshot(tmp_path) == before
+
+
+def test_no_sign_of_a_file_reaches_the_terminal_that_cannot_be_printed(
+    good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of columns and names of files that nobody reads, and of a column that is proposed."""
+    cohort = Path(shutil.copytree(good, tmp_path / "cohort"))
+    clears = "\x1b[2J\x9b"
+    (cohort / "swe" / f"{clears}.csv").touch()
+    path = cohort / "swe" / "S-1.csv"
+    header, rest = path.read_text().split("\n", 1)
+    assert main(["validate", str(cohort)]) == 0
+    path.write_text(f"{clears}'{header}\n{rest}")
+    assert main(["validate", str(cohort)]) == 2
+    assert main(["template", "--like", str(path)]) == 0
+    shown = capsys.readouterr()
+    assert (shown.err + shown.out).count(r"\x1b[2J\x9b") >= 3
+    assert (shown.err + shown.out).replace("\n", "").isprintable()
+    proposed = yaml.safe_load(shown.out[shown.out.index("# Proposed") :])
+    assert f"{clears}'{header.split(',')[0]}" in proposed["columns"].values()
 
 
 def test_all_problems_are_listed_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""Persons, visits and groups: optional columns of any text, checked against each other."""
+"""Persons, visits and groups: optional columns of names, checked against each other."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ def test_a_cohort_without_the_columns_has_a_person_a_subject(table: Path) -> Non
 
 
 def test_rows_of_one_person_are_visits_in_the_order_of_the_file(table: Path) -> None:
-    cells = ("Nº 7 / B,after 4 weeks,drug", ",,", "K,before,control", "Nº 7 / B,  later ,drug")
+    cells = ("7º Müller B.,+4 weeks,5 mg/kg", ",,", "NA,before,$", "7º Müller B.,  later ,5 mg/kg")
     visits = read_subject_table(written(table, ALL, *cells)).visits
-    assert visits["S-3"] == Visit("Nº 7 / B", "later", "drug")
+    assert visits["S-3"] == Visit("7º Müller B.", "later", "5 mg/kg")
     assert persons_of(visits) == (
-        Person("Nº 7 / B", "drug", ("S-0", "S-3"), ("after 4 weeks", "later")),
+        Person("7º Müller B.", "5 mg/kg", ("S-0", "S-3"), ("+4 weeks", "later")),
         Person("S-1", "", ("S-1",), ("",)),
-        Person("K", "control", ("S-2",), ("before",)),
+        Person("NA", "$", ("S-2",), ("before",)),
     )
 
 
@@ -71,7 +71,7 @@ def test_rows_of_one_person_are_visits_in_the_order_of_the_file(table: Path) -> 
         ("group", ("x",), Person("S-0", "x", ("S-0",), ("",))),
         ("person", ("P",), Person("P", "", ("S-0",), ("",))),
         ("visit,person", ("one,P",), Person("P", "", ("S-0",), ("one",))),
-        ("visit,person", ("NaN, nan ",), Person("S-0", "", ("S-0",), ("",))),
+        ("visit,person", ("NaN, nan ",), Person("nan", "", ("S-0",), ("NaN",))),
         ("person", ("S-0",), Person("S-0", "", ("S-0",), ("",))),
     ],
 )
@@ -114,6 +114,19 @@ def test_names_that_look_like_numbers_stay_as_they_are(table: Path) -> None:
         ("person", ("s-1", ""), r"row 3, column 'subject': 'S-1' is the name of a person in other rows"),
         ("Person", ("P",), "column 'Person': is not read, and looks like person; call it person, or by"),
         ("persn", ("P",), "looks like person"),
+        (ALL, ("2024/001,1,",), r"row 2, column 'person': '2024/001' has a sign .* folder, .* write '-' in"),
+        ("person", ("=1+1",), "'=1.1' begins with neither a letter nor a digit; put one first"),
+        ("person", ("..",), "begins with neither a letter nor a digit"),
+        ("person", ("changes.csv",), "'changes.csv' ends as files of results do"),
+        ("person", ("ж" * 65,), "'ж{60}...' has more than 64 characters; shorten it"),
+        ("person", ("漢" * 64,), "is too long for a folder"),
+        (
+            ALL,
+            ("P,be\u200bfore,",),
+            r"column 'visit': 'be\\u200bfore' has a sign that cannot be seen; type it",
+        ),
+        ("group", ("\x1b[2Jdrug",), r"column 'group': '\\x1b\[2Jdrug' has a sign that cannot be seen"),
+        ("person", ("Müller", "Mu\u0308ller"), r"row 3, column 'person': 'M.+ller' differs from an earlier"),
         (f"{ALL},visit", ("P,1,,2",), "names a column twice: visit"),
     ],
 )

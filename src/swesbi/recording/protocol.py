@@ -16,7 +16,7 @@ import yaml
 from pydantic import ValidationError
 
 from swesbi.recording.cohort import PROTOCOL, RECORDINGS, check_file
-from swesbi.recording.content import read_bytes
+from swesbi.recording.content import in_one_line, read_bytes
 from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
@@ -73,9 +73,12 @@ def read_protocol(cohort: Path, settings: RecordingSettings, subject: str = "") 
     if not isinstance(origin, str) or not origin.strip():
         remedy = "say in a few words who or what was recorded"
         problems.append(Problem(str(path), "has no text under the key `origin`", remedy))
+    elif not in_one_line(origin).isprintable():
+        reason = "under the key `origin` has a sign that cannot be seen"
+        problems.append(Problem(str(path), reason, "type the text anew", value=origin))
     raise_any(problems)
     layout, noise = layout_of(plain, said_in(*LAYOUT)), _noise(plain, said_in("noise"))
-    return Protocol(str(origin).strip(), cast("Repeats", repeats), layout, noise)
+    return Protocol(in_one_line(str(origin)), cast("Repeats", repeats), layout, noise)
 
 
 def own_protocol(cohort: Path, subject: str) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -150,9 +151,13 @@ class TextTable:
 
 
 def spelling(name: str) -> str:
-    """Return what of a name counts: letters in one case, numbers without zeros before them, signs between."""
-    without = re.sub(r"(?<![0-9])[\W_]+|[\W_]+(?![0-9])", "", name.lower())
-    return re.sub(r"(?<![0-9])0+(?=[0-9])", "", re.sub(r"[\W_]+", "-", without))
+    """Return what of a name counts: letters in one case, numbers without zeros before them, signs between.
+
+    Of signs alone all counts.
+    """
+    lowered = unicodedata.normalize("NFKC", name).lower()  # an accent is a sign of its own, or of its letter
+    without = re.sub(r"(?<![0-9])[\W_]+|[\W_]+(?![0-9])", "", lowered)
+    return re.sub(r"(?<![0-9])0+(?=[0-9])", "", re.sub(r"[\W_]+", "-", without)) or name
 
 
 def _by_value(cells: TextArray) -> list[str]:

@@ -1,19 +1,21 @@
 """The columns of ``subjects.csv`` that say which recordings are visits of one person, and what cannot be.
 
-Names are any text; they are compared without regard to case, zeros, blanks and signs: folders of results may
-ignore case, and people the others.
+Visits and groups are any text that can be seen. A person has a folder of results, and so a name that any file
+system takes. Names are compared without regard to case, zeros, blanks and signs: folders may ignore case, and
+people the others.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.table import MISSING, TextTable
+from swesbi.recording.table import TextTable
 from swesbi.recording.visits import VISIT_NAMES, Visit
 
 if TYPE_CHECKING:
@@ -21,6 +23,34 @@ if TYPE_CHECKING:
 
 SEXES: Final = ("F", "M")
 ENDINGS: Final = "s|id|name|label|no|nr|number"
+LONGEST: Final = 64
+LONGEST_FOLDER_BYTES: Final = 160
+"""Names of files have 255 bytes, of which those of files that are being written need some more."""
+NO_FOLDER: Final = '/\\:*?"<>|'
+"""Signs that one file system or another does not take."""
+RESULTS: Final = (".csv", ".h5", ".pdf", ".png")
+"""Endings of the files that lie beside the folders of persons."""
+Rule = tuple[Callable[[str], bool], str, str]
+"""What a name must be, what to say of one that is not, and what to do."""
+OF_NAMES: Final[tuple[Rule, ...]] = (
+    (str.isprintable, "has a sign that cannot be seen", "type it anew, with letters, digits and blanks"),
+    (lambda name: len(name) <= LONGEST, f"has more than {LONGEST} characters", "shorten it"),
+)
+OF_PERSONS: Final[tuple[Rule, ...]] = (
+    *OF_NAMES,
+    (
+        lambda name: not set(name) & set(NO_FOLDER),
+        "has a sign that the name of a folder, as each person has one, cannot have",
+        f"write '-' in place of {' '.join(NO_FOLDER)}",
+    ),
+    (lambda name: name[0].isalnum(), "begins with neither a letter nor a digit", "put one first"),
+    (lambda name: len(name.encode()) <= LONGEST_FOLDER_BYTES, "is too long for a folder", "shorten it"),
+    (
+        lambda name: not name.lower().endswith(RESULTS),
+        "ends as files of results do, which lie beside the person's folder",
+        "leave the ending out",
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -45,7 +75,9 @@ def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
     table.refuse_lookalikes({name: f"call it {name}" for name in VISIT_NAMES}, _resembles)
     if not any(name in table.cells for name in VISIT_NAMES):
         return [Visit()] * len(table.rows)
-    person, visit, group = (_texts(table, name) for name in VISIT_NAMES)
+    person, visit, group = (_column(table, name) for name in VISIT_NAMES)
+    for name, texts in zip(VISIT_NAMES, (person, visit, group), strict=True):
+        _check_texts(table, name, texts, OF_PERSONS if name == "person" else OF_NAMES)
     columns = _Columns(person, visit, group, person.where(person != "", _column(table, "subject")))
     _check_persons(table, columns)
     _check_visits(table, columns)
@@ -53,16 +85,21 @@ def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
     return [Visit(*row) for row in zip(person, visit, group, strict=True)]
 
 
-def _texts(table: TextTable, name: str) -> pd.Series[str]:
-    cells = _column(table, name)
-    return cells.mask(cells.isin(MISSING), "")
-
-
 def _column(table: TextTable, name: str) -> pd.Series[str]:
     """Return a column, empty where the table has none."""
     import pandas as pd  # a third of a second, which whoever only reads the configuration need not wait
 
     return pd.Series(table.cells.get(name, [""] * len(table.rows)), dtype=object)
+
+
+def _check_texts(table: TextTable, column: str, texts: pd.Series[str], rules: tuple[Rule, ...]) -> None:
+    """Names are as they must be; of each the first thing that is wrong is noted."""
+    broken = [
+        next((number for number, rule in enumerate(rules) if text and not rule[0](text)), -1)
+        for text in texts
+    ]
+    for number, (_, reason, remedy) in enumerate(rules):
+        table.flag(column, np.array(broken) == number, reason, remedy)
 
 
 def _check_persons(table: TextTable, columns: _Columns) -> None:

@@ -13,7 +13,7 @@ MOST_NAMED: Final = 8
 
 @dataclass(frozen=True)
 class VisitColumn:
-    """One optional column of ``subjects.csv``: any text.
+    """One optional column of ``subjects.csv``.
 
     Attributes:
         name: Its name.
