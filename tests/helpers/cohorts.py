@@ -18,7 +18,9 @@ from data.makers.files import samples_table
 
 HEADER = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
 ROWS = {"S-1": "S-1,F,25,1.7,60,90,34,0.8", "s_2x": "s_2x,M,31,1.9,61,110,41,0.9"}
-PROTOCOL = "origin: synthetic recordings of a $\\test$\ndensity_kg_m3: 1000.0\nprotocol:\n  phases: 20\n"
+PROTOCOL = (
+    "origin: synthetic recordings of a test in $\\us$\ndensity_kg_m3: 1000.0\nprotocol:\n  phases: 20\n"
+)
 
 
 def recording(seed: int = 0, phases: int = 20) -> pd.DataFrame:
