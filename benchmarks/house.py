@@ -12,7 +12,8 @@ and ``__init__`` and ``__main__`` of the package itself. All else is science.
   counted from its ``def`` to its last line, docstring included.
 - ``reruns``: how many stages an edit makes run again, as the mean over the lines of definitions: of science
   alone, and of all but stages and configuration.
-- ``start``: ``import swesbi.config`` in a process of its own, the median of five after one not counted.
+- ``start``: ``import swesbi.config`` in a process of its own, the median of five after one not counted; and
+  the dearest ``--help`` of a command over ``import numpy, scipy.stats, pandas``, in turns, medians of five.
 - ``plan``: ``snakemake -n`` with nothing to do, the median of three after one. Needs a finished study in the
   working folder, of ``config.yaml`` or with ``--configfile`` merged over it; says so where there is none.
 """
@@ -35,6 +36,7 @@ from pathlib import Path
 from typing import Final
 
 import swesbi
+from swesbi.__main__ import COMMANDS
 from swesbi.study.code.hash import Packages, Place
 from swesbi.study.registry import STAGES, stage_place
 
@@ -49,6 +51,7 @@ HEAVY: Final = (
     *("torch", "sbi", "nflows", "zuko", "sklearn", "emcee", "numba", "cma"),
     *("scipy", "pandas", "xarray", "matplotlib", "snakemake"),
 )
+LIBRARIES: Final = "numpy, scipy.stats, pandas"
 LONG_FUNCTION: Final = 60
 LONG_FILE: Final = 350
 STARTS, PLANS = 5, 3
@@ -177,6 +180,14 @@ def _start(_: argparse.Namespace) -> Iterator[Row]:
     runs = [timed([sys.executable, "-c", listed]) for _ in range(STARTS + 1)][1:]
     yield "import swesbi.config, s of processor / wall", _seconds(runs)
     yield "heavy libraries that it brings", runs[0][2].strip() or "none"
+    ratios = {name: statistics.median(_of_help(name) for _ in range(STARTS)) for name in COMMANDS}
+    dearest = max(ratios, key=ratios.__getitem__)
+    yield f"--help over importing {LIBRARIES}, s of processor", f"{ratios[dearest]:.2f} ({dearest})"
+
+
+def _of_help(command: str) -> float:
+    shown = timed([sys.executable, "-m", "swesbi", command, "--help"])
+    return shown[0] / timed([sys.executable, "-c", f"import {LIBRARIES}"])[0]
 
 
 def _plan(options: argparse.Namespace) -> Iterator[Row]:

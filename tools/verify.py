@@ -10,8 +10,9 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from swesbi.artefacts import ArtefactError
-from swesbi.config.read import ConfigError, add_options, parsed, read_merged
+from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.study import Study, load_study
+from swesbi.study.parsers import add_options
 from tools.claims.findings import Finding, claims_judged, pages_judged, versions_judged
 from tools.claims.manifest import read_manifest
 from tools.docs.directives import PageError
@@ -38,7 +39,7 @@ def main(arguments: Sequence[str]) -> int:
     )
     add_options(parser)
     try:
-        given = parsed(parser, arguments)
+        given = at_configuration(parser.parse_args(arguments))
         study = None
         if not given.stored:
             study = load_study(read_merged(given.config, given.overlay), str(given.config))

@@ -26,12 +26,13 @@ from data.makers.tables import markdown, phase_medians
 from swesbi.base.arrays import FloatArray
 from swesbi.config.experiments import SpeedExperimentSettings
 from swesbi.config.models import Config
-from swesbi.config.read import add_options, in_words, parse_config, parsed, read_merged
+from swesbi.config.read import at_configuration, in_words, parse_config, read_merged
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import NUISANCES, SHOWN, THETA
 from swesbi.population.settings import of_group
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.study.parsers import add_options
 from swesbi.virtual.trial.persons import TrialPerson, TrialVisit, draw_trial
 from swesbi.virtual.trial.settings import (
     AFTER,
@@ -367,7 +368,7 @@ def main() -> None:
         "folder", type=Path, nargs="?", default=Path(__file__).parent, help="default: that of this program"
     )
     add_options(parser)
-    options = parsed(parser, sys.argv[1:])
+    options = at_configuration(parser.parse_args())
     matplotlib.use("Agg")
     config = parse_config(
         read_merged(options.config, options.overlay), in_words(options.config, options.overlay)

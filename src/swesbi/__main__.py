@@ -1,4 +1,7 @@
-"""The command line: commands around recordings, and the stages of the study."""
+"""The command line: commands around recordings, and the stages of the study.
+
+A command's options are parsed before its module is imported, which takes seconds.
+"""
 
 from __future__ import annotations
 
@@ -8,24 +11,25 @@ import importlib
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from swesbi.artefacts.atomic import write_fault
+from swesbi import __version__
 from swesbi.base.ending import InterruptedBySignal, ended_by_signals, print_to_nobody
 from swesbi.base.extras import missing
 from swesbi.base.terminal import terminal
-from swesbi.config.read import ConfigError
+from swesbi.study import parsers
 
 EXIT_USAGE = 2
 EXIT_UNREAD = 141  # as shells have it of SIGPIPE
 
 
 class Command(NamedTuple):
-    """A command: the module that runs it, what it does and an example."""
+    """A command: the module that runs it, its options, what it does and an example."""
 
     module: str
+    parser: Callable[[], argparse.ArgumentParser]
     purpose: str
     example: str
 
@@ -33,41 +37,49 @@ class Command(NamedTuple):
 COMMANDS: Final = {
     "demo": Command(
         "swesbi.study.demo",
+        parsers.demo,
         "Infer one shipped recording of known parameters: posterior, verdict, figure, PDF sheet.",
         "swesbi demo",
     ),
     "template": Command(
         "swesbi.recording.template",
+        parsers.template,
         "Write an empty folder for your recordings, or propose a mapping for a table of another tool.",
         "swesbi template data/my_cohort",
     ),
     "validate": Command(
         "swesbi.study.validate",
+        parsers.validate,
         "Check a folder of recordings: list every problem, or summarise what each recording contains.",
         "swesbi validate data/my_cohort --plot sheets",
     ),
     "infer": Command(
         "swesbi.study.infer",
+        parsers.infer,
         "Infer one recording or a folder: posterior, diagnostics, verdict, figures and tables.",
         "swesbi infer data/my_cohort --workers 2",
     ),
     "compare": Command(
         "swesbi.study.compare",
+        parsers.compare,
         "Infer what has changed between two visits of a person, or of all persons of a folder.",
         "swesbi compare --cohort data/virtual_trial --person P01",
     ),
     "plan": Command(
         "swesbi.study.plan",
+        parsers.plan,
         "Estimate from simulated studies how many persons and repeats an effect needs.",
         "swesbi plan --effect k_sr=-20% --repeats 3,5",
     ),
     "inspect": Command(
         "swesbi.study.inspect",
+        parsers.inspect,
         "Summarise result files, verify their checksums, or compare two runs.",
         "swesbi inspect --check results",
     ),
     "stages": Command(
         "swesbi.study.stages_command",
+        parsers.stages,
         "List the stages of the study by phase, or run one of them without Snakemake.",
         "swesbi stages",
     ),
@@ -98,7 +110,7 @@ def _guarded(given: Sequence[str]) -> int:
     except BrokenPipeError:
         print_to_nobody()
         return EXIT_UNREAD
-    except (ConfigError, ValueError, OSError, MemoryError) as error:
+    except (ValueError, OSError, MemoryError) as error:
         print(f"swesbi: {_message(error)}", file=sys.stderr)
         return EXIT_USAGE
     except ModuleNotFoundError as error:
@@ -113,7 +125,9 @@ def _guarded(given: Sequence[str]) -> int:
 
 def _run(given: Sequence[str]) -> int:
     if given and given[0] in COMMANDS:
-        return int(importlib.import_module(COMMANDS[given[0]].module).main(given[1:]))
+        command = COMMANDS[given[0]]
+        options = command.parser().parse_args(given[1:])
+        return int(importlib.import_module(command.module).main(options))
     parser = argparse.ArgumentParser(
         prog="swesbi",
         description="Posteriors of contraction and relaxation from shear wave elastography of the heart.",
@@ -122,6 +136,7 @@ def _run(given: Sequence[str]) -> int:
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="version", version=f"swesbi {__version__}")
     parser.add_argument(
         "command",
         choices=COMMANDS,
@@ -136,6 +151,8 @@ def _message(error: ValueError | OSError | MemoryError) -> str:
     """Return what is wrong; of what the system refuses to write also what to do."""
     if isinstance(error, MemoryError):
         return f"the memory ran out {error}".strip()
+    from swesbi.artefacts.atomic import write_fault
+
     reason = write_fault(error) if isinstance(error, OSError) else None
     return f"{getattr(error, 'filename', None)}: cannot be written, {reason}" if reason else str(error)
 

@@ -41,7 +41,6 @@ import argparse
 import hashlib
 import json
 import logging
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
@@ -59,11 +58,12 @@ from swesbi.artefacts import write_json
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
-from swesbi.config.read import add_options, in_words, parsed, read_merged, snakemake_options
+from swesbi.config.read import at_configuration, in_words, read_merged, snakemake_options
 from swesbi.config.study import Study, load_study
 from swesbi.persons.change.settings import DISCREPANCY, ChangeSettings
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.other_network import check_network
+from swesbi.study.parsers import add_options
 from swesbi.study.registry import stage_code
 from swesbi.virtual.trial.settings import TRIAL
 
@@ -243,7 +243,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--verdicts", action="store_true", help="judge each recording; takes null.h5")
     parser.add_argument("--out", type=Path, help="main table to write")
     add_options(parser)
-    options = parsed(parser, sys.argv[1:])
+    options = at_configuration(parser.parse_args())
     if options.shares and options.stream != DEVELOPMENT:
         parser.error("--shares: they are chosen on pairs of development alone; add --stream development")
     if options.pairs < 1:

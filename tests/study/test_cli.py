@@ -1,23 +1,47 @@
-"""The stages from the command line, without Snakemake."""
+"""The command line: what `--help` costs and says, and the stages without Snakemake."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from study_copy import ROOT
 
-from swesbi.__main__ import main
+from swesbi import __version__
+from swesbi.__main__ import COMMANDS, main
 from swesbi.artefacts import load
-from swesbi.study.registry import STAGES
-from swesbi.study.stages_command import listing
+from swesbi.study.registry import STAGES, listing
 
 RECORDING = "data/virtual_volunteers/swe/A.csv"
+LIBRARIES = ("numpy", "pandas", "scipy", "pydantic", "h5py", "matplotlib", "torch", "xarray", "snakemake")
+HELP_OF_ALL = f"""
+import contextlib, sys
+from swesbi.__main__ import COMMANDS, main
+for command in ([], *([name] for name in COMMANDS)):
+    with contextlib.suppress(SystemExit):
+        main([*command, "--help"])
+print(*[name for name in {LIBRARIES} if name in sys.modules], file=sys.stderr)
+"""
 
 
 @pytest.fixture(autouse=True)
 def in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
+
+
+def test_the_help_of_every_command_imports_no_library_and_prints_single_signs() -> None:
+    run = subprocess.run([sys.executable, "-c", HELP_OF_ALL], capture_output=True, text=True, check=True)
+    assert run.stderr == "\n"
+    assert run.stdout.count("usage: swesbi") == 1 + len(COMMANDS)
+    assert "k_sr=-20% " in run.stdout and "%%" not in run.stdout
+
+
+def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert (ended.value.code, capsys.readouterr().out) == (0, f"swesbi {__version__}\n")
 
 
 def test_ingest_and_passive_run_by_hand(tmp_path: Path) -> None:

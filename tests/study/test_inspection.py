@@ -15,13 +15,18 @@ from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError, Provenance, Variable, register, save, write_json
 from swesbi.networks.files import write_plain
+from swesbi.study import inspect, parsers
 from swesbi.study.contents import READERS, flatten, read
-from swesbi.study.inspect import array_difference, compare_runs, main
+from swesbi.study.inspect import array_difference, compare_runs
 
 Shown = pytest.CaptureFixture[str]
 KIND = register("inspected", {"/": {"k0_kpa": Variable("draw", "kPa", "stiffness")}, "/few": {}})
 FIT, NET, TABLE = Path("cohort/A/fit.h5"), Path("paper/estimator.pt"), Path("tables/ppc.csv")
 VERDICT, FIGURE = Path("paper/subjects/F/verdict.json"), Path("figures/ppc.png")
+
+
+def main(arguments: list[str]) -> int:
+    return inspect.main(parsers.inspect().parse_args(arguments))
 
 
 def write_fit(path: Path, exponent: float = 3.0, code: str = "abc", factor: float = 1.0) -> None:
@@ -119,7 +124,12 @@ def test_a_wrong_call_is_explained(arguments: list[str], capsys: Shown) -> None:
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert ended.value.code == 2
-    assert "name files, or --diff and two folders" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "FILE" in said and "--diff" in said
+
+
+def test_the_help_names_every_format() -> None:
+    assert all(f" {ending}" in parsers.inspect().format_help() for ending in READERS)
 
 
 def test_equal_runs_are_equal(runs: tuple[Path, Path], capsys: Shown) -> None:

@@ -17,7 +17,7 @@ from openpyxl import load_workbook
 from swesbi.__main__ import main
 from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import Knowledge
-from swesbi.config.read import ConfigError, add_options, parsed, read_merged
+from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.refusals import context_refusal
 from swesbi.config.study import Study, load_study
 from swesbi.parameters import TOLD_NAMES
@@ -33,6 +33,7 @@ from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched, 
 from swesbi.study.finished import FinishedPopulation, FinishedStudy
 from swesbi.study.infer import check_table
 from swesbi.study.observing import observe
+from swesbi.study.parsers import add_options
 from swesbi.verdict import answers as answers_module
 from swesbi.verdict.answers import Answer
 
@@ -217,7 +218,7 @@ def test_paths_count_from_the_file_that_names_them(tmp_path: Path, monkeypatch: 
     parser.add_argument("--cohort", type=Path)
     add_options(parser)
     given = ["--config", "../home/config.yaml", "--cohort", "typed", "--overlay", "mine.yaml"]
-    options = parsed(parser, given)
+    options = at_configuration(parser.parse_args(given))
     assert Path.cwd() == home
     assert options.cohort == elsewhere / "typed"
     merged = read_merged(options.config, options.overlay)

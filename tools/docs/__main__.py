@@ -10,8 +10,9 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from swesbi.artefacts import ArtefactError, atomic_path
-from swesbi.config.read import ConfigError, add_options, parsed, read_merged
+from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.study import Study, load_study
+from swesbi.study.parsers import add_options
 from tools.docs.directives import PageError, filled
 from tools.docs.shown import figures_of, gather, page_texts, store, stored_in, write_figures
 
@@ -33,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
         "--stored", action="store_true", help="fill pages from stored tables; no study is needed"
     )
     try:
-        given = parsed(parser, arguments)
+        given = at_configuration(parser.parse_args(arguments))
         study = None
         if not given.stored:
             study = load_study(read_merged(given.config, given.overlay), str(given.config))

@@ -6,7 +6,6 @@ from swesbi.config.experiments import ExperimentSettings
 from swesbi.config.models import Config
 from swesbi.config.read import (
     ConfigError,
-    add_options,
     overlay,
     parse_config,
     read_merged,
@@ -20,7 +19,6 @@ __all__ = [
     "ConfigError",
     "ExperimentSettings",
     "Study",
-    "add_options",
     "load_study",
     "overlay",
     "parse_config",

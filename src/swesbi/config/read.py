@@ -149,19 +149,8 @@ def _unreadable(path: Path, error: OSError) -> str:
     return f"cannot be read ({error.strerror or error}); check the file's permissions"
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add ``--config`` and ``--overlay``, whose values :func:`read_merged` takes."""
-    parser.add_argument(
-        "--config",
-        type=Path,
-        help="default: config.yaml, of this folder or else of the installed project; the study's paths count "
-        "from its folder",
-    )
-    parser.add_argument("--overlay", type=Path, help="configuration merged over it (tests/smoke.yaml, say)")
-
-
-def parsed(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> argparse.Namespace:
-    """Parse the arguments of a command that reads the configuration, and go to the configuration's folder.
+def at_configuration(options: argparse.Namespace) -> argparse.Namespace:
+    """Return the options of a command that reads the configuration, and go to the configuration's folder.
 
     There the paths in it mean what they mean to the workflow. Those of the command line count from where it
     was typed.
@@ -169,7 +158,6 @@ def parsed(parser: argparse.ArgumentParser, arguments: Sequence[str]) -> argpars
     Raises:
         ConfigError: There is no configuration.
     """
-    options = parser.parse_args(arguments)
     typed_in = Path.cwd()
     config = found_configuration(options.config)
     if (home := config.parent.resolve()) != typed_in.resolve():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
@@ -24,16 +23,12 @@ TEMPLATES: Final = {
 }
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(options: argparse.Namespace) -> int:
     """Run `template`; return 0, or 2 where there is something already or nothing can be made.
 
     Raises:
         RecordingError: The file of ``--like`` cannot be read as a table.
     """
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    if (options.cohort is None) == (options.like is None):
-        parser.error("name a folder to make, or --like FILE")
     if options.like is not None:
         # tables take a third of a second to import, and an empty cohort needs none
         from swesbi.recording.propose import as_yaml, proposal_for
@@ -102,22 +97,3 @@ def _optional() -> tuple[str, ...]:
         "nothing.",
         *(f"# {column.name:<{width}}{column.asked}, {column.example} say" for column in columns),
     )
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="swesbi template",
-        description="Write an empty folder for recordings, with comments that explain every column.\n"
-        "It contains subjects.csv, recording.yaml and the header of a recording. Nothing is overwritten.\n"
-        "With --like, propose how a table of another tool is read.",
-        epilog="examples:\n  swesbi template data/my_cohort\n  swesbi template --like export.csv",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("cohort", type=Path, nargs="?", help="folder to make; it must be new or empty")
-    parser.add_argument(
-        "--like",
-        type=Path,
-        metavar="FILE",
-        help="propose how the columns and units of a table (.csv, .xlsx) are read, for recording.yaml",
-    )
-    return parser

@@ -16,7 +16,7 @@ from swesbi.answers.settings import OneAnswerSettings
 from swesbi.answers.written import OBSERVATION, VERDICT, kept_verdict, made_from, save_answer
 from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
 from swesbi.config.parts import named
-from swesbi.config.read import ConfigError, add_options, in_words, merged_files, overlay, read_merged
+from swesbi.config.read import ConfigError, in_words, merged_files, overlay, read_merged
 from swesbi.config.refusals import context_refusal, why_in_short
 from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
@@ -39,23 +39,6 @@ INSTEAD: Final = "{subject} is answered by the network of {name}: {why}"
 
 class OtherAnswerError(ValueError):
     """A folder holds the answer to another recording, or something else; it is left as it is."""
-
-
-def add_answering(parser: argparse.ArgumentParser, folder: str) -> None:
-    """Add the options of every command that answers recordings outside the study.
-
-    Args:
-        parser: Of the command.
-        folder: Where it puts its answer by default, for the help text.
-    """
-    parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
-    parser.add_argument(
-        "--experiment",
-        help="whose prior and network; default: the first of kind speeds, or one over a population where its "
-        "network does not know the heart, or the prior",
-    )
-    parser.add_argument("--out", type=Path, help=f"folder; default: {folder}")
-    add_options(parser)
 
 
 def study_with(options: argparse.Namespace) -> Study:

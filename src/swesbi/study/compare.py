@@ -14,7 +14,7 @@ from swesbi.answers.compared import JOINT, OUTPUTS, TABLE, PersonChangeSettings,
 from swesbi.answers.written import OBSERVATION
 from swesbi.artefacts import Origin, folder_made_whole
 from swesbi.config.pairs import VisitPair, answered_pairs, pairs_of, refused_visits, visit_pair
-from swesbi.config.read import ConfigError, parsed, snakemake_options
+from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
 from swesbi.persons.change.words import change_lines
@@ -22,7 +22,6 @@ from swesbi.recording.visits import Visit
 from swesbi.study.answering import (
     EXIT_REFUSED,
     Answerer,
-    add_answering,
     check_new_subject,
     experiments_to_ask,
     is_everyones,
@@ -64,7 +63,7 @@ class Asked:
         return self.answerer.study
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(options: argparse.Namespace) -> int:
     """Run `compare`; return 0 after printing the ratios, or 2 if one of all persons is refused.
 
     Raises:
@@ -72,7 +71,7 @@ def main(arguments: Sequence[str]) -> int:
         ValueError: A recording cannot be used, or the network cannot answer for its context.
         OSError: The study has not been run, or the answer cannot be written.
     """
-    options = parsed(_parser(), arguments)
+    options = at_configuration(options)
     study = study_with(options)
     if options.all:
         return _answer_all(study, options)
@@ -246,30 +245,3 @@ def _visit(made: Path, asked: Asked, visit: str, subject: str) -> tuple[AskedRec
         raise ValueError(
             f"visit {visit!r} of {asked.pair.person!r} (recording {subject}): {error}; no change is told"
         ) from error
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="swesbi compare",
-        description="Infer what has changed between two visits of a person, or of all persons of a folder.\n"
-        "The result is ratios of parameters with intervals, from the joint posterior of both recordings.\n"
-        "The two visits share the quantities that a person keeps.\n"
-        "Rows of subjects.csv with the same `person` are the visits. Each is also inferred as by `infer`.",
-        epilog="examples:\n  swesbi compare --cohort data/virtual_trial --person P01\n"
-        "  swesbi compare --cohort data/virtual_trial --all\n\n"
-        "Exit code: 0 all were inferred; 2 one was refused. The others of --all are still inferred.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")
-    asked = parser.add_mutually_exclusive_group(required=True)
-    asked.add_argument("--person", help="one person of the folder")
-    asked.add_argument(
-        "--all",
-        action="store_true",
-        help="every person with two visits, and groups of them; writes changes.csv and changes_groups.* to "
-        " <results>/<experiment>/change/ or in --out",
-    )
-    parser.add_argument("--from", dest="from_visit", metavar="VISIT", help="default: the first")
-    parser.add_argument("--to", dest="to_visit", metavar="VISIT", help="default: the last")
-    add_answering(parser, "<results>/<experiment>/change/<person>")
-    return parser

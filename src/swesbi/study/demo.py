@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from swesbi.config.read import CONFIGURATION, found_configuration, installation, parsed, read_merged
+from swesbi.config.read import CONFIGURATION, at_configuration, installation, read_merged
 from swesbi.config.study import load_study
 from swesbi.parameters import THETA, THETA_NAMES
 from swesbi.verdict.trust import ANSWER
@@ -20,27 +19,18 @@ if TYPE_CHECKING:
 
 SUBJECT: Final = "A"
 COHORT: Final = "data/virtual_volunteers"
-OUT: Final = "swesbi-demo"
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(options: argparse.Namespace) -> int:
     """Run `demo`; return 0 after printing what came out, in six lines, and where it lies.
 
     Raises:
         OSError: The answer cannot be written.
     """
-    began, typed_in = time.monotonic(), Path.cwd()
-    parser = argparse.ArgumentParser(
-        prog="swesbi demo",
-        description="Infer a shipped recording of a virtual volunteer, whose true parameters are known. "
-        "It needs no study and no network, and takes about half a minute. "
-        "The true parameters are printed beside the posterior.",
-    )
-    parser.add_argument("--out", type=Path, default=typed_in / OUT, help=f"folder; default: {OUT}")
-    config = installation() / CONFIGURATION
-    parser.add_argument("--config", type=Path, default=config, help=argparse.SUPPRESS)
-    options = parsed(parser, arguments)
-    for line in demonstrated(found_configuration(options.config), options.out):
+    began = time.monotonic()
+    options.config = options.config or installation() / CONFIGURATION
+    options = at_configuration(options)
+    for line in demonstrated(options.config, options.out):
         print(line)
     print(f"figures, page and arrays: {options.out.resolve()} ({time.monotonic() - began:.0f} s)")
     return 0

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Final
 
 from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
-from swesbi.config.read import ConfigError, parsed, snakemake_options
+from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.recording.cohort import SUBJECTS
 from swesbi.study.answering import (
     EXIT_REFUSED,
     Answerer,
     OtherAnswerError,
-    add_answering,
     experiments_to_ask,
     is_everyones,
     study_with,
@@ -57,7 +56,7 @@ class Given:
     noise: str
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(options: argparse.Namespace) -> int:
     """Run `infer`; return 0 after printing the answers, or 2 if one of the recordings is refused.
 
     Raises:
@@ -66,7 +65,7 @@ def main(arguments: Sequence[str]) -> int:
         OSError: A study that was named has not been run, or the answer cannot be written.
     """
     typed_in = Path.cwd()
-    options = parsed(_parser(), arguments)
+    options = at_configuration(options)
     options.cohort, named = recordings_of(options.recordings)
     study = study_with(options)
     experiments = experiments_to_ask(study, options.experiment)
@@ -200,34 +199,3 @@ def _write_table(request: Request, given: Mapping[str, Given], refused: Mapping[
             rows.append(Asked(subject, ", ".join(answerer.experiments), None, refused[subject]))
     write_answers(answers_table(rows), request.out)
     return request.out / TABLE
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="swesbi infer",
-        description="Infer one recording, or every recording of a folder.\n"
-        "Each has a posterior with diagnostics, a verdict, figures and a PDF sheet. A table lists all.\n"
-        "No study is needed: inference then starts from the prior and takes 15 to 30 seconds a recording.\n"
-        "Where a study has been run, its networks give the first proposal. The posterior is the same.\n"
-        "Standard errors are estimated from the repeats of the folder.\n"
-        "A gated recording has a row per sample, a free-running one a row per push.",
-        epilog="examples:\n  swesbi infer data/virtual_volunteers/swe/A.csv\n"
-        "  swesbi infer data/virtual_trial --workers 2\n\n"
-        "Exit code: 0 all were inferred; 2 one was refused. The others of a folder are still inferred.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument(
-        "recordings",
-        type=Path,
-        help="a recording in FOLDER/swe/, or FOLDER with subjects.csv and recording.yaml",
-    )
-    parser.add_argument("--subject", help="one subject of the folder or table")
-    parser.add_argument(
-        "--from-prior", action="store_true", help="start from the prior although a study has been run"
-    )
-    parser.add_argument("--workers", type=int, default=1, help="recordings inferred in parallel; default: 1")
-    add_answering(parser, "answers/<folder>, with a folder per subject")
-    parser.add_argument(
-        "--force", action="store_true", help="infer again, and overwrite the answer to another recording"
-    )
-    return parser

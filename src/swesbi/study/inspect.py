@@ -20,6 +20,7 @@ from swesbi.artefacts.files import check_json, check_whole
 from swesbi.artefacts.schema import NUMERIC
 from swesbi.study.contents import FACTS, ORIGIN, READERS, SETTINGS, VERDICTS, Content, read
 from swesbi.study.job import options_of
+from swesbi.study.parsers import ARTEFACTS
 
 FIRST: Final = "only in the first"
 SECOND: Final = "only in the second"
@@ -29,29 +30,14 @@ OTHER: Final = "other files whose bytes differ"
 TITLES: Final = (FIRST, SECOND, DAMAGED, SETTINGS, ORIGIN, VERDICTS, FACTS, ARRAYS, OTHER)
 SHOWN_FILES: Final = 3
 HASH_DIGITS: Final = 16
-ARTEFACTS: Final = (".h5", ".pt", ".json")
 OF_RESULTS: Final = ("logs", "cohort")
 """Folders beside each other in the results of every study."""
 NO_RESULTS: Final = ("logs", "snakemake-report.html")
 """What differs from run to run beside the results: timings and dates."""
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(given: argparse.Namespace) -> int:
     """Run `inspect`; return 0, or 1 if the runs differ, or 2 if a file is missing, damaged or unreadable."""
-    parser = argparse.ArgumentParser(
-        prog="swesbi inspect",
-        description="Summarise files of the study: what made them, and which arrays they contain. "
-        f"Formats: {', '.join(READERS)}.",
-        epilog="Exit code: 0 whole or equal; 1 the runs differ; 2 a file is damaged or cannot be read.",
-    )
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files of the study")
-    diff = "compare the results folders of two runs instead: settings, code, verdicts, arrays"
-    parser.add_argument("--diff", nargs=2, type=Path, metavar=("RUN_A", "RUN_B"), help=diff)
-    check = f"only compare artefacts ({', '.join(ARTEFACTS)}) with their checksums; folders are searched"
-    parser.add_argument("--check", action="store_true", help=check)
-    given = parser.parse_args(arguments)
-    if bool(given.files) == bool(given.diff):
-        parser.error("name files, or --diff and two folders")
     if given.diff:
         differences = compare_runs(*given.diff)
         lines = [line for title, below in differences.items() for line in (f"{title}:", *below)]

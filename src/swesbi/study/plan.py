@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_type_hints
@@ -13,18 +13,16 @@ from swesbi.artefacts import Origin
 from swesbi.artefacts.atomic import atomic_path
 from swesbi.config.read import (
     ConfigError,
-    add_options,
+    at_configuration,
     in_words,
     merged_files,
     overlay,
-    parsed,
     read_merged,
     snakemake_options,
 )
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.persons.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
-from swesbi.persons.planning.settings import DESIGNS, PAIRED
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.study.registry import stage_code, stage_function
 
@@ -58,7 +56,7 @@ class Asked:
     persons: int | None
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(options: argparse.Namespace) -> int:
     """Run `plan`; return 0 after printing how many persons are needed, and what that assumes.
 
     Raises:
@@ -66,7 +64,7 @@ def main(arguments: Sequence[str]) -> int:
         ValueError: What is asked for is no effect, or cannot be recorded or answered.
         OSError: The study has not been run, or the answer cannot be written.
     """
-    options = parsed(_parser(), arguments)
+    options = at_configuration(options)
     raw = read_merged(options.config, options.overlay)
     if options.bank is not None:
         raw = overlay(raw, {"plan": {"persons": {"number": options.bank}}})
@@ -218,37 +216,3 @@ def _written(planned: Planned, folder: Path) -> str:
     with atomic_path(folder / TEXT) as temporary:
         temporary.write_text(f"{text}\n", encoding="utf-8")
     return f"{text}\nwritten to {folder}: {', '.join((TABLE, TEXT, *FIGURES))}"
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="swesbi plan",
-        description="Estimate how many persons a study needs to find an effect, by number of repeats.\n"
-        "Persons are simulated, recorded and inferred as real ones are. Many studies are drawn from them.\n"
-        "It needs the network of a population, so a finished study.\n"
-        "A person takes one to two minutes of one core for each number of repeats.\n"
-        "Inferred persons are kept in <results>/<experiment>/plan/banks.",
-        epilog="example:\n  swesbi plan --effect k_sr=-20%% --repeats 3,5",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--effect", required=True, help="of one parameter: k_sr=-20%% (k0, k_atp, k_sr)")
-    parser.add_argument(
-        "--design",
-        choices=DESIGNS,
-        default=PAIRED,
-        help="two visits of each person (default), or one visit of two groups",
-    )
-    parser.add_argument("--repeats", default="3", help="at a phase; several are compared: 3,5,8; default: 3")
-    parser.add_argument(
-        "--noise", help="standard deviation of one repeat's speed at a phase, 3%%; default: as acquisition"
-    )
-    parser.add_argument("--power", help="share of studies that must find the effect; default: plan.power")
-    parser.add_argument("--persons", type=int, help="also report the power of this number of persons")
-    parser.add_argument("--bank", type=int, help="simulated persons; default: plan.persons.number")
-    parser.add_argument("--experiment", help="one over a population; default: plan.experiment")
-    parser.add_argument("--processes", type=int, default=2, help="persons inferred in parallel; default: 2")
-    parser.add_argument(
-        "--out", type=Path, help="folder; default: <results>/<experiment>/plan/<design>-<effect>"
-    )
-    add_options(parser)
-    return parser

@@ -21,6 +21,23 @@ FILES: Final = "files"
 _SETTINGS, _ORIGIN = "settings", "origin"
 _NO_FILES: Final = (FILES, _SETTINGS, _ORIGIN, "return")
 _FOLDER: Final = Path(__file__).parent / "stages"
+PHASES: Final = {
+    "Recordings": ("cohort",),
+    "Simulations and networks": ("simulation", "training", "flow_training", "epochs"),
+    "Posteriors and verdicts": ("inference", "exact", "verdict", "answers", "pressures", "cmaes"),
+    "Diagnostics": ("calibration", "population", "pushes", "predictive", "identifiability"),
+    "Persons and groups": ("cohort_posterior", "change_groups", "plan"),
+    "Tables, figures and pages": (
+        "tables",
+        "report",
+        "study_figures",
+        "subject_figures",
+        "check_figures",
+        "cohort_posterior_shown",
+        "pressures_shown",
+    ),
+}
+"""Modules of stages by what they are for, in the order in which a study runs."""
 
 
 def _found() -> dict[str, tuple[str, str]]:
@@ -51,6 +68,18 @@ def _is_stage(function: ast.FunctionDef) -> bool:
 _STAGES: Final = MappingProxyType(_found())
 STAGES: Final[Mapping[str, str]] = MappingProxyType({name: line for name, (_, line) in _STAGES.items()})
 """What each stage is for."""
+
+
+def listing() -> str:
+    """Return every stage with the first line of its docstring, by phase."""
+    width = max(map(len, STAGES)) + 2
+    lines = []
+    for phase, modules in PHASES.items():
+        lines += ["", f"{phase}:"]
+        for name, line in STAGES.items():
+            if stage_place(name)[0].rpartition(".")[2] in modules:
+                lines.append(f"  {name:<{width}}{line}")
+    return "\n".join(lines[1:])
 
 
 def stage_function(name: str) -> Callable[..., None]:

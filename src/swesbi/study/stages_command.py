@@ -10,77 +10,38 @@ from typing import Any, Final, get_type_hints
 
 from swesbi.artefacts import Origin
 from swesbi.config.parts import NUMBERED, option_of
-from swesbi.config.read import add_options, in_words, merged_files, parsed, read_merged
+from swesbi.config.read import at_configuration, in_words, merged_files, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
+from swesbi.study import parsers
 from swesbi.study.registry import (
     STAGES,
     file_arguments,
     file_types,
     stage_code,
     stage_function,
-    stage_place,
 )
 
-PHASES: Final = {
-    "Recordings": ("cohort",),
-    "Simulations and networks": ("simulation", "training", "flow_training", "epochs"),
-    "Posteriors and verdicts": ("inference", "exact", "verdict", "answers", "pressures", "cmaes"),
-    "Diagnostics": ("calibration", "population", "pushes", "predictive", "identifiability"),
-    "Persons and groups": ("cohort_posterior", "change_groups", "plan"),
-    "Tables, figures and pages": (
-        "tables",
-        "report",
-        "study_figures",
-        "subject_figures",
-        "check_figures",
-        "cohort_posterior_shown",
-        "pressures_shown",
-    ),
-}
-"""Modules of stages by what they are for, in the order in which a study runs."""
 WHICH: Final = "which "  # before the name of a wildcard among the parsed options
 WILDCARDS: Final = ("subject", "experiment", "prior", "generator", *NUMBERED)
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Run `stages`: list them, or run the one that is named first; return the exit code.
+def main(options: argparse.Namespace) -> int:
+    """Run `stages`: list them, or run the one that is named; return the exit code.
 
     Raises:
         ConfigError: The configuration is wrong, or the stage needs a wildcard that is not given.
         ValueError, OSError: As the stage.
     """
-    if arguments and arguments[0] in STAGES:
-        return _run_stage(arguments[0], arguments[1:])
-    parser = argparse.ArgumentParser(
-        prog="swesbi stages",
-        description="List the stages of the study, or run one of them. `snakemake --cores 2` runs all.\n"
-        "`swesbi stages NAME --help` states what a stage reads and writes.",
-        epilog=f"{listing()}\n\nexample:\n  swesbi stages ingest --subject A "
-        "--recording data/virtual_volunteers/swe/A.csv --observation observation.h5",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("stage", nargs="?", choices=STAGES, metavar="NAME", help="one of those below")
-    parser.parse_args(arguments)
-    parser.print_help()
+    if options.stage is not None:
+        return _run_stage(options.stage, options.options)
+    parsers.stages().print_help()
     return 0
-
-
-def listing() -> str:
-    """Return every stage with the first line of its docstring, by phase."""
-    width = max(map(len, STAGES)) + 2
-    lines = []
-    for phase, modules in PHASES.items():
-        lines += ["", f"{phase}:"]
-        for name, line in STAGES.items():
-            if stage_place(name)[0].rpartition(".")[2] in modules:
-                lines.append(f"  {name:<{width}}{line}")
-    return "\n".join(lines[1:])
 
 
 def _run_stage(name: str, given: Sequence[str]) -> int:
     run = stage_function(name)
-    options = vars(parsed(_parser(name, run), given))
+    options = vars(at_configuration(_parser(name, run).parse_args(given)))
     config, changes = options.pop("config"), options.pop("overlay")
     study = load_study(
         read_merged(config, changes), in_words(config, changes), files=merged_files(config, changes)
@@ -96,7 +57,7 @@ def _run_stage(name: str, given: Sequence[str]) -> int:
 def _parser(name: str, run: Callable[..., None]) -> argparse.ArgumentParser:
     """Build a stage's parser: an option for every file of its function, and what chooses its settings."""
     parser = argparse.ArgumentParser(prog=f"swesbi stages {name}", description=STAGES[name])
-    add_options(parser)
+    parsers.add_options(parser)
     parameters = inspect.signature(run).parameters
     for wildcard in WILDCARDS:
         which = f"which {wildcard}, where the stage has several"

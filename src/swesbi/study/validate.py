@@ -9,7 +9,7 @@ from pathlib import Path
 
 from swesbi.artefacts.atomic import typed
 from swesbi.config.models import Config
-from swesbi.config.read import add_options, in_words, merged_files, parse_config, parsed, read_merged
+from swesbi.config.read import at_configuration, in_words, merged_files, parse_config, read_merged
 from swesbi.recording.check import CohortReport, examine_cohort, summary
 from swesbi.recording.cohort import SUBJECTS
 from swesbi.recording.problems import Problem, listed
@@ -18,13 +18,13 @@ from swesbi.recording.settings import RecordingSettings
 EXIT_PROBLEMS = 2
 
 
-def main(arguments: Sequence[str]) -> int:
+def main(options: argparse.Namespace) -> int:
     """Run `validate`; return 0, or 2 after listing what must be corrected.
 
     Raises:
         ConfigError: The configuration itself is wrong.
     """
-    options = parsed(_parser(), arguments)
+    options = at_configuration(options)
     cohort: Path = options.cohort
     source = in_words(options.config, options.overlay)
     files = merged_files(options.config, options.overlay)
@@ -48,25 +48,6 @@ def main(arguments: Sequence[str]) -> int:
     if options.plot:
         _plot(report, options.plot)
     return 0
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="swesbi validate",
-        description="Check a folder of recordings before inference.\n"
-        "If there are problems, all are listed with file, row, column, value and remedy; exit code 2.\n"
-        "If there are none, a table summarises each subject: phases, rejected samples with reasons, errors.\n"
-        "Number of phases, density and quality control are set in `recording` of config.yaml.",
-        epilog="example:\n  swesbi validate data/virtual_volunteers --plot sheets",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")
-    parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
-    parser.add_argument(
-        "--plot", type=Path, metavar="FOLDER", help="write a figure of quality control per subject"
-    )
-    add_options(parser)
-    return parser
 
 
 def _usable(report: CohortReport) -> list[str]:

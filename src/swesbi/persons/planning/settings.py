@@ -11,9 +11,9 @@ from swesbi.base.settings import Level, Settings
 Spread = Annotated[float, Field(ge=0.0, lt=0.5)]
 Design = Literal["paired", "groups"]
 PAIRED: Final = "paired"
+"""Two visits of each person."""
 GROUPS: Final = "groups"
-DESIGNS: Final = (PAIRED, GROUPS)
-"""Two visits of each person; one visit of each person of two groups."""
+"""One visit of each person of two groups."""
 
 
 class PlannedPersonsSettings(Settings):
