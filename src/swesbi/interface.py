@@ -30,7 +30,7 @@ from swesbi.posterior.settings import asking
 from swesbi.prior import BoxPrior, ParameterPrior, SomeParameters
 from swesbi.seeds import generator
 from swesbi.study.answering import Answerer, Asked, experiments_to_ask
-from swesbi.study.infer import recordings_of
+from swesbi.study.infer import folder_of, subjects_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,17 +142,19 @@ def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = Fa
 
     Args:
         path: ``FOLDER/swe/SUBJECT.csv``, or FOLDER with ``subjects.csv`` and ``recording.yaml``.
-        subject: One of the folder; empty where the path says which.
+        subject: One of the folder, or of its table of several; empty where the path says which.
         from_prior: Whether no network is asked, though a study of this folder has one.
 
     Raises:
-        ConfigError: The folder does not have the subject, or the configuration is wrong.
+        ConfigError: The folder does not have the subject, the file is another's, or the configuration is
+            wrong.
         ValueError: The recording cannot be used; the message says where, and what to do.
     """
-    folder, named = recordings_of(Path(path))
-    study = load_study(read_merged(found_configuration(None)), new_cohort=folder)
+    paths = [Path(path)]
+    study = load_study(read_merged(found_configuration(None)), new_cohort=folder_of(paths))
+    named = subjects_of(study, paths, subject or None)
     answerer = Answerer(study, experiments_to_ask(study, None), "", from_prior)
-    return Recording(answerer.asked(subject or named))
+    return Recording(answerer.asked(named[0] if len(named) == 1 else ""))
 
 
 def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
@@ -176,8 +178,14 @@ def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
 
     Raises:
         NoLikelihoodError: Every simulation of the first round fails.
+        TypeError: It is no result of :func:`read_recording`.
         ValueError: The network takes no such recording.
     """
+    if not isinstance(recording, Recording):
+        raise TypeError(
+            f"infer takes the result of read_recording, not {recording!r}: "
+            "swesbi.infer(swesbi.read_recording(PATH))"
+        )
     asked, speeds = recording.asked, recording.speeds
     chosen = asked.origin.seed if seed is None else seed
     answer = answered(asked.recording, asked.knowledge, asked.settings, chosen)

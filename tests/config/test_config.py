@@ -598,7 +598,7 @@ def test_who_has_pressures_is_answered_with_them(tmp_path: Path) -> None:
 
 
 def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"--cohort = .*subjects.csv"):
+    with pytest.raises(ConfigError, match=r"recordings = .*subjects.csv"):
         load_study(SHIPPED, new_cohort=tmp_path)
 
 

@@ -29,6 +29,13 @@ def test_the_names_are_few_and_all_there() -> None:
         _ = swesbi.inferr  # type: ignore[attr-defined]
 
 
+def test_what_is_no_recording_is_refused_plainly() -> None:
+    with pytest.raises(ValueError, match=r"A.csv is the recording of A"):
+        swesbi.read_recording(VOLUNTEER, subject="B")
+    with pytest.raises(TypeError, match="takes the result of read_recording"):
+        swesbi.infer(VOLUNTEER)  # type: ignore[arg-type]
+
+
 def test_a_beat_and_a_recording_need_no_torch() -> None:
     code = (
         "import sys, swesbi; heart = swesbi.Context('X', 'F', 30.0, 1.7, 64.0, 90.0, 34.0, 0.8); "

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import speed_case
+import yaml
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
@@ -31,7 +32,7 @@ from swesbi.report.answers_table import Asked, answers_table, explanations, writ
 from swesbi.study import answer_text, answering
 from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched, experiments_to_ask
 from swesbi.study.finished import FinishedPopulation, FinishedStudy
-from swesbi.study.infer import check_table
+from swesbi.study.infer import check_table, folder_of, subjects_of
 from swesbi.study.observing import observe
 from swesbi.study.parsers import add_options
 from swesbi.verdict import answers as answers_module
@@ -83,10 +84,9 @@ def answered_into(_: answering.Asked, folder: Path, *, force: bool) -> tuple[Sim
     return SimpleNamespace(verdict=None, recording=SimpleNamespace(noise="")), None
 
 
-def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
-    cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """All of the folder, by any network that runs and by one; nothing is inferred here."""
+@pytest.fixture
+def nothing_inferred(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every network that runs is there, and answers at once."""
     answer = rows()[0].answer
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(answering.Answerer, "_knowledge", lambda *_: Knowledge())
@@ -96,9 +96,15 @@ def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     monkeypatch.setattr(answer_text, "answer_text", lambda *_: "")
     monkeypatch.setattr(answers_module, "told_of", lambda *_: answer)
 
-    def asked(*further: str) -> pd.DataFrame:
-        out = tmp_path / "-".join(["out", *further])
-        assert main(["infer", str(cohort), "--out", str(out), *further]) == 2
+
+def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
+    cohort: Path, tmp_path: Path, nothing_inferred: None
+) -> None:
+    """All of the folder, by any network that runs and by one."""
+
+    def asked(*further: str, folder: Path = cohort) -> pd.DataFrame:
+        out = tmp_path / "-".join([folder.name, *further])
+        assert main(["infer", str(folder), "--out", str(out), *further]) == 2
         return pd.read_csv(out / "answers.csv").set_index("subject")
 
     table = asked()
@@ -117,6 +123,46 @@ def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     by_cohort = asked("--experiment", "calibrated")
     assert by_cohort["status"].tolist() == ["refused", "not contradicted", "refused", "refused", "refused"]
     assert "ivsd_cm = 1.05 lies outside" in str(by_cohort.loc[THICK, "reason"])
+    assert asked(folder=cohort / "swe").equals(table)
+
+
+def test_several_recordings_are_answered_and_leave_the_table_to_the_folder(
+    cohort: Path, tmp_path: Path, nothing_inferred: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(cohort / "swe" / f"{name}.csv") for name in (THICK, GOOD, SHORT)]
+    assert main(["infer", *files[:2], "--out", str(tmp_path / "two")]) == 0
+    assert {path.name for path in (tmp_path / "two").iterdir()} == {THICK, GOOD}
+    assert main(["infer", *files, "--out", str(tmp_path / "three")]) == 2
+    assert {path.name for path in (tmp_path / "three").iterdir()} == {THICK, GOOD}
+    assert "2 answered, 1 refused\nrefused: P03-before: " in capsys.readouterr().out
+
+
+def test_a_file_names_its_own_subject_alone(study: Study, cohort: Path) -> None:
+    swe = cohort / "swe"
+    files = [swe / f"{name}.csv" for name in (THICK, GOOD)]
+    assert folder_of(files) == folder_of([cohort]) == folder_of([swe]) == cohort
+    assert subjects_of(study, files, None) == (THICK, GOOD)
+    assert subjects_of(study, [cohort], None) == subjects_of(study, [swe, files[0]], None) == ()
+    assert subjects_of(study, [cohort], GOOD) == subjects_of(study, [files[1]], GOOD) == (GOOD,)
+    for paths in (files[:1], files):
+        with pytest.raises(ConfigError, match=f"{GOOD}.*{THICK}.csv is the recording of {THICK}"):
+            subjects_of(study, paths, GOOD)
+    for stray in (cohort / "subjects.csv", cohort / "P02-before.csv"):
+        with pytest.raises(ConfigError, match="is nobody's recording"):
+            subjects_of(study, [stray], None)
+    with pytest.raises(ConfigError, match="are of different folders"):
+        folder_of([*files, TRIAL])
+
+
+def test_a_table_of_several_is_asked_for_one_or_for_all(study: Study, cohort: Path) -> None:
+    table = {"columns": {"subject": "Patient"}, "table": {"file": "all.csv"}}
+    (cohort / "all.csv").touch()
+    (cohort / "recording.yaml").write_text(yaml.safe_dump({"origin": "a test", **table}), encoding="utf-8")
+    shared = load_study(read_merged(ROOT / "config.yaml"), new_cohort=cohort)
+    assert subjects_of(shared, [cohort / "all.csv"], None) == ()
+    assert subjects_of(shared, [cohort / "all.csv"], GOOD) == (GOOD,)
+    with pytest.raises(ConfigError, match="is nobody's recording"):
+        subjects_of(shared, [cohort / "swe" / f"{GOOD}.csv"], None)
 
 
 def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_the_prior_s(

@@ -30,8 +30,8 @@ from swesbi.recording.visits import Person, Visit, persons_of
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
 FOLDER_NAME: Final = re.compile(r"[\w. -]+")
-COHORT_OPTION: Final = "--cohort"
-"""The option of commands that names the folder of recordings outside the cohort."""
+NEW_COHORT: Final = "recordings"
+"""What messages call the folder of recordings outside the cohort."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ class Study:
         new_layout: The same of those outside.
         new_refused: Those outside whose row or recording cannot be used, and why; they have no row here.
         new_cohort: The folder of the recordings of those outside.
+        new_recordings: The file of each of those outside.
     """
 
     config: Config
@@ -63,6 +64,7 @@ class Study:
     new_layout: TableLayout = field(default_factory=TableLayout)
     new_refused: Mapping[str, str] = field(default_factory=dict)
     new_cohort: Path = Path()
+    new_recordings: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -223,18 +225,18 @@ def _with_new_subjects(study: Study, cohort: Path) -> Study:
     """Return the study with the subjects of another folder, those that cannot be used apart."""
     if not FOLDER_NAME.fullmatch(cohort.resolve().name):
         raise ConfigError(
-            f"{COHORT_OPTION} = {str(cohort)!r}: answers lie in a folder of its name, which may have "
+            f"{NEW_COHORT} = {str(cohort)!r}: answers lie in a folder of its name, which may have "
             "letters, digits, spaces and . _ - alone; rename it"
         )
-    new = _read_table(str(cohort), COHORT_OPTION, examine_subjects)
-    layout = _check_protocol(cohort, COHORT_OPTION)
-    refused = dict(new.refused)
+    new = _read_table(str(cohort), NEW_COHORT, examine_subjects)
+    layout = _check_protocol(cohort, NEW_COHORT)
+    refused, files = dict(new.refused), {}
     for subject in new.rows:
         try:
             own = own_protocol(cohort, subject).exists()
             with_own_phases(cohort / PROTOCOL, subject, study.config.recording)
             chosen = read_layout(cohort / PROTOCOL, subject) if own else layout
-            find_recording(cohort, subject, chosen.table.file)
+            files[subject] = find_recording(cohort, subject, chosen.table.file)
         except RecordingError as error:
             refused.setdefault(subject, str(error))
     usable = [subject for subject in new.rows if subject not in refused]
@@ -246,6 +248,7 @@ def _with_new_subjects(study: Study, cohort: Path) -> Study:
         new_layout=layout,
         new_refused=refused,
         new_cohort=cohort,
+        new_recordings={subject: files[subject] for subject in usable},
     )
 
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final
 from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
-from swesbi.recording.cohort import SUBJECTS
+from swesbi.config.study import Study
+from swesbi.recording.cohort import RECORDINGS, SUBJECTS
 from swesbi.study.answering import (
     EXIT_REFUSED,
     Answerer,
@@ -37,11 +38,13 @@ class Request:
 
     Attributes:
         answerer: Has the recordings.
+        named: The subjects that are asked for; none: all of the folder.
         out: The folder of the answers, one below it for each subject.
         force: Whether what lies there may be written over.
     """
 
     answerer: Answerer
+    named: tuple[str, ...]
     out: Path
     force: bool
 
@@ -66,35 +69,88 @@ def main(options: argparse.Namespace) -> int:
     """
     typed_in = Path.cwd()
     options = at_configuration(options)
-    options.cohort, named = recordings_of(options.recordings)
+    options.cohort = folder_of(options.recordings)
     study = study_with(options)
+    named = subjects_of(study, options.recordings, options.subject)
     experiments = experiments_to_ask(study, options.experiment)
     command = snakemake_options(options.config, options.overlay)
     required = options.experiment is not None
     answerer = Answerer(study, experiments, command, options.from_prior, required)
     out = options.out or typed_in / ANSWERS / study.new_cohort_name
-    request = Request(answerer, out, options.force)
-    if subject := options.subject or named:
-        print(_given(request, subject).text)
+    request = Request(answerer, named, out, options.force)
+    if len(named) == 1:
+        print(_given(request, *named).text)
         return 0
     return _answer_all(request, options.workers)
 
 
-def recordings_of(path: Path) -> tuple[Path, str]:
-    """Return the folder of recordings that a path names, and the subject, if it is one recording.
+def folder_of(paths: Sequence[Path]) -> Path:
+    """Return the folder in whose ``swe`` recordings lie, or which is named itself.
 
     Raises:
-        ConfigError: No ``subjects.csv`` says whose recordings they are.
+        ConfigError: They lie in different folders, or no ``subjects.csv`` says whose they are.
     """
-    if path.is_dir():
-        return path, ""
-    for folder, name in ((path.parent.parent, path.stem), (path.parent, "")):
-        if path.exists() and (folder / SUBJECTS).is_file():
-            return folder, name
-    absent = "there is no such file or folder" if not path.exists() else f"no {SUBJECTS} stands above it"
+    folders = {_folder_of(path).resolve(): path for path in paths}
+    if len(folders) > 1:
+        raise ConfigError(
+            f"{' and '.join(map(str, folders.values()))}: are of different folders; ask for one folder at a "
+            "time, since errors are estimated from it and answers lie under its name"
+        )
+    return _folder_of(paths[0])
+
+
+def _folder_of(path: Path) -> Path:
+    above = (path.parent.parent, path.parent) if path.is_file() else (path,)
+    if path.name == RECORDINGS:
+        above = (path, path.parent)
+    if found := next((folder for folder in above if (folder / SUBJECTS).is_file()), None):
+        return found
+    absent = f"no {SUBJECTS} stands {'in' if path.is_dir() else 'above'} it"
+    if not path.exists():
+        absent = "there is no such file or folder"
     raise ConfigError(
         f"{path}: {absent}; a recording lies in FOLDER/swe/, beside FOLDER/{SUBJECTS} and "
         "FOLDER/recording.yaml, which `swesbi template FOLDER` begins"
+    )
+
+
+def subjects_of(study: Study, paths: Sequence[Path], subject: str | None) -> tuple[str, ...]:
+    """Return the subjects whose recordings are named; none where a whole folder, or its one table, is.
+
+    Args:
+        study: With the folder as its new cohort.
+        paths: Recordings of the folder, or itself.
+        subject: The one that is asked for, of a folder or of a table of several.
+
+    Raises:
+        ConfigError: A file is nobody's recording, or another's than the subject's.
+    """
+    wholes = [study.new_cohort, study.new_cohort / RECORDINGS]
+    if study.new_layout.table.file is not None:
+        wholes.append(study.new_cohort / study.new_layout.table.file)
+    whole = any(path.resolve() == each.resolve() for path in paths for each in wholes)
+    named = {} if whole else {path: _subjects_in(study, path) for path in paths}
+    if subject is None:
+        return tuple(dict.fromkeys(name for names in named.values() for name in names))
+    for path, names in named.items():
+        if subject not in names:
+            raise ConfigError(
+                f"subject = {subject!r}: {path} is the recording of {', '.join(names)}; name the folder, "
+                "or leave out the subject"
+            )
+    return (subject,)
+
+
+def _subjects_in(study: Study, path: Path) -> tuple[str, ...]:
+    """Return the subjects whose recording a file is; of one that cannot be used, its name."""
+    files = {subject: file.resolve() for subject, file in study.new_recordings.items()}
+    if names := tuple(subject for subject, file in files.items() if file == path.resolve()):
+        return names
+    if path.stem not in files and path.parent.name == RECORDINGS:
+        return (path.stem,)
+    raise ConfigError(
+        f"{path}: is nobody's recording; those of {SUBJECTS} lie in {study.new_cohort / RECORDINGS}, or in "
+        "the table that recording.yaml names"
     )
 
 
@@ -117,13 +173,13 @@ def _given(request: Request, subject: str) -> Given:
 
 
 def _answer_all(request: Request, workers: int) -> int:
-    """Answer every subject of the folder, and write the table; no refusal stops it."""
+    """Answer every subject that is asked for; no refusal stops it. The table is of the whole folder alone."""
     answerer = request.answerer
-    subjects = answerer.subjects
-    if not request.force:
+    subjects = request.named or answerer.subjects
+    if not (request.named or request.force):
         check_table(request.out, subjects)
     given: dict[str, Given] = {}
-    refused = dict(answerer.folder.refused)
+    refused = {name: why for name, why in answerer.folder.refused.items() if name in subjects}
     usable = [name for name in subjects if name not in refused]
     progress = Progress("answers", len(usable), unit="recording")
     for subject, found in _found(request, usable, workers):
@@ -136,8 +192,8 @@ def _answer_all(request: Request, workers: int) -> int:
             refused[subject] = str(found)
             LOGGER.warning("subject %s is refused", subject)
         progress.step(note=subject)
-    table = _write_table(request, given, refused)
-    print(f"\n{len(given)} answered, {len(refused)} refused; {table.resolve()}, .xlsx")
+    table = "" if request.named else f"; {_write_table(request, given, refused).resolve()}, .xlsx"
+    print(f"\n{len(given)} answered, {len(refused)} refused{table}")
     for subject, reason in refused.items():
         print(f"refused: {subject}: {reason}")
     return EXIT_REFUSED if refused else 0

@@ -84,8 +84,9 @@ def infer() -> argparse.ArgumentParser:
     """Return the options of `infer`."""
     parser = argparse.ArgumentParser(
         prog="swesbi infer",
-        description="Infer one recording, or every recording of a folder.\n"
-        "Each has a posterior with diagnostics, a verdict, figures and a PDF sheet. A table lists all.\n"
+        description="Infer recordings of a folder: those named, or all of them.\n"
+        "Each has a posterior with diagnostics, a verdict, figures and a PDF sheet.\n"
+        "A table lists all, where the folder is named.\n"
         "No study is needed: inference then starts from the prior and takes 15 to 30 seconds a recording.\n"
         "Where a study has been run, its networks give the first proposal. The posterior is the same.\n"
         "Standard errors are estimated from the repeats of the folder.\n"
@@ -98,9 +99,10 @@ def infer() -> argparse.ArgumentParser:
     parser.add_argument(
         "recordings",
         type=Path,
-        help="a recording in FOLDER/swe/, or FOLDER with subjects.csv and recording.yaml",
+        nargs="+",
+        help="recordings in FOLDER/swe/, or FOLDER with subjects.csv and recording.yaml",
     )
-    parser.add_argument("--subject", help="one subject of the folder or table")
+    parser.add_argument("--subject", help="one subject of the folder, or of its table of several")
     parser.add_argument(
         "--from-prior", action="store_true", help="start from the prior although a study has been run"
     )
