@@ -125,6 +125,28 @@ def test_instants_in_per_cent_of_the_beat_are_refused(tmp_path: Path, stated: bo
         free_case.observed(tmp_path / "S.csv", layout)
 
 
+@pytest.mark.parametrize(
+    ("name", "said", "factor"),
+    [("time_ms", {"units": {"time_ms": "ms"}}, 1.0), ("t_ms", {}, 1.0), ("Time (s)", {}, 0.001)],
+)
+def test_pushes_soon_after_the_r_peak_are_read_where_their_unit_is_stated(
+    tmp_path: Path, name: str, said: dict[str, object], factor: float
+) -> None:
+    train = free_case.train(2)
+    soon = train.assign(time_ms=0.1 * train["time_ms"])
+    soon.assign(time_ms=factor * soon["time_ms"]).rename(columns={"time_ms": name}).to_csv(
+        tmp_path / "S.csv", index=False
+    )
+    columns = {} if name == "time_ms" else {"columns": {"time_ms": name}}
+    layout = layout_of({**columns, **said}, tmp_path / "recording.yaml")
+    found = free_case.observed(tmp_path / "S.csv", layout)
+    assert 5.0 < found.time_ms.max() < 110.0
+    assert set(np.round(found.time_ms, 6)) <= set(np.round(soon["time_ms"], 6))
+    soon.to_csv(tmp_path / "S.csv", index=False)
+    with pytest.raises(RecordingError, match=r"say `units: \{ time_ms: ms \}` in recording.yaml"):
+        free_case.observed(tmp_path / "S.csv")
+
+
 def test_a_speed_goes_before_a_modulus_and_nobody_guesses_which_modulus() -> None:
     gated = ["Phase", "Delay (ms)", "RR (ms)", "Acq", "ROI"]
     assert propose([*gated, "Stiffness (kPa)", "SWS (m/s)"]).columns[SPEED] == "SWS (m/s)"

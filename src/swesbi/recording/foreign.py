@@ -154,9 +154,7 @@ def read_foreign(path: Path, layout: TableLayout, subject: str, wanted: Wanted =
         return Place(str(name), str(text), read_as)
 
     columns = {str(name): column_of(understood[name]) for name in understood}
-    return TextTable(
-        table.source, columns, melted.rows, unit=table.unit, place=place, error_unit=units.get(STANDARD_ERROR)
-    )
+    return TextTable(table.source, columns, melted.rows, unit=table.unit, place=place, units=units)
 
 
 def _source(path: Path, layout: TableLayout, wanted: Wanted) -> tuple[TextTable, dict[str, tuple[str, ...]]]:

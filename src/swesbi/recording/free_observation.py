@@ -23,7 +23,7 @@ from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 from swesbi.recording.speed import youngs_modulus_kpa
 
 LEAST_PUSHES: Final = 2
-LATEST_IN_PERCENT: Final = 110.0  # no train of pushes ends so soon after the R peak
+LATEST_IN_PERCENT: Final = 110.0  # few trains of pushes end so soon after the R peak
 LATEST_IN_S: Final = 5.0  # of times in s, none is later: an RR interval has 5000 ms at most
 
 
@@ -152,11 +152,14 @@ def _check_plausible(
 
 
 def _other_unit_of_time(samples: FreeSamples) -> Problem | None:
-    """Return what is wrong where all times can be such in seconds alone."""
+    """Return what is wrong where times must be in seconds, or may be in per cent and no unit is stated."""
     latest = float(np.max(samples.time_ms, initial=0.0))
-    if LATEST_IN_S <= latest <= LATEST_IN_PERCENT:
+    if LATEST_IN_S <= latest <= LATEST_IN_PERCENT and not samples.unit_of_time:
         reason = f"the latest push is {latest:g} ms after its R peak: these can be per cent of the beat"
-        remedy = f"give them in ms, or as a fraction of rr_ms times rr_ms; the column is {TIME}"
+        remedy = (
+            f"if they are ms, say `units: {{ {TIME}: ms }}` in recording.yaml; if they are per cent, "
+            "multiply them by rr_ms / 100"
+        )
         return Problem(samples.source, reason, remedy, column=TIME)
     if not 0.0 < latest < LATEST_IN_S:
         return None

@@ -60,6 +60,7 @@ class FreeSamples:
         fit_r2: R2 of the wave fit; NaN where there was none.
         status: "ok" or one of ``FAILED_STATUSES``.
         columns: Which optional columns the file has.
+        unit_of_time: That is stated of the times as they were given; empty where none is.
         source: Where the samples come from, for messages.
     """
 
@@ -72,6 +73,7 @@ class FreeSamples:
     fit_r2: FloatArray
     status: NDArray[np.str_]
     columns: tuple[str, ...] = ()
+    unit_of_time: str = ""
     source: str = "samples in memory"
 
     @property
@@ -125,6 +127,7 @@ def read_free_samples(
         read_fit_r2(table) if "fit_r2" in has else np.full(len(time), np.nan),
         read_status(table) if "status" in has else np.full(len(time), STATUS_OK),
         has,
+        table.units.get(TIME, ""),
         str(path),
     )
     table.finish()
@@ -145,11 +148,12 @@ def _errors(table: TextTable, speed_m_s: FloatArray, density_kg_m3: float) -> Fl
     if STANDARD_ERROR not in table.cells:
         return np.full(len(table.rows), np.nan)
     remedy = "give the standard error of the speed in m/s"
-    highest = SPEED_RANGE_M_S[1] if table.error_unit in (None, *SPEED_UNITS) else MOST_IN_OTHER_UNITS
+    unit = table.units.get(STANDARD_ERROR)
+    highest = SPEED_RANGE_M_S[1] if unit in (None, *SPEED_UNITS) else MOST_IN_OTHER_UNITS
     error = table.number(STANDARD_ERROR, 0.0, highest, remedy, may_be_empty=True)
-    if table.error_unit in MODULUS_UNITS:
+    if unit in MODULUS_UNITS:
         error = PA_PER_KPA * error / (6.0 * density_kg_m3 * speed_m_s)
-    elif table.error_unit == "%":
+    elif unit == "%":
         error = error * speed_m_s
     table.flag(STANDARD_ERROR, error == 0.0, "is no standard error", f"{remedy}, or leave it empty")
     table.flag(STANDARD_ERROR, error >= speed_m_s, "is not smaller than the speed", f"{remedy}; check units")

@@ -51,7 +51,7 @@ class TextTable:
         ignored: Columns of the file that are not used.
         problems: Grows with every check; :meth:`finish` raises them together.
         place: Of a translated table: where a cell, by its index and column, stands in the file.
-        error_unit: Unit of its standard errors, where they are in none of speeds.
+        units: Units that are stated of columns, by the file's names or by its ``recording.yaml``.
     """
 
     source: str
@@ -61,7 +61,7 @@ class TextTable:
     ignored: tuple[str, ...] = ()
     problems: list[Problem] = field(default_factory=list)
     place: Callable[[int, str], Place] | None = None
-    error_unit: str | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def number(
         self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
