@@ -74,6 +74,11 @@ def test_all_have_hashes_but_what_pip_installs_with_torch() -> None:
     assert "--hash" not in (ROOT / STUDY).read_text(encoding="utf-8")
 
 
+def test_no_setting_of_the_resolver_rules_what_users_install() -> None:
+    assert "uv" not in FILE["tool"]
+    assert "--config-file tools/lock.toml" in (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
 def test_one_file_has_all_of_the_study_and_the_project_itself() -> None:
     assert "-e ." in (ROOT / STUDY).read_text(encoding="utf-8").splitlines()
     assert set(pins(HASHED["infer"])) - set(pins(STUDY)) <= {"setuptools"}
