@@ -14,7 +14,7 @@ LOCKED = $(PIP) --no-deps --require-hashes
 # workers side by side must not fight for threads; idle ones take over what others have not begun
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dist worksteal
 
-# Snakemake keeps a cache in the user's home, which a service's account may not have.
+# pip keeps a cache in the user's home, which a service's account may not have.
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
 .DEFAULT_GOAL := help

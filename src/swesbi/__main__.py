@@ -100,6 +100,7 @@ def _guarded(given: Sequence[str]) -> int:
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     logging.basicConfig(format="%(message)s")
     logging.getLogger("swesbi").setLevel(logging.INFO)
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a home that it cannot write, say
     try:
         # a command that reads a configuration goes to its folder
         with ended_by_signals(), contextlib.chdir(Path.cwd()):

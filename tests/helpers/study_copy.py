@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -92,6 +93,12 @@ class StudyCopy:
         text = file.read_text(encoding="utf-8")
         assert text.count(old) == 1, f"{path} holds {old!r} {text.count(old)} times"
         file.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def without_home(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return the environment of a service's account, whose home does not exist: nobody makes one in /proc."""
+    kept = {name: value for name, value in environment.items() if not name.startswith(("XDG_", "MPLCONFIG"))}
+    return {**kept, "HOME": "/proc/nowhere"}
 
 
 def _job(rule: str, output: str) -> Job:

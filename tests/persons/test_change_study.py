@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from study_copy import ROOT, StudyCopy
+from study_copy import ROOT, StudyCopy, without_home
 
 from swesbi.__main__ import main
 from swesbi.answers.compared import OUTPUTS
@@ -47,12 +47,14 @@ def typed(command: str, study: StudyCopy, code: int = 0) -> str:
     done = subprocess.run(
         ["bash", "-c", command.replace(".venv/bin", shlex.quote(str(BINARIES)))],
         cwd=study.folder,
-        env=study.environment,
+        env=without_home(study.environment),
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == code, f"{command}\n{done.stdout}{done.stderr}"
+    assert "Warning" not in done.stderr
+    assert "matplotlib" not in done.stderr
     return done.stdout
 
 
@@ -163,6 +165,7 @@ def test_a_study_is_planned_and_its_persons_are_kept(
     assert table["power_1"].between(0.0, 1.0).all()
     (bank,) = (folder / "banks").iterdir()
     kept, written = bank.read_bytes(), bank.stat().st_mtime_ns
-    assert plan("--persons", "8") == said
+    given = f"--overlay {own_study.config} --effect k_sr=-20% --bank 4 --persons 8"
+    assert typed(f".venv/bin/swesbi plan {given}", own_study) == said
     assert (bank.read_bytes(), bank.stat().st_mtime_ns) == (kept, written)
     assert "persons in each of two groups" in plan("--design", "groups", "--repeats", "2,3")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from numba.core.caching import CompileResultCacheImpl
-from study_copy import ROOT, StudyCopy, copy_study, rules_of
+from study_copy import ROOT, StudyCopy, copy_study, rules_of, without_home
 
 from swesbi.__main__ import main
 from swesbi.artefacts import write_json
@@ -211,14 +211,41 @@ def test_a_recording_dated_in_the_future_is_refused_with_the_way_out(tmp_path: P
 
 
 @pytest.mark.slow(minutes=0.5)
-def test_no_home_that_can_be_written_is_needed(tmp_path: Path) -> None:
-    """As of a service's account: nobody may make a folder in /proc. Make names a cache for Snakemake."""
+def test_the_study_needs_no_home(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
-    nowhere = dict.fromkeys(["HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"], "/proc/nowhere")
-    nowhere["XDG_CACHE_HOME"] = str(tmp_path / "cache")
     done = subprocess.run(
         study.command("results-smoke/cohort/A/passive.h5", cores=1), cwd=study.folder,
-        env=study.environment | nowhere, capture_output=True, text=True, check=False,
+        env=without_home(study.environment), capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
+
+
+RECORDINGS = str(ROOT / "data" / "virtual_push_trains")
+SMALL = ["--from-prior", "--overlay", str(ROOT / "tests" / "smoke.yaml")]
+
+
+@pytest.mark.slow(minutes=0.5)
+@pytest.mark.parametrize(
+    "given",
+    [
+        ["stages"],
+        ["template", "empty"],
+        ["validate", RECORDINGS, "--plot", "sheets"],
+        ["infer", RECORDINGS, "--subject", "A", *SMALL, "--out", "a"],
+        ["inspect", str(ROOT / "src" / "swesbi" / "answers" / "nulls.h5")],
+        ["demo"],
+    ],
+    ids=" ".join,
+)
+def test_no_command_needs_a_home_or_passes_on_what_libraries_warn_of(
+    given: list[str], tmp_path: Path
+) -> None:
+    """`compare` and `plan` run without one in tests/persons/test_change_study.py."""
+    done = subprocess.run(
+        [sys.executable, "-m", "swesbi", *given], cwd=tmp_path, env=without_home(os.environ),
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    assert not [word for word in ("Traceback", "Warning", "matplotlib", "/proc/nowhere") if word in said]
