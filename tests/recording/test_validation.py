@@ -41,7 +41,7 @@ def test_the_summary_says_what_quality_control_found(
             (read_samples(cohort / f"swe/{observed.subject}.csv", 20, 1e3).status == "no_wave").sum()
         )
         assert f"no_wave {no_wave}," in " ".join(cells) + ","
-    assert "note: config.yaml has `cohort: data/virtual_volunteers`, whose network answers these" in lines[-1]
+    assert "answers these recordings, and needs no study" in lines[-1]
 
 
 def test_an_unknown_subject_of_an_experiment_is_named_with_its_key(
@@ -57,15 +57,18 @@ def test_an_unknown_subject_of_an_experiment_is_named_with_its_key(
     assert "experiments.paper" not in shown  # its list is of another cohort
 
 
-def test_a_recording_that_no_subject_claims_is_noted(tmp_path: Path) -> None:
+def test_a_recording_that_no_subject_claims_is_named_before_the_others_are_summed_up(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     cohort = write_cohort(tmp_path / "cohort")
     recording(5).to_csv(cohort / "swe" / "spare.csv", index=False)
-    (cohort / "swe" / "_notes.txt").write_text("mine")
-    report = examine_cohort(cohort, RECORDING, 100)
-    assert not report.problems
-    (note,) = report.notes
-    assert "spare.csv" in note
-    assert "_notes" not in note
+    (cohort / "swe" / "_example.csv").write_text("of the template")
+    assert main(["validate", str(cohort)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[1].startswith("warning: ") and said[1].endswith("subjects.csv does not name them: spare.csv")
+    (cohort / "swe" / f"{next(iter(ROWS))}.csv").unlink()
+    assert main(["validate", str(cohort)]) == 2
+    assert "subjects.csv does not name them: spare.csv" in capsys.readouterr().err
 
 
 def test_sheets_are_drawn_and_nothing_else_is_written(tmp_path: Path) -> None:

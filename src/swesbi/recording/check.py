@@ -63,7 +63,7 @@ class CohortReport:
         subjects: The subjects without a problem whose recordings are gated, in the order of ``subjects.csv``.
         origin: Where the recordings come from; empty if the cohort does not say.
         problems: Everything that must be corrected.
-        notes: What is odd, and harmless.
+        notes: Which files, or rows of a table of all, are of no subject.
         visits: Whose recordings those of the table without a problem are, by subject.
         free: The subjects without a problem whose recordings are free-running, likewise.
     """

@@ -37,24 +37,33 @@ def main(options: argparse.Namespace) -> int:
     problems = (*report.problems, *(_unknown_subjects(report, config, options.config) if here else ()))
     if problems:
         several = "" if len(problems) > 1 else "1 problem\n  - "
-        lines = [f"{cohort}: {several}{listed(problems)}", *_usable(report), "Nothing was written."]
+        usable = [f"{_usable(report)} as they are: {', '.join(report.usable)}"] if report.usable else []
+        lines = [
+            f"{cohort}: {several}{listed(problems)}",
+            *_warnings(report),
+            *usable,
+            "Nothing was written.",
+        ]
         print("\n".join(lines), file=sys.stderr)
         return EXIT_PROBLEMS
-    print(f"{cohort}: {len(report.usable)} recordings can be used; origin: {report.origin}\n")
-    print(summary(report))
-    elsewhere = () if here or not report.subjects else (_elsewhere(cohort, config, options.config),)
-    for note in (*report.notes, *elsewhere, *_free_running(report)):
+    print(f"{cohort}: {_usable(report)}; origin: {report.origin}")
+    print("\n".join([*_warnings(report), "", summary(report)]))
+    elsewhere = () if here or not report.subjects else (_elsewhere(cohort, options.config),)
+    for note in (*elsewhere, *_free_running(report)):
         print(f"note: {note}")
     if options.plot:
         _plot(report, options.plot)
     return 0
 
 
-def _usable(report: CohortReport) -> list[str]:
-    """Say whose recordings can be used as they are, though those of others cannot."""
-    names = report.usable
-    one = "recording can" if len(names) == 1 else "recordings can"
-    return [f"{len(names)} {one} be used as they are: {', '.join(names)}"] if names else []
+def _usable(report: CohortReport) -> str:
+    number = len(report.usable)
+    return f"{number} recording{'' if number == 1 else 's'} can be used"
+
+
+def _warnings(report: CohortReport) -> list[str]:
+    """Say which files are of nobody, before all that is said of the others."""
+    return [f"warning: {note}" for note in report.notes]
 
 
 def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:
@@ -78,11 +87,10 @@ def _lists(config: Config) -> Mapping[str, Sequence[str]]:
     return of_study | {f"experiments.{name}.subjects": names or () for name, names in listed.items()}
 
 
-def _elsewhere(cohort: Path, config: Config, source: Path) -> str:
-    answer = typed("swesbi", "infer", cohort)
+def _elsewhere(cohort: Path, source: Path) -> str:
     return (
-        f"{source} has `cohort: {config.cohort}`, whose network answers these recordings as they are: "
-        f"`{answer}`. To train networks on them instead, set `cohort` to {cohort} and `results` to another "
+        f"`{typed('swesbi', 'infer', cohort)}` answers these recordings, and needs no study. To train "
+        f"networks on them, set `cohort` of {source} to {cohort} and `results` to another "
         "folder, and run the study"
     )
 
