@@ -13,7 +13,7 @@ from swesbi.measurement.likelihood import SpeedModel, standardise
 from swesbi.verdict.beat import volume_tests
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.verdict import STATUSES, VerdictTest
+from swesbi.verdict.verdict import GRADES, VerdictTest
 from swesbi.verdict.with_null import grade
 
 NO_VERDICT: Final = "no verdict"
@@ -43,7 +43,7 @@ def judged_without_nulls(
     volumes = volume_tests(model, phi, beats, rule.volumes)
     measured = tuple(test for test in volumes if np.isfinite(test.statistic))
     status = grade(grade_of_residuals(residuals, rule), measured, (), rule.volumes.contradicted_abs_z)
-    word = NO_VERDICT if status == Grade.NOT_CONTRADICTED else STATUSES[status]
+    word = NO_VERDICT if status == Grade.NOT_CONTRADICTED else GRADES[status]
     return word, (residuals, *measured)
 
 

@@ -30,10 +30,10 @@ def literal(value: object, reference: Reference) -> str:
     """
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
-    if isinstance(value, Enum | int | float | np.number):
-        return number(value.value if isinstance(value, Enum) else value)
     if isinstance(value, str):
         return json.dumps(value)
+    if isinstance(value, Enum | int | float | np.number):
+        return number(value.value if isinstance(value, Enum) else value)
     return _compound(value, reference)
 
 

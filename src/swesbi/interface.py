@@ -198,7 +198,7 @@ def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
         },
         {"speed_m_s": ("phase", speeds.speed_m_s), "relative_se": ("phase", speeds.relative_se)},
         {"phase": speeds.phase},
-        {"subject": speeds.context.subject, "status": verdict.status, "sentence": verdict.sentence}
+        {"subject": speeds.context.subject, "status": str(verdict.status), "sentence": verdict.sentence}
         | certificate,
     )
 

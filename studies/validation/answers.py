@@ -29,7 +29,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import levels_by
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.verdict.answers import SEPARATOR, label_of_test
-from swesbi.verdict.verdict import CONTRADICTED
+from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import Generator
 from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
@@ -115,7 +115,7 @@ class Questioner:
             return refusal(number, made.heart, made.redrawn, SEPARATOR.join(outside))
         try:
             first = self._answer(number, made, _of_one_round(self.settings))
-            if first.converged or first.status == CONTRADICTED:
+            if first.converged or first.status == Status.CONTRADICTED:
                 return first
             return self._answer(number, made, self.settings)
         except NoLikelihoodError as error:

@@ -40,7 +40,7 @@ from swesbi.recording.samples import ACCEPTED, rejection
 from swesbi.recording.sweeps import levels_by
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.study.finished import finished_population
-from swesbi.verdict.verdict import CONTRADICTED, STRAINED
+from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.recorded import RecordedHeart
 
 GENERATOR: Final = "a"
@@ -96,12 +96,12 @@ def answer_folder(
         inside.append((truth >= found.low) & (truth <= found.high))
         words.append(answer.verdict.status)
         print(f"{times:g} {name:20s}{answer.verdict.sentence[:90]}", flush=True)
-    not_contradicted = sum(word not in (CONTRADICTED, STRAINED) for word in words)
+    not_contradicted = sum(word.fits for word in words)
     return [
         {
             "times_noise": times, "quantity": quantity, "recordings": len(words),
-            "not_contradicted": not_contradicted, "strained": words.count(STRAINED),
-            "contradicted": words.count(CONTRADICTED), "inside": int(column.sum()),
+            "not_contradicted": not_contradicted, "strained": words.count(Status.STRAINED),
+            "contradicted": words.count(Status.CONTRADICTED), "inside": int(column.sum()),
         }
         for quantity, column in zip(QUANTITIES, np.stack(inside).T, strict=True)
         if quantity in ("k0_kpa", "k_atp_per_s", "k_sr_per_s")

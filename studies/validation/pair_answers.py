@@ -36,7 +36,7 @@ from swesbi.prior import SomeParameters, bounds
 from swesbi.recording.noise import read_noise
 from swesbi.seeds import generator
 from swesbi.study.finished import FinishedPopulation
-from swesbi.verdict.verdict import NOT_CONTRADICTED
+from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.hearts import SimulatedHearts
 
 Key = tuple[str, str, int]
@@ -190,7 +190,7 @@ class Answerer:
     def _not_contradicted(self, visits: Sequence[Answered]) -> str:
         if not self.verdicts:
             return ""
-        return "yes" if all(each.status == NOT_CONTRADICTED for each in visits) else "no"
+        return "yes" if all(Status(each.status).fits for each in visits) else "no"
 
     def _true_distance(
         self, visits: Sequence[Answered], normal: Sequence[NormalVisit], changes: ChangeSettings

@@ -18,7 +18,7 @@ from swesbi.measurement.derived import StiffnessModel, curve_quantities, derived
 from swesbi.parameters import BONDS, SHOWN, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.answers import REFUSED
-from swesbi.verdict.verdict import NOT_CONTRADICTED
+from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 
 UNITS: Final = "kPa, s-1, ms, kPa, s-1, ms, kPa, kPa, kPa, s-1"
@@ -48,7 +48,7 @@ class HeartAnswer:
     @property
     def not_contradicted(self) -> bool:
         """Whether a reader is told that the model can have made the recording."""
-        return self.status == NOT_CONTRADICTED
+        return self.status != REFUSED and Status(self.status).fits
 
     @property
     def asked(self) -> BoolArray:

@@ -23,7 +23,8 @@ from swesbi.report.tables.validation_outcomes import (
     TESTED,
     TOGETHER,
 )
-from swesbi.verdict.answers import OUTCOMES, REFUSED
+from swesbi.verdict.answers import REFUSED
+from swesbi.verdict.verdict import GRADES, Status
 
 NO_NUMBER: Final = (np.nan, np.nan, np.nan)
 
@@ -93,8 +94,12 @@ def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -
 
 
 def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
-    shares = {name: float(np.mean([answer.status == name for answer in answers])) for name in OUTCOMES}
-    return {name.replace(" ", "_"): share for name, share in shares.items()}
+    """Return the share of each outcome; what is uninformative is not contradicted either."""
+    words = [Status.NOT_CONTRADICTED if answer.not_contradicted else answer.status for answer in answers]
+    return {
+        name.replace(" ", "_"): float(np.mean([word == name for word in words]))
+        for name in (*GRADES, REFUSED)
+    }
 
 
 def _rate(held: Sequence[bool], confidence: float) -> tuple[float, float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from itertools import combinations_with_replacement
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,6 +21,7 @@ from swesbi.persons.change.one_person import OnePerson
 from swesbi.persons.change.stored import KIND, StoredChange
 from swesbi.persons.change.stored_groups import read_change_groups
 from swesbi.study.stages import change_groups as stage
+from swesbi.verdict.verdict import STATUSES, Status
 
 TWO_PERSONS = OnePerson(-3.0, -2.0, 0.01, 0.05, 4.0)
 
@@ -32,16 +34,16 @@ def changes() -> list[StoredChange]:
         effect = np.log(0.7) if number % 2 else 0.0
         draws = 20.0 * np.exp(0.05 * rng.standard_normal((2, 600, 4)))
         draws[1, :, 2] *= np.exp(effect)
-        one = replace(
-            stored(), person=f"P{number}", verdict=np.array(["not contradicted", "not contradicted"])
-        )
+        verdict = np.array(["not contradicted", "not contradicted" if number else "uninformative"])
+        one = replace(stored(), person=f"P{number}", verdict=verdict)
         found.append(replace(one, phi=draws[:, :, :2], quantities=draws))
     return [*found[:-1], replace(found[-1], one_person=TWO_PERSONS)]
 
 
-def test_a_pair_has_the_worse_verdict_of_both_visits() -> None:
-    one = stored()
-    assert verdict_of_pair(one) == "strained"
+@pytest.mark.parametrize(("good", "bad"), [*combinations_with_replacement(STATUSES, 2)])
+def test_a_pair_has_the_worse_verdict_of_both_visits(good: Status, bad: Status) -> None:
+    one = replace(stored(), verdict=np.array([good, bad]))
+    assert verdict_of_pair(one) == verdict_of_pair(replace(one, verdict=one.verdict[::-1])) == bad
     assert verdict_of_pair(replace(one, one_person=TWO_PERSONS)) == "contradicted"
     assert verdict_of_pair(replace(one, converged=False)) == "contradicted"
 
@@ -87,6 +89,9 @@ def test_the_stage_writes_all_of_it_and_says_it(
     factor = found.population.group_factor[0, :, 0, 2]
     assert np.quantile(factor, 0.05) < 0.7 < np.quantile(factor, 0.95)
     assert found.persons.outlier_prior[-1] == case.OUTLIERS.contradicted
+    assert (found.verdict[0], found.persons.outlier_prior[0]) == (
+        "uninformative", case.OUTLIERS.not_contradicted,
+    )  # fmt: skip
     said = "\n".join(caplog.messages)
     assert "treated rose less than control, or fell more, with a probability of" in said
     assert "Left out with one visit, since a change needs two: P9." in said

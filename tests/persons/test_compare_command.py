@@ -153,6 +153,7 @@ class Instead:
         self.changes: list[Path] = []
         self.observations: list[Path] = []
         self.left_out: list[str] = []
+        self.failing = False
 
     def asked(self, subject: str) -> SimpleNamespace:
         if subject in self.raised:
@@ -180,6 +181,8 @@ class Instead:
         self.left_out = [*settings.left_out]
         for path in outputs.values():
             path.write_text(origin.subject)
+        if self.failing:
+            raise ValueError("their draws lie nowhere")
 
 
 @pytest.fixture
@@ -240,6 +243,18 @@ def test_a_person_whose_name_or_folder_is_wrong_is_refused_alone(
     assert re.search(r"refused: 2024/001: (.|\n)*column 'person': '2024/001' has a sign that", shown)
     assert re.search(r"refused: P04: .*/out/P04: is a file", shown)
     assert list(read_csv(out / command.ALL_CHANGES)["person"].unique()) == ["NA", "007", "nan"]
+
+
+def test_groups_that_fail_lose_no_person(typed: Callable[..., str], instead: Instead, tmp_path: Path) -> None:
+    out, instead.failing = tmp_path / "out", True
+    out.mkdir()
+    (out / command.GROUP_OUTPUTS["table"]).write_text("of an earlier run")
+    shown = typed("--all", "--out", str(out))
+    assert "24 compared, 0 refused" in shown
+    assert shown.endswith("no change in groups: their draws lie nowhere\n")
+    persons = [f"P{number:02d}" for number in range(1, 25)]
+    assert {path.name for path in out.iterdir()} == {*persons, command.ALL_CHANGES}
+    assert list(read_csv(out / command.ALL_CHANGES)["person"].unique()) == persons
 
 
 def test_what_is_wrong_with_the_network_or_nobody_compared_writes_no_table(

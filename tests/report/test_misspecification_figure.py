@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from swesbi.report.figures.misspecification import draw_misspecification
 from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, AlarmRow
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES
-from swesbi.verdict.verdict import CONTRADICTED, STATUSES, Verdict, VerdictTest
+from swesbi.verdict.verdict import STATUSES, Status, Verdict, VerdictTest
 
-ALARMS = (*(f"group: {group}" for group in GROUPS), STRAINED_OR_WORSE, CONTRADICTED)
+ALARMS = (*(f"group: {group}" for group in GROUPS), STRAINED_OR_WORSE, Status.CONTRADICTED)
 
 
-def verdict(status: str, p: float) -> Verdict:
+def verdict(status: Status, p: float) -> Verdict:
     tests = tuple(VerdictTest(name, 2.0, p, 0.01, p <= 0.01, "") for name in TEST_NAMES)
     volumes = tuple(
         VerdictTest(name, -12.4, None, 3.0, True, "")
@@ -37,7 +37,7 @@ def rows(subjects: tuple[str, ...]) -> list[AlarmRow]:
 
 
 def drawn(subjects: tuple[str, ...], with_volunteers: bool = True) -> Figure:
-    verdicts = {name: verdict(STATUSES[i % 3], 10.0 ** (-i)) for i, name in enumerate(subjects)}
+    verdicts = {name: verdict(STATUSES[i % len(STATUSES)], 10.0 ** (-i)) for i, name in enumerate(subjects)}
     return draw_misspecification(
         verdicts, rows(subjects if with_volunteers else ()), 0.05, "virtual volunteers"
     )

@@ -18,10 +18,10 @@ from swesbi.parameters import TOLD_NAMES
 from swesbi.recording.observation import contexts_dataset
 from swesbi.study.stages.verdict import _others
 from swesbi.verdict.nulls import Grade, Reference
-from swesbi.verdict.power import COHORT, CONTRADICTED, STRAINED_OR_WORSE, alarm_rows
+from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, alarm_rows
 from swesbi.verdict.recordings import KIND, VOLUNTEER, SubjectChecks, read_subject_checks, to_groups
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES, WITH_STRIPS, Checks, no_checks
-from swesbi.verdict.verdict import Verdict, VerdictTest, read_verdict
+from swesbi.verdict.verdict import Status, Verdict, VerdictTest, read_verdict
 from swesbi.verdict.with_null import grade, make_verdict, null_tests
 
 NULL_RECORDINGS = 400
@@ -123,8 +123,8 @@ def test_alarms_are_counted_once_for_each_recording(subject: SubjectChecks, refe
     assert alone.rate == (status >= 1).mean()
     assert alone.ci_low <= alone.rate <= alone.ci_high
     assert cohort.n == 2 * alone.n
-    assert rows[COHORT, "acquired", CONTRADICTED].refused == 4
-    assert (COHORT, VOLUNTEER, CONTRADICTED) not in rows
+    assert rows[COHORT, "acquired", Status.CONTRADICTED].refused == 4
+    assert (COHORT, VOLUNTEER, Status.CONTRADICTED) not in rows
     groups = [rows["T", "own", f"group: {g}"].rate for g in ("prior predictive", "fit", "bounds")]
     assert max(groups) <= alone.rate + 1e-9
     assert sum(groups) >= alone.rate - 0.01

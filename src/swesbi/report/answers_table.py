@@ -13,6 +13,7 @@ from swesbi.artefacts.csv import write_csv
 from swesbi.report.workbook import write_workbook
 from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
 from swesbi.verdict.trust import ANSWER, IN_WORDS
+from swesbi.verdict.verdict import STATUSES
 
 TABLE: Final = "answers.csv"
 COLUMNS: Final = "answers_columns.csv"
@@ -22,8 +23,7 @@ SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper 
 FIRST: Final = {
     "subject": "name in subjects.csv",
     "experiment": "its prior was used, and its network where a study has trained one",
-    "status": "verdict: not contradicted, strained, contradicted or uninformative; refused: there is no "
-    "posterior",
+    "status": f"verdict: {', '.join(STATUSES)}; {REFUSED}: there is no posterior",
     "reason": "tests that contradict the model, or why there is no posterior",
     "noise": "from what its standard errors are estimated",
     "interval_mass": "probability that lies between the limits of each interval; 1",

@@ -12,17 +12,11 @@ from swesbi.recording.observation import Observation
 from swesbi.report.table import MARK, MUTED
 from swesbi.report.table import STRAINED as WITH_CARE
 from swesbi.verdict.answers import LIMITS, REFUSED
-from swesbi.verdict.verdict import (
-    CONTRADICTED,
-    NOT_CONTRADICTED,
-    NOT_PRIOR_SUPPORTED,
-    PRIOR_SUPPORTED,
-    STRAINED,
-    Verdict,
-)
+from swesbi.verdict.verdict import Status, Verdict
 
-PASSED: Final = (NOT_CONTRADICTED, PRIOR_SUPPORTED)
-MARKS: Final = {STRAINED: WITH_CARE} | dict.fromkeys((CONTRADICTED, NOT_PRIOR_SUPPORTED, REFUSED), MUTED)
+PASSED: Final = (Status.NOT_CONTRADICTED, Status.PRIOR_SUPPORTED)
+NOT_READ: Final = (Status.CONTRADICTED, Status.NOT_PRIOR_SUPPORTED, REFUSED)
+MARKS: Final = {Status.STRAINED: WITH_CARE} | dict.fromkeys(NOT_READ, MUTED)
 """How a subject's row is set: grey where the posterior must not be used, amber where it needs care."""
 
 

@@ -17,7 +17,7 @@ from swesbi.report.numbers import REJECTIONS, as_percent, digits
 from swesbi.report.sheet import Informed, Recorded, Sheet, ShownCurve
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
 from swesbi.verdict.trust import ANSWER, IN_WORDS
-from swesbi.verdict.verdict import CONTRADICTED, Verdict
+from swesbi.verdict.verdict import Status, Verdict
 
 MS_PER_S: Final = 1e3
 FEW: Final = 20
@@ -130,7 +130,7 @@ def _percentile(population: FloatArray, *values: float) -> str:
 
 def _caution(sheet: Sheet) -> list[str]:
     said = []
-    if sheet.verdict.status == CONTRADICTED:
+    if sheet.verdict.status == Status.CONTRADICTED:
         said.append(
             "CONTRADICTED: this model cannot produce the recording. Medians and intervals are shown to help "
             "find the reason. They are no measurement of this heart."

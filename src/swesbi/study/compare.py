@@ -159,15 +159,15 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             LOGGER.warning("person %s is refused", pair.person)
         else:
             compared.append(asked)
-    if compared:
-        _write_groups(folder, compared, refused)
+    failed = _write_groups(folder, compared, refused) if compared else ""
     refused |= _unknown_hearts(study, experiment)
     reasons = "".join(f"\nrefused: {person}: {reason}" for person, reason in refused.items())
     if not compared:
         raise ValueError(f"{study.new_cohort}: no person can be compared{reasons}")
-    written = f"written to {folder}: {', '.join((ALL_CHANGES, *GROUP_OUTPUTS.values()))}, a folder a person"
-    print(f"\n{len(compared)} compared, {len(refused)} refused; {written}{reasons}")
-    return EXIT_REFUSED if refused else 0
+    files = ", ".join((ALL_CHANGES, *(() if failed else GROUP_OUTPUTS.values())))
+    written = f"written to {folder}: {files}, a folder a person"
+    print(f"\n{len(compared)} compared, {len(refused)} refused; {written}{reasons}{failed}")
+    return EXIT_REFUSED if refused or failed else 0
 
 
 def _unknown_hearts(study: Study, experiment: str) -> dict[str, str]:
@@ -176,13 +176,18 @@ def _unknown_hearts(study: Study, experiment: str) -> dict[str, str]:
     return {person: "; ".join(why) for person, why in sentences.items() if why}
 
 
-def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str, str]) -> None:
+def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str, str]) -> str:
     """Write the table of all persons who are compared, and what has changed in groups of them.
+
+    Where groups fail, none of their files is left, and the table stays.
 
     Args:
         folder: Where their own folders lie, and the output.
         compared: Who they are.
         refused: Who else was to be compared, and why they are not.
+
+    Returns:
+        Why groups failed, in a line of its own; empty where they did not.
     """
     import pandas as pd
 
@@ -196,16 +201,22 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
     made_of = {folder / asked.pair.person: asked.pair.subjects[0] for asked in compared}
     table = pd.concat([read_csv(person / TABLE) for person in made_of], ignore_index=True)
     table.insert(0, "experiment", experiment)
+    write_csv(folder / ALL_CHANGES, table)
     run = stage_function(STAGE_OF_GROUPS)
-    with folder_made_whole(folder) as made:
-        write_csv(made / ALL_CHANGES, table)
-        run(
-            changes=[person / JOINT for person in made_of],
-            observations=[person / first / OBSERVATION for person, first in made_of.items()],
-            **{name: made / file for name, file in GROUP_OUTPUTS.items()},
-            settings=get_type_hints(run)["settings"].from_plain(plain),
-            origin=Origin(study.config.seed, "", stage_code(STAGE_OF_GROUPS)),
-        )
+    try:
+        with folder_made_whole(folder) as made:
+            run(
+                changes=[person / JOINT for person in made_of],
+                observations=[person / first / OBSERVATION for person, first in made_of.items()],
+                **{name: made / file for name, file in GROUP_OUTPUTS.items()},
+                settings=get_type_hints(run)["settings"].from_plain(plain),
+                origin=Origin(study.config.seed, "", stage_code(STAGE_OF_GROUPS)),
+            )
+    except (ValueError, ArithmeticError, RuntimeError) as error:
+        for file in GROUP_OUTPUTS.values():
+            (folder / file).unlink(missing_ok=True)
+        return f"\nno change in groups: {error}"
+    return ""
 
 
 def _answer(folder: Path, asked: Asked) -> None:

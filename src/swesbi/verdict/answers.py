@@ -16,7 +16,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.parameters import TOLD_NAMES
 from swesbi.verdict.prior_support import support_numbers
-from swesbi.verdict.verdict import CONTRADICTED, STATUSES, STRAINED, Verdict, VerdictTest, read_verdict
+from swesbi.verdict.verdict import STATUSES, Status, Verdict, VerdictTest, read_verdict
 
 RECORDINGS: Final = {
     "own": "the model's own noise",
@@ -27,7 +27,7 @@ RECORDINGS: Final = {
 ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
 POOLED: Final = "pooled"
 """In place of a subject: the recordings of all."""
-ALARMS: Final = (f"{STRAINED} or {CONTRADICTED}", CONTRADICTED)
+ALARMS: Final = (f"{Status.STRAINED} or {Status.CONTRADICTED}", Status.CONTRADICTED)
 SHOWN_TESTS: Final = 3
 TEST_LABELS: Final = {
     "chi2": "χ²",

@@ -15,7 +15,7 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import THETA, TOLD
 from swesbi.verdict.settings import UninformativeSettings
-from swesbi.verdict.verdict import NOT_CONTRADICTED, UNINFORMATIVE, Verdict, VerdictTest
+from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 
 CONTRACTION: Final = "contraction_"
 """Before a quantity: the name of its entry in ``verdict.json``."""
@@ -79,8 +79,8 @@ class Contractions:
     def beside(self, verdict: Verdict) -> Verdict:
         """Return a verdict with them; a recording that tells nothing, and fits, is uninformative."""
         status, sentence = verdict.status, verdict.sentence
-        if self.uninformative and status == NOT_CONTRADICTED:
-            status = UNINFORMATIVE
+        if self.uninformative and status == Status.NOT_CONTRADICTED:
+            status = Status.UNINFORMATIVE
             sentence = f"{status}: the recording leaves every quantity as the prior has it"
         untold = (self.in_words,) if any(one.uninformative for one in self.of_each) else ()
         return replace(

@@ -27,7 +27,7 @@ from swesbi.verdict.statistics import (
     fit_feature_space,
     tail_scores,
 )
-from swesbi.verdict.verdict import STATUSES
+from swesbi.verdict.verdict import GRADES, Status
 
 SMALLEST_P: Final = 1e-6
 """A fitted tail of some hundred recordings says nothing about what is rarer."""
@@ -165,9 +165,9 @@ class Grade(IntEnum):
     CONTRADICTED = 2
 
     @property
-    def word(self) -> str:
+    def word(self) -> Status:
         """The grade as files and figures print it."""
-        return STATUSES[self]
+        return GRADES[self]
 
 
 @dataclass(frozen=True)

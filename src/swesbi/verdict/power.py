@@ -13,7 +13,7 @@ from swesbi.verdict.nulls import Grade, Judgement, Reference
 from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER, SubjectChecks
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.statistics import GROUPS, TESTS, Checks
-from swesbi.verdict.verdict import CONTRADICTED
+from swesbi.verdict.verdict import Status
 
 COHORT: Final = "all"
 STRAINED_OR_WORSE: Final = "strained or contradicted"
@@ -87,7 +87,7 @@ def _raised(reference: Reference, judgement: Judgement) -> dict[str, BoolArray]:
     }
     verdicts: dict[str, BoolArray] = {
         STRAINED_OR_WORSE: judgement.status >= Grade.STRAINED,
-        CONTRADICTED: judgement.status >= Grade.CONTRADICTED,
+        Status.CONTRADICTED: judgement.status >= Grade.CONTRADICTED,
     }
     return {**tests, **groups, **verdicts}
 

@@ -8,7 +8,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, in_bounds
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.verdict import NOT_PRIOR_SUPPORTED, PRIOR_SUPPORTED, Verdict
+from swesbi.verdict.verdict import Status, Verdict
 
 NAMED_COMPONENTS = 3
 
@@ -37,7 +37,7 @@ def diagnose(
     )
     worst = int(np.argmax(np.abs(z_obs)))
     found = f"max |z| = {np.abs(z_obs[worst]):.2f}, {inside} of {len(candidates)} candidate draws in bounds"
-    status = NOT_PRIOR_SUPPORTED if reasons else PRIOR_SUPPORTED
+    status = Status.NOT_PRIOR_SUPPORTED if reasons else Status.PRIOR_SUPPORTED
     return Verdict(
         max_abs_z=float(np.abs(z_obs[worst])),
         worst_component=component_names[worst],

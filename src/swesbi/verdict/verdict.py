@@ -5,22 +5,39 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import MISSING, asdict, dataclass, field, fields
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
 
 from swesbi.artefacts import ArtefactError
 
-NOT_CONTRADICTED: Final = "not contradicted"
-STRAINED: Final = "strained"
-CONTRADICTED: Final = "contradicted"
-UNINFORMATIVE: Final = "uninformative"
-"""Of a recording that leaves every quantity as the prior has it, where nothing speaks against the model."""
-STATUSES: Final = (NOT_CONTRADICTED, STRAINED, CONTRADICTED)
-"""Of experiments on measured speeds, from good to bad."""
-PRIOR_SUPPORTED: Final = "prior-supported"
-NOT_PRIOR_SUPPORTED: Final = "not prior-supported"
-PAPER_STATUSES: Final = (PRIOR_SUPPORTED, NOT_PRIOR_SUPPORTED)
+
+class Status(StrEnum):
+    """The outcome in a word, as files and figures print it: of a kind of experiment, from good to bad.
+
+    A recording is uninformative if it leaves every quantity as the prior has it, and nothing speaks against
+    the model.
+    """
+
+    NOT_CONTRADICTED = "not contradicted"
+    UNINFORMATIVE = "uninformative"
+    STRAINED = "strained"
+    CONTRADICTED = "contradicted"
+    PRIOR_SUPPORTED = "prior-supported"
+    NOT_PRIOR_SUPPORTED = "not prior-supported"
+
+    @property
+    def fits(self) -> bool:
+        """Whether it is of a recording on measured speeds against which no test speaks."""
+        return self in {Status.NOT_CONTRADICTED, Status.UNINFORMATIVE}
+
+
+PAPER_STATUSES: Final = (Status.PRIOR_SUPPORTED, Status.NOT_PRIOR_SUPPORTED)
 """Of experiments with noise on features, by the criterion of the paper."""
+STATUSES: Final = tuple(status for status in Status if status not in PAPER_STATUSES)
+"""Of experiments on measured speeds, from good to bad."""
+GRADES: Final = (Status.NOT_CONTRADICTED, Status.STRAINED, Status.CONTRADICTED)
+"""What tests alone make of a recording, by the integers of ``nulls.Grade``."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +74,7 @@ class Verdict:
         in_prior_draws: Candidates within the prior's bounds.
         candidate_draws: Candidates drawn.
         unfiltered_median: Median of all candidates, by parameter.
-        status: The outcome in one word: of an experiment on speeds "not contradicted", "strained",
-            "contradicted" or "uninformative"; of one on features "prior-supported" or not.
+        status: The outcome in one word.
         sentence: The outcome in a sentence.
         reasons: What contradicts the model, or why the prior does not support the subject; may be empty.
         tests: The misspecification tests.
@@ -74,7 +90,7 @@ class Verdict:
     in_prior_draws: int
     candidate_draws: int
     unfiltered_median: dict[str, float]
-    status: str
+    status: Status
     sentence: str
     reasons: tuple[str, ...]
     tests: tuple[VerdictTest, ...] = ()
@@ -86,7 +102,7 @@ class Verdict:
     @property
     def may_be_read(self) -> bool:
         """Whether the posterior may be interpreted: neither contradicted nor outside the prior's support."""
-        return self.status not in {CONTRADICTED, NOT_PRIOR_SUPPORTED}
+        return self.status not in {Status.CONTRADICTED, Status.NOT_PRIOR_SUPPORTED}
 
     @property
     def acceptance(self) -> float:
@@ -128,6 +144,7 @@ def read_verdict(path: Path) -> Verdict:
         required = {f.name for f in fields(Verdict) if f.default is f.default_factory is MISSING}
         named = {f.name: plain[f.name] for f in fields(Verdict) if f.name in {*required, *plain}}
         tests = tuple(VerdictTest(**test) for test in plain.get("tests", ()))
-        return Verdict(**{**named, "reasons": tuple(plain["reasons"]), "tests": tests})
+        said = {"status": Status(plain["status"]), "reasons": tuple(plain["reasons"]), "tests": tests}
+        return Verdict(**{**named, **said})
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ArtefactError(f"{path}: cannot be read as a verdict ({error}); delete it") from error

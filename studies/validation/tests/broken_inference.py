@@ -28,7 +28,7 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.statistics import boundary_statistic, chi2_p_value, prior_strip_mass, strip_mass
-from swesbi.verdict.verdict import CONTRADICTED, NOT_CONTRADICTED
+from swesbi.verdict.verdict import Status
 from swesbi.virtual.generated import Volunteer
 from swesbi.virtual.hearts.heart import Generator
 from swesbi.virtual.hearts.hearts import SimulatedHearts, Structure
@@ -123,7 +123,8 @@ def answer(inference: Inference, letter: str, number: int) -> HeartAnswer:
     found = intervals(model, phi, EXACT.interval)
     passes = chi2_of(model, phi) >= STRAINED
     return HeartAnswer(
-        number, made.heart.context, made.redrawn, NOT_CONTRADICTED if passes else CONTRADICTED, "",
+        number, made.heart.context, made.redrawn,
+        Status.NOT_CONTRADICTED if passes else Status.CONTRADICTED, "",
         by_mcmc=False, converged=drawn.reliable, efficiency=drawn.weighted.efficiency,
         truth=truths(made.heart), **vars(found),
     )  # fmt: skip

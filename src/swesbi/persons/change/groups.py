@@ -15,7 +15,6 @@ is good where these lie, and the division is needed where hardly any do.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
 
 from swesbi.context import Context
 from swesbi.draws import equal_weights
@@ -28,9 +27,7 @@ from swesbi.persons.cohort.infer import Inferred, Posed, infer_population
 from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import PriorSettings
-
-VERDICTS: Final = ("not contradicted", "strained", "contradicted")
-"""From the best to the worst."""
+from swesbi.verdict.verdict import STATUSES, Status
 
 
 def member_of_change(
@@ -58,11 +55,11 @@ def member_of_change(
     return make_member(context, verdict_of_pair(change), group, (ratio, weight), sizes, seed)
 
 
-def verdict_of_pair(change: StoredChange) -> str:
+def verdict_of_pair(change: StoredChange) -> Status:
     """Return the worse verdict of both visits; contradicted where the pair is of two persons, or unusable."""
     if change.one_person.flagged or not change.converged:
-        return VERDICTS[-1]
-    return max(map(str, change.verdict), key=VERDICTS.index)
+        return Status.CONTRADICTED
+    return max(map(Status, change.verdict), key=STATUSES.index)
 
 
 def infer_change_groups(

@@ -26,7 +26,7 @@ class Member:
 
     Attributes:
         context: Its context.
-        status: The verdict on its recording: not contradicted, strained or contradicted.
+        status: The verdict on its recording, one of speeds.
         group: Its group; empty where it has none.
         theta: Equally weighted draws of its posterior, those that are recycled; shape (n, 3).
         alone: Lower limit, median and upper limit of its posterior; shape (3, 3), a column a parameter.

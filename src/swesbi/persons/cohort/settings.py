@@ -9,6 +9,7 @@ from pydantic import Field
 from swesbi.base.settings import Settings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import ParameterPrior
+from swesbi.verdict.verdict import Status
 
 Probability = Annotated[float, Field(ge=0.0, lt=1.0)]
 
@@ -59,15 +60,20 @@ class OutlierSettings(Settings):
     )
 
     def of(self, status: str) -> float:
-        """Return the probability of a verdict.
+        """Return the probability of a verdict on speeds; an uninformative recording contradicts nothing.
 
         Raises:
             ValueError: There is no such verdict.
         """
-        words = {name.replace("_", " "): name for name in type(self).model_fields}
-        if status not in words:
-            raise ValueError(f"verdict {status!r}: expected one of {', '.join(words)}")
-        return float(getattr(self, words[status]))
+        by_verdict = {
+            Status.NOT_CONTRADICTED: self.not_contradicted,
+            Status.UNINFORMATIVE: self.not_contradicted,
+            Status.STRAINED: self.strained,
+            Status.CONTRADICTED: self.contradicted,
+        }
+        if status not in by_verdict:
+            raise ValueError(f"verdict {str(status)!r}: expected one of {', '.join(by_verdict)}")
+        return by_verdict[Status(status)]
 
 
 class HierarchySettings(Settings):

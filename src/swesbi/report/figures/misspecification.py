@@ -25,14 +25,19 @@ from swesbi.report.numbers import as_percent
 from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, AlarmRow
 from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER
 from swesbi.verdict.statistics import GROUPS, TEST_NAMES
-from swesbi.verdict.verdict import CONTRADICTED, NOT_CONTRADICTED, STRAINED, Verdict, VerdictTest
+from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 
 ROW_IN: Final = 0.26
 RATES_IN: Final = 2.1
 MARGINS_IN: Final = 1.75
 SMALLEST_SHOWN: Final = 1e-4
 WELL_SPECIFIED: Final = 2  # bars of well-specified recordings
-STATUS_COLORS: Final = {NOT_CONTRADICTED: TRUTH, STRAINED: "#E69F00", CONTRADICTED: CMAES}
+STATUS_COLORS: Final = {
+    Status.NOT_CONTRADICTED: TRUTH,
+    Status.UNINFORMATIVE: PRIOR,
+    Status.STRAINED: "#E69F00",
+    Status.CONTRADICTED: CMAES,
+}
 GROUP_COLORS: Final = dict(zip(GROUPS, ("#56B4E9", "#CC79A7", POSTERIOR), strict=True))
 GROUP_LABELS: Final = dict(
     zip(GROUPS, ("not what the prior predicts", "not what the fit predicts", "at a bound"), strict=True)
@@ -91,7 +96,7 @@ def _draw_verdicts(axes: Axes, verdicts: Mapping[str, Verdict]) -> None:
             if name in outcomes:
                 _draw_cell(axes, column, row, outcomes[name], shade)
         word = verdict.status
-        color = STATUS_COLORS.get(word, PRIOR)
+        color = STATUS_COLORS[word]
         axes.text(len(names) - 0.3, row, word, color=color, va="center", fontweight="bold", fontsize=6.5)
     axes.set_xlim(-0.5, len(names) + 1.6)
     axes.set_ylim(len(verdicts) - 0.5, -0.5)
@@ -125,8 +130,8 @@ def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
     by_alarm = {(row.subject, row.recordings, row.alarm): row for row in rows}
     alarms = [(f"group: {group}", GROUP_COLORS[group], GROUP_LABELS[group]) for group in GROUPS]
     alarms += [
-        (STRAINED_OR_WORSE, STATUS_COLORS["strained"], "verdict: strained or contradicted"),
-        (CONTRADICTED, STATUS_COLORS[CONTRADICTED], "verdict: contradicted"),
+        (STRAINED_OR_WORSE, STATUS_COLORS[Status.STRAINED], "verdict: strained or contradicted"),
+        (Status.CONTRADICTED, STATUS_COLORS[Status.CONTRADICTED], "verdict: contradicted"),
     ]
     width = 0.8 / len(alarms)
     for which, (alarm, color, label) in enumerate(alarms):
@@ -161,7 +166,7 @@ def _recordings(rows: Sequence[AlarmRow]) -> list[tuple[str, str]]:
 
 def _bar_label(rows: Mapping[tuple[str, str, str], AlarmRow], subject: str, kind: str) -> str:
     words = {OWN: "own noise", ACQUIRED: "acquired"}
-    return f"{words.get(kind, subject)}\nn = {rows[(subject, kind, CONTRADICTED)].n}"
+    return f"{words.get(kind, subject)}\nn = {rows[(subject, kind, Status.CONTRADICTED)].n}"
 
 
 def _p_text(p: float) -> str:

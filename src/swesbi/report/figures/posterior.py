@@ -36,7 +36,7 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.verdict import CONTRADICTED
+from swesbi.verdict.verdict import Status
 
 FloatArray = NDArray[np.float64]
 
@@ -292,7 +292,7 @@ def _draw_efficiencies(axes: Axes, panels: Sequence[ExactPanel]) -> None:
 def _shade(axes: Axes, panels: Sequence[ExactPanel]) -> None:
     """Grey the column of every contradicted subject."""
     for position, panel in enumerate(panels, start=1):
-        if panel.verdict.status == CONTRADICTED:
+        if panel.verdict.status == Status.CONTRADICTED:
             axes.axvspan(position - 0.5, position + 0.5, color=EXCLUDED_BACKGROUND, lw=0, zorder=0)
 
 

@@ -37,10 +37,10 @@ from swesbi.report.sheet_text import (
     rows,
     verdict_text,
 )
-from swesbi.verdict.verdict import STATUSES
+from swesbi.verdict.verdict import Status
 
 # what is judged has the colour of the verdict; where nothing is, the word stands in grey
-BOX_COLORS: Final = {word: STATUS_COLORS[word] if word in STATUSES else PRIOR for word in STATUS_COLORS}
+BOX_COLORS: Final = STATUS_COLORS | {Status.UNINFORMATIVE: PRIOR}
 PAGE_IN: Final = (8.27, 11.69)  # A4
 MARGIN_IN: Final = 0.55
 PARTS: Final = (1.35, 2.45, 1.3, 2.75, 2.75)

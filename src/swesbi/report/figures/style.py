@@ -21,6 +21,7 @@ from matplotlib.transforms import Bbox
 
 from swesbi.artefacts import atomic_path
 from swesbi.base.arrays import FloatArray
+from swesbi.verdict.verdict import Status
 
 TEXT_WIDTH_IN: Final = 12.2 / 2.54
 """Text width of Springer's LNCS class, in inches."""
@@ -34,11 +35,11 @@ EXCLUDED_BACKGROUND: Final = "#EDEDED"
 EXCLUDED_POSTERIOR: Final = "#4D5B66"
 STRAINED: Final = "#B07000"
 NETWORK: Final = "#6A1B9A"
-STATUS_COLORS: Final = {
-    "not contradicted": POSTERIOR,
-    "uninformative": POSTERIOR,
-    "strained": STRAINED,
-    "contradicted": EXCLUDED_POSTERIOR,
+STATUS_COLORS: Final[dict[str, str]] = {
+    Status.NOT_CONTRADICTED: POSTERIOR,
+    Status.UNINFORMATIVE: POSTERIOR,
+    Status.STRAINED: STRAINED,
+    Status.CONTRADICTED: EXCLUDED_POSTERIOR,
 }
 
 RC: Final[Any] = {

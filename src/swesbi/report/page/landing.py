@@ -26,24 +26,17 @@ from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.exact import VERDICT, Exact
 from swesbi.report.tables.subjects import SUBJECT, beside_the_measured
 from swesbi.verdict.answers import LIMITS, label_of_test
-from swesbi.verdict.verdict import (
-    CONTRADICTED,
-    NOT_CONTRADICTED,
-    NOT_PRIOR_SUPPORTED,
-    PAPER_STATUSES,
-    PRIOR_SUPPORTED,
-    STATUSES,
-    STRAINED,
-)
+from swesbi.verdict.verdict import PAPER_STATUSES, STATUSES, Status
 
 EJECTION: Final = "ejection_fraction"
 SHOWN_LIMITS: Final = 2
 MEANING: Final = {
-    NOT_CONTRADICTED: "the model can produce this recording",
-    STRAINED: "use with care: some tests contradict the model",
-    CONTRADICTED: "do not use: the model cannot produce this recording",
-    PRIOR_SUPPORTED: "the prior can produce such a recording",
-    NOT_PRIOR_SUPPORTED: "do not use: the prior does not produce such a recording",
+    Status.NOT_CONTRADICTED: "the model can produce this recording",
+    Status.UNINFORMATIVE: "the recording leaves every quantity as the prior has it",
+    Status.STRAINED: "use with care: some tests contradict the model",
+    Status.CONTRADICTED: "do not use: the model cannot produce this recording",
+    Status.PRIOR_SUPPORTED: "the prior can produce such a recording",
+    Status.NOT_PRIOR_SUPPORTED: "do not use: the prior does not produce such a recording",
 }
 
 

@@ -26,7 +26,7 @@ from swesbi.report.numbers import (
 )
 from swesbi.report.results import Experiment
 from swesbi.report.table import MARK, SUMMARY, Column, Table, words
-from swesbi.verdict.verdict import NOT_CONTRADICTED, PRIOR_SUPPORTED
+from swesbi.verdict.verdict import Status
 
 SUBJECT: Final = words("subject", "Subject")
 UNIT: Final = words("parameter", "Unit", PARAMETER_UNITS)
@@ -179,9 +179,12 @@ def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
 def score_table(experiment: Experiment, cohort_title: str) -> Table:
     """Return table 1: the predictive scores of each subject, and their mean over those that pass."""
     mass = f"{experiment.predictive_percent:g} %"
-    passed, left_out = PRIOR_SUPPORTED, "Subjects outside the prior's support have no posterior scores."
+    passed, left_out = (
+        Status.PRIOR_SUPPORTED,
+        "Subjects outside the prior's support have no posterior scores.",
+    )
     if experiment.exact:
-        passed = NOT_CONTRADICTED
+        passed = Status.NOT_CONTRADICTED
         left_out = (
             "Contradicted subjects have no posterior scores; strained ones do, and are left out of the mean."
         )
