@@ -10,7 +10,10 @@ import speed_case
 from scipy.integrate import quad
 from scipy.stats import kstest, norm
 
-from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
+from swesbi.heart.periodic import Status
+from swesbi.heart.prior_simulations import SimulationFailure
+from swesbi.heart.simulate import Beats
+from swesbi.measurement.likelihood import SpeedModel, draw_speeds, log_likelihood, log_speed_sd, residuals
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import MeasuredBy, PredictedSpeeds, WallPhases, shortening
 from swesbi.population.synthetic import own_recordings
@@ -169,6 +172,23 @@ def test_synthetic_recordings_depend_on_seed_and_name_alone() -> None:
     other = own_recordings(model, 5, 3, "b")
     np.testing.assert_array_equal(one.recordings[4].speed_m_s, same.recordings[4].speed_m_s)
     assert not np.array_equal(one.phi, other.phi)
+
+
+def test_a_prior_of_hearts_that_do_not_beat_ends_with_an_explanation(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = speed_case.model()
+    beats, calls = model.simulate(np.tile(PHI, (3, 1))), []
+
+    def failing(_: SpeedModel, phi: np.ndarray) -> Beats:
+        calls.append(phi.copy())
+        assert len(calls) < 1000, "it does not end"
+        status = np.array([Status.PERIODIC, Status.OUT_OF_RANGE, Status.PERIODIC], np.int8)
+        return replace(beats, status=status)
+
+    monkeypatch.setattr(SpeedModel, "simulate", failing)
+    with pytest.raises(SimulationFailure, match=r"subject T: 100 draws .*out_of_range.*Narrow the prior"):
+        own_recordings(model, 3, 3, "a")
+    first, second = calls[:2]
+    assert [np.array_equal(*pair) for pair in zip(first, second, strict=True)] == [True, False, True]
 
 
 def test_between_phases_lies_the_cubic_of_values_and_slopes() -> None:

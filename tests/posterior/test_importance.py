@@ -131,6 +131,13 @@ def test_the_limit_of_k_hat_depends_on_the_number_of_draws() -> None:
     assert k_hat_limit(20_000, largest=0.5) == 0.5
 
 
+@pytest.mark.filterwarnings("error")
+def test_one_draw_is_never_reliable_and_its_limit_is_a_number() -> None:
+    assert k_hat_limit(1) == k_hat_limit(2) < 0.0
+    _, k_hat = smooth(np.zeros(1))
+    assert k_hat > k_hat_limit(1)
+
+
 def test_weights_repeat_under_the_seed() -> None:
     first, again = weighted(0.9), weighted(0.9)
     other = weigh(ToyModel(), proposal(0.9), DRAWS, 0.1, seed=2)

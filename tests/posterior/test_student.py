@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -52,6 +54,17 @@ def test_draws_have_the_density_of_their_mixture() -> None:
     assert ratio.mean() == pytest.approx(1.0, abs=5.0 * ratio.std() / np.sqrt(len(x)))
     above = np.average(x[:, 0] > 0.0, weights=ratio)
     assert (drawn[:, 0] > 0.0).mean() == pytest.approx(above, abs=0.02)
+
+
+@pytest.mark.parametrize("dimension", [1, 3])
+def test_one_point_has_the_density_that_it_has_among_others(dimension: int) -> None:
+    wide = StudentProposal(np.zeros(dimension), 2.0 * np.eye(dimension))
+    mixture = StudentMixture(np.array([0.5, 0.5]), (wide, replace(wide, mean=np.ones(dimension))))
+    x = np.random.default_rng(7).standard_normal((4, dimension))
+    for proposal in (wide, mixture):
+        alone = [proposal.log_density(x[row : row + 1]) for row in range(4)]
+        np.testing.assert_allclose(np.concatenate(alone), proposal.log_density(x), rtol=1e-12)
+        assert proposal.log_density(x[:0]).shape == (0,)
 
 
 def test_few_effective_draws_get_one_wide_part() -> None:

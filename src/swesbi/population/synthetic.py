@@ -9,6 +9,7 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.periodic import Status
+from swesbi.heart.prior_simulations import MAXIMUM_ATTEMPTS, SimulationFailure
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import MeasuredSubject, SpeedModel, draw_speeds
 from swesbi.measurement.operator import PassiveBaseline, calibrate_passive, total_cycle
@@ -102,14 +103,25 @@ def acquired_recordings(
 
 
 def fresh_beats(model: SpeedModel, count: int, seed: int, *name: str | int) -> tuple[FloatArray, Beats]:
-    """Draw phi (count, d) from the joint prior and simulate it; failing draws are replaced by later ones."""
-    rng = generator(seed, "synthetic", "phi", *name, model.recording.subject)
-    phi = sample(count, model.settings.prior, rng)
-    beats = model.simulate(phi)
-    while (failed := np.flatnonzero(beats.status != Status.PERIODIC)).size:
-        phi[failed] = sample(failed.size, model.settings.prior, rng)
+    """Draw phi (count, d) from the joint prior and simulate it; failing draws are replaced by later ones.
+
+    Raises:
+        SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
+    """
+    subject, prior = model.recording.subject, model.settings.prior
+    rng = generator(seed, "synthetic", "phi", *name, subject)
+    phi, failed = np.empty((count, len(prior.parameters))), np.arange(count)
+    for _ in range(MAXIMUM_ATTEMPTS):
+        phi[failed] = sample(failed.size, prior, rng)
         beats = model.simulate(phi)
-    return phi, beats
+        failed = np.flatnonzero(beats.status != Status.PERIODIC)
+        if not failed.size:
+            return phi, beats
+    raise SimulationFailure(
+        f"subject {subject}: {MAXIMUM_ATTEMPTS} draws in a row gave no periodic beat "
+        f"({Status(beats.status[failed[0]]).name.lower()}); the last phi was {phi[failed[0]].tolist()}. "
+        "Narrow the prior's bounds or check the subject's context."
+    )
 
 
 def _acquire(

@@ -85,9 +85,9 @@ class WeightedDraws:
 def k_hat_limit(draws: int, largest: float = 0.7) -> float:
     """Return the Pareto shape above which weights of so many draws are not reliable.
 
-    min(largest, 1 - 1/log10(draws)) (Vehtari et al. 2024, Sec. 3.2.4).
+    min(largest, 1 - 1/log10(draws)) (Vehtari et al. 2024, Sec. 3.2.4), of one draw as of two: it is finite.
     """
-    return float(min(largest, 1.0 - 1.0 / np.log10(draws)))
+    return float(min(largest, 1.0 - 1.0 / np.log10(max(draws, 2))))
 
 
 def resample(weighted: WeightedDraws, draws: int, rng: np.random.Generator) -> FloatArray:

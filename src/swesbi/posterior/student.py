@@ -42,7 +42,8 @@ class StudentProposal:
 
     def log_density(self, eta: FloatArray) -> FloatArray:
         """Return the log density at eta (n, d); shape (n,)."""
-        return np.asarray(self._distribution.logpdf(eta))
+        # SciPy gives a number for one point
+        return np.reshape(self._distribution.logpdf(eta), (len(eta),))
 
     @cached_property
     def _distribution(self) -> Any:  # noqa: ANN401
