@@ -1,4 +1,18 @@
-"""swesbi: simulation-based inference of cardiac mechanics from shear wave elastography."""
+"""Simulation-based inference of cardiac mechanics from shear wave elastography.
+
+Eight names are public:
+
+    read_recording    read FOLDER/swe/SUBJECT.csv, or a subject of FOLDER
+    Recording         a recording under the model: prior, likelihood, predictions
+    infer             exact posterior and verdict of a recording
+    simulate_beat     the periodic beat of a heart
+    Context           sex, age, body surface area, heart rate, volumes, septum
+    ParameterPrior    a log-normal between bounds
+    torch_prior       a prior as a torch distribution
+    sample_posterior  exact posterior of a model of your own
+
+Each is loaded when it is first asked for.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +20,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from swesbi.context import Context
-    from swesbi.interface import Recording, infer, read_recording, sample_posterior, simulate_beat
-    from swesbi.networks.torch_prior import torch_prior
+    from swesbi.interface import (
+        Recording,
+        infer,
+        read_recording,
+        sample_posterior,
+        simulate_beat,
+        torch_prior,
+    )
     from swesbi.prior import ParameterPrior
 
 __version__ = "0.1.0"
@@ -23,16 +43,13 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401
-    """Load a public name when it is first asked for: a beat needs no torch."""
-    if name == "torch_prior":
-        try:
-            from swesbi.networks.torch_prior import torch_prior
-        except ModuleNotFoundError as error:
-            from swesbi.base.extras import missing
+def __dir__() -> list[str]:
+    """List the public names before they are loaded, for ``help`` and completion."""
+    return [*__all__, "__version__"]
 
-            raise missing(error) from None
-        return torch_prior
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    """Load a public name when it is first asked for: the start of a command waits for none."""
     if name in __all__:
         from swesbi import interface
 

@@ -17,6 +17,7 @@ from scipy.special import logsumexp
 from swesbi.answers.answer import answered
 from swesbi.answers.free import FreeRecording
 from swesbi.base.arrays import FloatArray
+from swesbi.base.extras import missing
 from swesbi.config.read import found_configuration, parse_config, read_merged
 from swesbi.config.study import load_study
 from swesbi.context import Context
@@ -34,6 +35,8 @@ from swesbi.study.infer import folder_of, subjects_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from swesbi.networks.torch_prior import TruncatedLogNormal
 
 EXPERIMENT: Final = "calibrated"
 """Whose heart and criteria are meant where no recording says otherwise."""
@@ -201,6 +204,24 @@ def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
         {"subject": speeds.context.subject, "status": str(verdict.status), "sentence": verdict.sentence}
         | certificate,
     )
+
+
+def torch_prior(prior: BoxPrior, device: str = "cpu") -> TruncatedLogNormal:
+    """Return a prior as a torch distribution on ``device``, as sbi expects one.
+
+    >>> import swesbi
+    >>> recording = swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True)
+    >>> swesbi.torch_prior(recording.prior).sample((5,)).shape == (5, len(recording.names))
+    True
+
+    Raises:
+        ModuleNotFoundError: torch is not installed; the message names the extra that brings it.
+    """
+    try:
+        from swesbi.networks.torch_prior import torch_prior as of_torch
+    except ModuleNotFoundError as error:
+        raise missing(error) from None
+    return of_torch(prior, device)
 
 
 def sample_posterior(

@@ -108,7 +108,7 @@ def test_a_wheel_answers_where_there_is_no_checkout(newer: bool, wheel: Path, tm
     assert told.returncode == 0, told.stderr
     assert (empty / "answers" / "virtual_volunteers" / "B" / "sheet.pdf").is_file()
     assert typed("-m", "swesbi", "inspect", "--check", "swesbi-demo").returncode == 0
-    absent = typed("-c", "import swesbi; swesbi.torch_prior")
+    absent = typed("-c", "import swesbi; swesbi.torch_prior(None)")
     assert absent.stderr.splitlines()[-1].endswith(str(extras.missing(ModuleNotFoundError(name="torch"))))
     if newer:
         opened = typed("-c", OPENED, "swesbi-demo/posterior.h5", str(volunteers / "swe" / "A.csv"))

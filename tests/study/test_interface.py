@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import re
 import subprocess
 import sys
 
@@ -12,7 +13,6 @@ from study_copy import ROOT
 
 import swesbi
 from swesbi import interface
-from swesbi.networks import torch_prior
 
 VOLUNTEER = "data/virtual_volunteers/swe/A.csv"
 
@@ -36,6 +36,21 @@ def test_what_is_no_recording_is_refused_plainly() -> None:
         swesbi.infer(VOLUNTEER)  # type: ignore[arg-type]
 
 
+def test_help_and_completion_have_the_names_and_load_no_torch() -> None:
+    code = (
+        "import pydoc, sys, swesbi; print(*dir(swesbi), 'numpy' in sys.modules, sep='\\n', end='\\f'); "
+        "print(pydoc.render_doc(swesbi, renderer=pydoc.plaintext), 'torch' in sys.modules, sep='\\f')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    listed, shown, torch = done.stdout.split("\f")
+    assert listed.splitlines() == [*sorted([*swesbi.__all__, "__version__"]), "False"]
+    assert torch == "False\n"
+    table, _, entries = shown.partition("PACKAGE CONTENTS")
+    for name in swesbi.__all__:
+        assert f"\n        {name} " in table
+        assert re.search(rf"^    (class )?{name}\(", entries, re.MULTILINE)
+
+
 def test_a_beat_and_a_recording_need_no_torch() -> None:
     code = (
         "import sys, swesbi; heart = swesbi.Context('X', 'F', 30.0, 1.7, 64.0, 90.0, 34.0, 0.8); "
@@ -47,9 +62,8 @@ def test_a_beat_and_a_recording_need_no_torch() -> None:
 
 
 @pytest.mark.slow(minutes=0.5)
-@pytest.mark.parametrize("module", [interface, torch_prior])
-def test_examples_of_docstrings_run_as_printed(module: object) -> None:
-    result = doctest.testmod(module)  # type: ignore[arg-type]
+def test_examples_of_docstrings_run_as_printed() -> None:
+    result = doctest.testmod(interface)
     assert result.attempted
     assert not result.failed
 

@@ -77,13 +77,7 @@ class TruncatedLogNormal(Distribution):
 
 
 def torch_prior(prior: BoxPrior, device: str = "cpu") -> TruncatedLogNormal:
-    """Return a prior as a torch distribution on ``device``, as sbi expects one.
-
-    >>> import swesbi
-    >>> recording = swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True)
-    >>> swesbi.torch_prior(recording.prior).sample((5,)).shape == (5, len(recording.names))
-    True
-    """
+    """Return a prior as a torch distribution on ``device``, as sbi expects one."""
     log_sd = np.array([parameter.log_sd for parameter in prior.parameters])
     tensors = [
         torch.as_tensor(values, device=device) for values in (log_centre(prior), log_sd, *bounds(prior))
