@@ -69,7 +69,7 @@ full: study ## the checks of calibration in large sizes, with the networks of th
 	$(BIN)/python -m swesbi.study.model_version results-full/*/*.csv
 	$(BIN)/python -m tools.docs --stored
 
-verify: $(INSTALLED) ## numbers of README, tables of pages and versions of stored tables, beside the finished study, settings and code
+verify: $(INSTALLED) ## numbers of README, tables of pages and versions of stored tables, beside settings, code and the study where it is finished
 	$(BIN)/python -m tools.verify
 
 container: # an image of the project, where podman or docker can build one

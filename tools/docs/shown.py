@@ -41,12 +41,16 @@ def stored_in(folder: Path, stage: Path | None = None) -> Place:
     return place
 
 
+class UnfinishedError(PageError):
+    """The study has not made a table that a page names; the message says which and where."""
+
+
 def gather(study: Study, folder: Path, stage: Path) -> None:
     """Put the tables that pages and claims name, and a study gives, into a folder laid out as docs/tables.
 
     Raises:
-        PageError: The study has no such table.
-        ArtefactError: The study is not finished.
+        UnfinishedError: The study has no such table.
+        ArtefactError: An artefact that a table is made of is missing or damaged.
     """
     texts = page_texts(folder)
     if (folder / CLAIMS).is_file():
@@ -54,7 +58,7 @@ def gather(study: Study, folder: Path, stage: Path) -> None:
     for name, where in _named(OF_STUDY, texts).items():
         source = Path(study.config.results) / f"{name}.csv"
         if not source.is_file():
-            raise PageError(f"{where}: {source} does not exist: finish the study first (make study)")
+            raise UnfinishedError(f"{where}: {source} does not exist: finish the study first (make study)")
         target = stage / STUDY / f"{name}.csv"
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, target)

@@ -96,7 +96,7 @@ def test_the_readme_is_not_accounted_for_by_chance() -> None:
 
 def test_a_project_that_is_as_it_says(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert failures(project) == []
-    assert main(["--stored"]) == 0
+    assert main([]) == 0
     assert capsys.readouterr().out == "5 hold, 0 fail\n"
 
 
@@ -122,7 +122,7 @@ def test_one_change_turns_verify_red(
 ) -> None:  # fmt: skip
     rewrite(project / file, old, new)
     assert (where, expected, found) in {(each.where, each.expected, each.found) for each in failures(project)}
-    assert main(["--stored"]) == 1
+    assert main([]) == 1
     printed = capsys.readouterr().out
     assert f"{where}: " in printed and f"found: {found}" in printed
 
@@ -146,10 +146,13 @@ def test_results_of_a_study_are_asked_rather_than_their_stored_copies(
     asked = ["--overlay", "overlay.yaml"]
     assert main(asked) == 0
     rewrite(results / "hearts.csv", "c,0", "e,0")
-    assert main(asked) == 1 and main(["--stored"]) == 0
+    assert main(asked) == 1
+    assert "no finished study" not in capsys.readouterr().out
     (results / "hearts.csv").unlink()
-    assert main(asked) == 2
-    assert "hearts.csv does not exist: finish the study first" in capsys.readouterr().err
+    assert main(asked) == 0
+    assert "no finished study" in (said := capsys.readouterr().out) and f"{results}/hearts.csv" in said
+    rewrite(copies / "hearts.csv", "c,0", "e,0")
+    assert main(asked) == 1
 
 
 def test_tables_that_need_no_version_are_stored() -> None:
