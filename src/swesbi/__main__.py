@@ -113,6 +113,8 @@ def _guarded(given: Sequence[str]) -> int:
         return EXIT_UNREAD
     except (ValueError, OSError, MemoryError) as error:
         print(f"swesbi: {_message(error)}", file=sys.stderr)
+        if isinstance(error, OSError) and error.filename is None:
+            print_to_nobody()  # it may have been the printing that failed
         return EXIT_USAGE
     except ModuleNotFoundError as error:
         if (named := missing(error)) is error:
@@ -154,8 +156,9 @@ def _message(error: ValueError | OSError | MemoryError) -> str:
         return f"the memory ran out {error}".strip()
     from swesbi.artefacts.atomic import write_fault
 
-    reason = write_fault(error) if isinstance(error, OSError) else None
-    return f"{getattr(error, 'filename', None)}: cannot be written, {reason}" if reason else str(error)
+    if not isinstance(error, OSError) or (reason := write_fault(error)) is None:
+        return str(error)
+    return f"{error.filename or 'what is printed'}: cannot be written, {reason}"
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import shlex
 import subprocess
@@ -16,11 +17,13 @@ import pytest
 import torch
 import xarray as xr
 
+from swesbi.__main__ import main
 from swesbi.artefacts import (
     ArtefactError,
     DamagedArtefactError,
     Provenance,
     atomic_path,
+    folder_made_whole,
     load,
     save,
     schema_of,
@@ -30,6 +33,7 @@ from swesbi.artefacts.atomic import make_command, repair_command
 from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.measurement.operator import PassiveBaseline, read_passive
 from swesbi.networks.files import read_plain, write_plain
+from swesbi.study.running import check_writable
 
 PASSIVE = schema_of(PassiveBaseline)["/"]
 Change = Callable[[h5py.File], None]
@@ -277,6 +281,53 @@ def test_what_cannot_be_written_is_named_and_leaves_nothing(
     with pytest.raises(ArtefactError, match=rf"{name}: cannot be written, .*{message}"):
         write(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
+
+
+@FORMATS
+def test_a_file_of_a_folder_is_named_by_where_it_was_to_lie(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(ArtefactError) as caught, folder_made_whole(tmp_path / "answer") as made:
+        write(made / name)
+    assert str(caught.value).startswith(f"{tmp_path / 'answer' / name}: cannot be written, the disk is full")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_empty_cohort_is_written_whole_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(path: Path, text: str, **how: str) -> int:
+        if path.name == "_example.csv":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        with path.open("w", **how) as file:
+            return file.write(text)
+
+    monkeypatch.setattr(Path, "write_text", full)
+    assert main(["template", str(tmp_path / "clinic")]) == 2
+    assert f"{tmp_path / 'clinic'}: cannot be written, the disk is full" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@FORMATS
+@pytest.mark.parametrize("number", [errno.EPERM, errno.ENOTSUP, errno.EINVAL, errno.ENOSYS])
+def test_a_file_system_without_permissions_synchronisation_and_locks_is_enough(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str, number: int
+) -> None:
+    def unknown(*_: object, **__: object) -> None:
+        raise OSError(number, os.strerror(number))
+
+    for call in ("chmod", "fchmod", "fsync", "fdatasync"):
+        monkeypatch.setattr(os, call, unknown)
+    write(tmp_path / name)
+    check_writable(tmp_path)
+    with (tmp_path / name).open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)  # a reader that locks fails now, as it does where there are no locks
+        read(tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,6 +18,8 @@ from swesbi.__main__ import main
 from swesbi.artefacts import write_json
 from swesbi.heart import compiled
 
+RECORDINGS = str(ROOT / "data" / "virtual_push_trains")
+
 
 @pytest.mark.parametrize(("umask", "mode"), [(0o077, 0o600), (0o022, 0o644), (0o002, 0o664)])
 def test_files_have_the_permissions_that_the_umask_leaves(tmp_path: Path, umask: int, mode: int) -> None:
@@ -112,13 +114,21 @@ def test_a_signal_ends_inference_and_leaves_nothing(
 
 
 def test_a_reader_that_has_enough_is_no_fault() -> None:
-    cohort = str(ROOT / "data" / "virtual_push_trains")
     reading, writing = os.pipe()
     os.close(reading)
-    command = [sys.executable, "-m", "swesbi", "validate", cohort]
+    command = [sys.executable, "-m", "swesbi", "validate", RECORDINGS]
     done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, check=False)
     os.close(writing)
     assert (done.returncode, done.stderr) == (141, b"")
+
+
+def test_a_full_disk_below_what_is_printed_is_an_error() -> None:
+    command = [sys.executable, "-m", "swesbi", "validate", RECORDINGS]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "what is printed: cannot be written, the disk is full" in done.stderr
 
 
 def test_where_no_folder_takes_machine_code_the_model_runs_and_says_so(
@@ -221,7 +231,6 @@ def test_the_study_needs_no_home(tmp_path: Path) -> None:
     assert "Traceback" not in done.stdout + done.stderr
 
 
-RECORDINGS = str(ROOT / "data" / "virtual_push_trains")
 SMALL = ["--from-prior", "--overlay", str(ROOT / "tests" / "smoke.yaml")]
 
 

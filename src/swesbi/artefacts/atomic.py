@@ -24,6 +24,8 @@ REMEDIES: Final = {
     errno.EPERM: "not permitted: make the folder writable, or name another one (`results:`, `--out`)",
     errno.EIO: "the disk reports an input/output error: look at the disk before running again",
 }
+UNSUPPORTED: Final = (errno.EPERM, errno.ENOTSUP, errno.EINVAL, errno.ENOSYS)
+"""Of drives under WSL, FUSE and object stores, whose files are written all the same."""
 
 
 class ArtefactError(ValueError):
@@ -148,9 +150,20 @@ def _umask() -> int:
 
 def _settle(temporary: Path) -> None:
     """Have the content on the disk before the name points to it, so that a power cut leaves no empty file."""
-    temporary.chmod(0o666 & ~_umask())
-    with temporary.open("rb") as file:
+    with where_supported():
+        temporary.chmod(0o666 & ~_umask())
+    with temporary.open("rb") as file, where_supported():
         os.fsync(file.fileno())
+
+
+@contextmanager
+def where_supported() -> Iterator[None]:
+    """Let a file system do without what it lacks: permissions, or a word of when a file is on the disk."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in UNSUPPORTED:
+            raise
 
 
 @contextmanager
@@ -173,7 +186,12 @@ def folder_made_whole(folder: Path, last: str = "") -> Iterator[Path]:
         for left in left_behind(existing, prefix):
             shutil.rmtree(left)
         with tempfile.TemporaryDirectory(prefix=f"{prefix}{os.getpid()}-", dir=existing) as made:
-            yield Path(made)
+            try:
+                yield Path(made)
+            except ArtefactError as error:
+                if made not in str(error):
+                    raise
+                raise ArtefactError(str(error).replace(made, str(folder))) from error
             files = (file for file in Path(made).rglob("*") if file.is_file())
             for path in sorted(files, key=lambda file: (file.name == last, file)):
                 kept = folder / path.relative_to(made)

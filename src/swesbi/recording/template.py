@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import os
 import sys
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
-from swesbi.artefacts.atomic import typed
+from swesbi.artefacts.atomic import folder_made_whole, typed
 from swesbi.context import CONTEXT
 from swesbi.recording.clinical import CLINICAL
 from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS
@@ -60,15 +62,18 @@ def write_template(folder: Path) -> list[Path]:
 
     Raises:
         FileExistsError: One of them is there.
+        ArtefactError: They cannot be written.
     """
-    (folder / RECORDINGS).mkdir(parents=True, exist_ok=True)
     templates = files("swesbi.recording").joinpath("templates")
     texts = {name: templates.joinpath(file).read_text(encoding="utf-8") for name, file in TEMPLATES.items()}
-    written = []
-    for name, text in ({SUBJECTS: empty_subjects()} | texts).items():
-        with (folder / name).open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        written.append(folder / name)
+    texts = {SUBJECTS: empty_subjects()} | texts
+    written = [folder / name for name in texts]
+    if there := [path for path in written if path.exists()]:
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(there[0]))
+    with folder_made_whole(folder) as made:
+        (made / RECORDINGS).mkdir()
+        for name, text in texts.items():
+            (made / name).write_text(text, encoding="utf-8", newline="\n")
     return written
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO, get_type_hints
 
 from swesbi.artefacts import DamagedArtefactError, Origin
+from swesbi.artefacts.atomic import write_fault
 from swesbi.base.processes import exit_when_gone
 from swesbi.base.progress import Progress
 from swesbi.base.terminal import terminal
@@ -132,22 +133,27 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     shown = terminal(sys.stderr)
-    with path.open("w", encoding="utf-8") as file:
-        handlers = [_handler(file), _handler(shown)]
-        LOGGER.setLevel(logging.INFO)
-        LOGGER.propagate = False
-        for handler in handlers:
-            LOGGER.addHandler(handler)
-        try:
-            with contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
-                yield
-        except Exception as error:
+    file = path.open("w", encoding="utf-8")
+    handlers = [_handler(file), _handler(shown)]
+    LOGGER.setLevel(logging.INFO)
+    LOGGER.propagate = False
+    for handler in handlers:
+        LOGGER.addHandler(handler)
+    try:
+        with contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
+            yield
+        file.flush()
+    except Exception as error:
+        said = f"{type(error).__name__}: {_message(error, options, path)}\n(traceback: {path})"
+        with contextlib.suppress(OSError):  # a full disk has no place for it
             traceback.print_exc(file=file)
-            print(f"{type(error).__name__}: {_message(error, options)}\n(traceback: {path})", file=shown)
-            raise SystemExit(EXIT_FAILURE) from error
-        finally:
-            for handler in handlers:
-                LOGGER.removeHandler(handler)
+        print(said, file=shown)
+        raise SystemExit(EXIT_FAILURE) from None
+    finally:
+        for handler in handlers:
+            LOGGER.removeHandler(handler)
+        with contextlib.suppress(OSError):  # of what could not be flushed
+            file.close()
 
 
 def options_of(result: Path) -> str:
@@ -158,8 +164,12 @@ def options_of(result: Path) -> str:
     return next((line.removeprefix(RUN_WITH) for line in lines if line.startswith(RUN_WITH)), "")
 
 
-def _message(error: Exception, options: str) -> str:
-    return error.message(options) if isinstance(error, DamagedArtefactError) else str(error)
+def _message(error: Exception, options: str, log: Path) -> str:
+    if isinstance(error, DamagedArtefactError):
+        return error.message(options)
+    if isinstance(error, OSError) and error.filename is None and (reason := write_fault(error)):
+        return f"{log}: cannot be written, {reason}"
+    return str(error)
 
 
 def _handler(stream: TextIO) -> logging.Handler:

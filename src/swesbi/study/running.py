@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from swesbi.artefacts.atomic import write_fault
+from swesbi.artefacts.atomic import where_supported, write_fault
 
 if TYPE_CHECKING:  # commands that start no run read what runs left, without Snakemake
     from snakemake.exceptions import WorkflowError
@@ -129,7 +129,8 @@ def check_writable(folder: Path) -> None:
         with tempfile.NamedTemporaryFile(dir=existing, prefix=".swesbi-") as file:
             file.write(b"\0" * 4096)
             file.flush()
-            os.fsync(file.fileno())
+            with where_supported():
+                os.fsync(file.fileno())
     except OSError as error:
         reason = write_fault(error) or str(error)
         raise _refusal(f"{folder}: results cannot be written, {reason}") from None
