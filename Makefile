@@ -17,6 +17,13 @@ PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $(CORES) --dis
 # pip keeps a cache in the user's home, which a service's account may not have.
 export XDG_CACHE_HOME ?= $(shell [ -w "$$HOME" ] && echo "$$HOME/.cache" || echo "$$PWD/.snakemake/cache")
 
+# Programs of an environment name its folder, and run what lies there.
+ifneq ($(filter-out help clean container,$(or $(MAKECMDGOALS),help)),)
+ifneq ($(shell [ ! -e $(BIN)/swesbi ] || [ "$$(sed -n 's|.*[!"]\(/.*\)/bin/python.*|\1|p;2q' $(BIN)/swesbi)" -ef $(VENV) ] || echo yes),)
+$(error $(VENV) was made for another folder: type `rm -r $(VENV) && make install`)
+endif
+endif
+
 .DEFAULT_GOAL := help
 .PHONY: help install demo mutants lock cluster study smoke report full verify container docs docs-site test test-slow test-exhaustive lint types check-workflow house reference format clean
 
@@ -29,6 +36,8 @@ $(ANSWERS): environment-infer.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(LOCKED) --requirement environment-infer.txt
 	$(PIP) --no-deps --no-build-isolation --editable .
+	@# a folder that is moved or copied with its environment imports its own code
+	echo ../../../../src > "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/0-swesbi.pth"
 	touch $@
 
 # torch has no hash: which wheel it is differs by index, and the one for CUDA brings libraries of its own

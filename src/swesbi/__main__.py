@@ -17,6 +17,7 @@ from typing import Final, NamedTuple
 
 from swesbi import __version__
 from swesbi.base.ending import InterruptedBySignal, ended_by_signals, print_to_nobody
+from swesbi.base.environment import of_another_folder
 from swesbi.base.extras import missing
 from swesbi.base.terminal import terminal
 from swesbi.study import parsers
@@ -90,6 +91,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0, or 2 with one message for input that cannot be used."""
     if sys.platform == "win32":  # which has no fork, no file locks of this kind, and no harmless os.kill
         print("swesbi: needs Linux; on Windows, install it in WSL", file=sys.stderr)
+        return EXIT_USAGE
+    if renew := of_another_folder():
+        print(f"swesbi: {renew}", file=sys.stderr)
         return EXIT_USAGE
     with contextlib.redirect_stdout(terminal(sys.stdout)), contextlib.redirect_stderr(terminal(sys.stderr)):
         return _guarded(list(sys.argv[1:] if arguments is None else arguments))

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import logging
 import os
+import shutil
 import signal
 import subprocess
 import sys
+import sysconfig
 import time
+import venv
 from pathlib import Path
 
 import pytest
@@ -183,6 +186,72 @@ def test_the_study_runs_in_a_folder_of_any_name(tmp_path: Path) -> None:
         cwd=study.folder, env=environment, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert "Nothing to be done" in again.stdout + again.stderr
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_networks_may_lie_in_a_folder_with_a_blank_in_its_name(tmp_path: Path) -> None:
+    study = copy_study(tmp_path)
+    network = study.folder / "other networks" / "calibrated" / "flow.h5"
+    network.parent.mkdir(parents=True)
+    network.write_bytes(b"a network")
+    study.run("results-smoke/calibrated/flow.h5", "--config", "networks=other networks", cores=1)
+    assert (study.results / "calibrated" / "flow.h5").read_bytes() == b"a network"
+
+
+@pytest.fixture
+def copied(tmp_path: Path) -> Path:
+    """A project that was copied with its environment, which finds the code of the original."""
+    original, copy = tmp_path / "original" / ".venv", tmp_path / "copy"
+    venv.create(original, symlinks=True)
+    (packages,) = original.glob("lib/python*/site-packages")
+    (packages / "editable.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n")
+    program = original / "bin" / "swesbi"
+    program.write_text(
+        f"#!{original}/bin/python\nimport sys\nfrom swesbi.__main__ import main\nsys.exit(main())\n"
+    )
+    program.chmod(0o755)
+    shutil.copytree(original, copy / ".venv", symlinks=True)
+    (copy / "src" / "swesbi").mkdir(parents=True)
+    (copy / "src" / "swesbi" / "__init__.py").touch()
+    for folder in (original.parent, copy):
+        for name in ("Makefile", "environment-infer.txt", "pyproject.toml"):
+            shutil.copy(ROOT / name, folder)
+    return copy
+
+
+def test_a_copied_environment_says_that_it_runs_other_code(copied: Path) -> None:
+    plain = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+
+    def typed(*command: str, **further: str) -> subprocess.CompletedProcess[str]:
+        environment = plain | further
+        return subprocess.run(
+            command, cwd=copied, env=environment, capture_output=True, text=True, check=False
+        )
+
+    original = copied.parent / "original" / ".venv" / "bin"
+    renew = f"cd {copied} && rm -r .venv && make install"
+    for command in ([".venv/bin/python", "-m", "swesbi", "stages"], [".venv/bin/swesbi", "stages"]):
+        refused = typed(*command)
+        assert (refused.returncode, refused.stdout) == (2, "")
+        assert renew in refused.stderr
+        assert typed(*command, PYTHONPATH=str(ROOT / "src")).returncode == 0
+    assert typed(str(original / "swesbi"), "stages").returncode == 0
+    made = typed("make", "-n", "demo")
+    assert made.returncode == 2
+    assert "`rm -r .venv && make install`" in made.stderr
+    assert typed("make", "-n", "help", "clean").returncode == 0
+    assert typed("make", "-n", "demo", "-C", str(original.parents[1])).returncode == 0
+
+
+def test_snakemake_of_another_environment_says_what_to_type() -> None:
+    without = "import sys; sys.modules['swesbi'] = None; from snakemake.cli import main; main(sys.argv[1:])"
+    command = [sys.executable, "-c", without, "--cores", "1", "--dry-run"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    said = done.stdout + done.stderr
+    assert f"the environment of this Snakemake, {sys.prefix}, has no swesbi" in said
+    assert "Type `make install`, then `.venv/bin/snakemake --cores 2`" in said
+    assert "Traceback" not in said
 
 
 @pytest.mark.slow(minutes=0.5)

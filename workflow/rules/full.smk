@@ -13,7 +13,7 @@ if CONFIG.networks:
         message:
             "Network of '{wildcards.experiment}', from {CONFIG.networks}"
         shell:
-            "cp {input.estimator} {output.estimator}"
+            "cp {input.estimator:q} {output.estimator:q}"
 
 
 rule checks:

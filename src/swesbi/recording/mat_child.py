@@ -18,8 +18,6 @@ from swesbi.base.arrays import FloatArray
 from swesbi.recording.mat_values import Vector, damaged, read_vectors
 
 LOADER: Final = Path(__file__).with_name("mat_loader.py")
-PYTHON: Final = Path(sys.prefix, "bin", "python3")
-"""Not ``sys.executable``, which a run of the workflow quotes for its shell (``study.running``)."""
 LONGEST_S: Final = 60.0
 
 
@@ -78,7 +76,7 @@ def _printed(path: Path, digest: str) -> dict[str, Any]:
     """Return the variables of a file with this content."""
     try:
         done = subprocess.run(
-            [str(PYTHON), "-I", str(LOADER), str(path)],
+            [sys.executable, "-I", str(LOADER), str(path)],
             capture_output=True,
             timeout=LONGEST_S,
             check=False,

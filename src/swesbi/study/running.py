@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from swesbi.artefacts.atomic import where_supported, write_fault
+from swesbi.base.environment import of_another_folder
 
 if TYPE_CHECKING:  # commands that start no run read what runs left, without Snakemake
     from snakemake.exceptions import WorkflowError
@@ -84,13 +85,36 @@ def guard_run(workflow: Workflow, results: str) -> None:
         results: Folder of the study's results.
 
     Raises:
-        WorkflowError: Nothing can be written into that folder.
+        WorkflowError: Nothing can be written into that folder, or the environment is that of another one.
     """
-    # it goes into shell lines as it is, and the environment may lie in a folder with a blank in its name
-    sys.executable = shlex.quote(sys.executable)
+    if renew := of_another_folder():
+        raise _refusal(renew)
+    if shlex.quote(sys.executable) != sys.executable:
+        quote_python()
     if workflow.is_main_process and not workflow.output_settings.dryrun:
         check_writable(Path(results))
         hold_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks"))
+
+
+def quote_python() -> None:
+    """Have Snakemake quote its Python in shell lines, as it quotes files: its path may have blanks."""
+    from snakemake.executors.local import Executor
+    from snakemake.script import PythonScript
+
+    execute = PythonScript._execute_cmd  # noqa: SLF001
+    every_executor: Any = next(each for each in Executor.__mro__ if "format_job_exec" in vars(each))
+    written = every_executor.format_job_exec
+
+    def in_job(script: PythonScript, command: str, **given: Any) -> Any:  # noqa: ANN401
+        return execute(script, command.replace("{py_exec}", "{py_exec:q}"), **given)
+
+    def of_job(executor: Any, job: Any) -> Any:  # noqa: ANN401
+        python = type(executor).get_python_executable(executor)
+        executor.get_python_executable = lambda: shlex.quote(python)
+        return written(executor, job)
+
+    PythonScript._execute_cmd = in_job  # noqa: SLF001
+    every_executor.format_job_exec = of_job
 
 
 def check_run(workflow: Workflow, inputs: Sequence[Path]) -> None:
