@@ -67,6 +67,19 @@ def test_training_learns_and_keeps_the_best_epoch() -> None:
     assert all(epoch.skipped_batches == 0 for epoch in epochs)
 
 
+def test_the_weights_are_those_of_the_best_epoch_whatever_came_after() -> None:
+    rng = np.random.default_rng(4)
+    z = rng.standard_normal((256, 53)).astype(np.float32)
+    rows, away = (Rows(rng.normal(at, 1.0, (256, 4)).astype(np.float32), z) for at in (0.0, 5.0))
+    trainer = _Trainer(TINY, rows, label="test")
+    trainer.run(rows, [rows])
+    best = trainer.best_loss
+    trainer.run(rows, [away])
+    assert [epoch.best_so_far for epoch in trainer.epochs] == [True, False]
+    trainer.best_net()
+    assert trainer._judge(rows) == best
+
+
 def known() -> FlowProposal:
     """Return what the trained flow makes of the recording."""
     return flow_proposal(trained().flow, speed_case.model().recording)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -11,7 +11,7 @@ from exact_case import PRIOR, SETTINGS, ToyModel, check_posterior, known_log_evi
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from swesbi.posterior.adaptive import AdaptedDraws, adapted, adaptive_rounds
+from swesbi.posterior.adaptive import AdaptedDraws, adapted, adaptive_rounds, is_reliable
 from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.settings import asking
@@ -111,6 +111,18 @@ def test_it_ends_where_weights_never_become_reliable() -> None:
     rounds = list(adaptive_rounds(ToyModel(), impossible, 1))
     assert len(rounds) == SETTINGS.max_rounds + 1
     assert not rounds[-1].reliable
+
+
+def test_few_draws_need_a_smaller_pareto_shape_than_many() -> None:
+    few = next(iter(adaptive_rounds(ToyModel(), SETTINGS, 1))).weighted
+    many = replace(few, phi=np.repeat(few.phi, 3, axis=0))
+    enough = asking(SETTINGS, 500)
+    told = [
+        is_reliable(replace(draws, k_hat=k_hat, efficiency=1.0), enough)
+        for draws in (few, many)
+        for k_hat in (0.66, 0.69, 0.71)
+    ]
+    assert told == [True, False, False, True, True, False]
 
 
 def test_a_heart_that_no_parameters_simulate_is_an_error() -> None:

@@ -66,5 +66,16 @@ def test_a_recording_like_the_others_is_rarely_flagged_and_one_twice_as_loud_is_
     assert FolderRecordings(levels, PRIOR).compared("loud").p_value < 1e-3
 
 
+@pytest.mark.parametrize("loudness", [1.15, 0.85])
+def test_what_the_others_gain_by_a_noise_of_their_own_counts_for_a_difference(loudness: float) -> None:
+    """Of two recordings with nothing expected, it is REML's test that both have the same components."""
+    levels = {"quiet": recording(0.04, 0.08, 1), "other": recording(0.04 * loudness, 0.08 * loudness, 2)}
+    nothing = PRIOR.model_copy(update={"log_sd": 1e3})
+    expected = fit_noise(levels).homogeneity_p
+    assert 1e-6 < expected < 0.1
+    for name in levels:
+        assert FolderRecordings(levels, nothing).compared(name).p_value == pytest.approx(expected, rel=0.01)
+
+
 def test_a_recording_alone_in_its_folder_is_compared_with_nobody() -> None:
     assert FolderRecordings(folder(1, 0.04, 0.08), PRIOR).compared("S00") is None

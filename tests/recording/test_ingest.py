@@ -108,11 +108,22 @@ def test_outlier_rule_holds_at_every_speed_level() -> None:
     assert (verdict != -1).sum() <= len(wrong) + 3
 
 
-def test_an_ectopic_beat_does_not_move_the_phase() -> None:
-    samples = make_samples()
+@pytest.mark.parametrize("failed", [(), (7,)], ids=["measured", "not measured"])
+def test_an_ectopic_beat_does_not_move_the_phase(failed: tuple[int, ...]) -> None:
+    samples = without_phases(make_samples(), *failed)
     rr = np.where((samples.phase_index == 7) & (samples.repeat == 1), 620.0, samples.rr_ms)
     observed = ingest(replace(samples, rr_ms=rr), CONTEXT, RECORDING, 100)
     np.testing.assert_allclose(observed.phase, nominal_phase())
+
+
+def test_a_beat_counts_once_in_the_usual_rr_however_many_samples_it_gave() -> None:
+    samples = make_samples()
+    early = samples.repeat == 0
+    few = rows(replace(samples, rr_ms=np.where(early, 700.0, 1000.0)), early | (samples.sample < 5))
+    assert (few.repeat == 0).mean() > 0.5
+    assert few.median_rr_ms == 1000.0
+    rejected = rejection(few, RECORDING) == REASONS.index("ectopic_rr")
+    np.testing.assert_array_equal(rejected, few.repeat == 0)
 
 
 def test_standard_error_respects_the_nesting() -> None:
