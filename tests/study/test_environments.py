@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import re
 import shutil
 import subprocess
@@ -104,7 +105,7 @@ def test_what_the_project_asks_for_is_pinned_as_asked(asked: list[str], file: st
 
 
 def test_what_the_extra_brings_is_named_where_it_is_missing() -> None:
-    imported = {plain(Requirement(each).name) for each in EXTRA} - {"packaging", "pygments"}
+    imported = {plain(Requirement(each).name) for each in EXTRA} - {"packaging", "pygments", "six"}
     assert set(extras.STUDY) == imported
     error = ModuleNotFoundError(name="torch.distributions")
     assert "pip install 'swesbi[study]'" in str(extras.missing(error))
@@ -128,6 +129,12 @@ def test_the_package_asks_for_everything_that_it_imports() -> None:
         *sys.stdlib_module_names,
     }:  # the last but one: of type checkers
         assert asked & set(map(plain, packages[module])), f"pyproject.toml does not ask for {module}"
+
+
+def test_all_of_sbi_can_be_imported() -> None:
+    """Not only what the study takes: who compares with sbi draws by its `sbi.analysis`."""
+    for module in ("sbi.analysis", "sbi.diagnostics", "sbi.inference"):
+        importlib.import_module(module)
 
 
 def test_the_base_image_is_named_without_a_host_and_has_a_python_that_the_package_takes() -> None:
