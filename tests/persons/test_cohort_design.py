@@ -110,6 +110,7 @@ def test_an_empty_cohort_and_an_unknown_verdict_are_refused() -> None:
     with pytest.raises(ValueError, match="a cohort needs at least one"):
         infer_cohort([], case.THETA_PRIOR, case.SETTINGS, None, 1)
     with pytest.raises(
-        ValueError, match="verdict 'odd': expected one of not contradicted, strained, contradicted"
+        ValueError,
+        match="verdict 'odd': expected one of not contradicted, uninformative, strained, contradicted",
     ):
         case.OUTLIERS.of("odd")

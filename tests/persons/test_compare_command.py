@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import signal
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +22,7 @@ from swesbi.__main__ import main
 from swesbi.answers.compared import JOINT, TABLE, PersonChangeSettings, check_protocols
 from swesbi.artefacts import Origin, Provenance, save, to_groups
 from swesbi.artefacts.csv import read_csv, write_csv
+from swesbi.base.ending import InterruptedBySignal
 from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
@@ -277,7 +279,7 @@ def test_stopped_among_all_it_leaves_those_who_were_compared(
 ) -> None:
     monkeypatch.chdir(ROOT)
     (tmp_path / "overlay.yaml").write_text(f"results: {tmp_path / 'results'}\n", encoding="utf-8")
-    instead.raised = {"P03-after": KeyboardInterrupt()}
+    instead.raised = {"P03-after": InterruptedBySignal(signal.SIGINT)}
     given = ("--cohort", str(TRIAL), "--experiment", "amortised", "--out", str(tmp_path / "out"))
     assert main(["compare", "--overlay", str(tmp_path / "overlay.yaml"), *given, "--all"]) == 130
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"P01", "P02"}

@@ -48,9 +48,9 @@ def test_a_small_cohort_has_a_row_a_subject_and_the_refused_their_reason() -> No
 
 def test_a_large_cohort_is_counted() -> None:
     rows = cohort_table(shown(60, 6), TITLE).rows
-    assert [row.cells[2] for row in rows] == ["18", "18", "18", "6"]
-    assert rows[2].cells[1] == "mass at a bound (18), χ² (18)"
-    assert rows[3].cells[3:] == ("10.0", "–")
+    assert [row.cells[2] for row in rows] == ["18", "0", "18", "18", "6"]
+    assert rows[3].cells[1] == "mass at a bound (18), χ² (18)"
+    assert rows[4].cells[3:] == ("10.0", "–")
 
 
 def test_nobody_answered_is_no_error() -> None:

@@ -64,7 +64,7 @@ class Asked:
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run `compare`; return 0 after printing the ratios, or 2 if one of all persons is refused.
+    """Run `compare`; return 0 after printing the ratios, or 2 if a person is refused or groups fail.
 
     Raises:
         ConfigError: The configuration or the cohort is wrong, or has no such person or visit, or but one.

@@ -124,7 +124,8 @@ def compare() -> argparse.ArgumentParser:
         "Rows of subjects.csv with the same `person` are the visits. Each is also inferred as by `infer`.",
         epilog="examples:\n  swesbi compare --cohort data/virtual_trial --person P01\n"
         "  swesbi compare --cohort data/virtual_trial --all\n\n"
-        "Exit code: 0 all were inferred; 2 one was refused. The others of --all are still inferred.",
+        "Exit code: 0 all were inferred; 2 one was refused, or groups failed. "
+        "The others of --all are still inferred.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")

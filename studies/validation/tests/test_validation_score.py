@@ -141,7 +141,7 @@ def test_answers_are_stored_whole(tmp_path: Path) -> None:
 
 
 def test_the_table_counts_verdicts_coverage_and_misses() -> None:
-    good = [answer(number) for number in range(30)]
+    good = [answer(0, "uninformative"), *(answer(number) for number in range(1, 30))]
     missed = [answer(30 + number, truth=truth(shown_kpa=20.0)) for number in range(10)]
     strained = [answer(40 + number, "strained", truth=truth(k_sr_per_s=10.0)) for number in range(8)]
     refused = [refusal(48 + number, HEART, 1, "too thick") for number in range(2)]
