@@ -16,7 +16,9 @@ from explorer.translation import modules
 from explorer.translation.library import runtime
 from explorer.translation.program import LATER, Program
 from explorer.translation.refusal import UntranslatableError
+from swesbi.base.terminal import printable
 from swesbi.posterior.diagnostics import smooth
+from swesbi.recording.table import spelling
 
 
 @pytest.fixture(autouse=True)
@@ -171,3 +173,10 @@ def test_smoothed_weights_are_pythons(tmp_path: Path, size: int) -> None:
     weights, expected = smooth(ratios)
     np.testing.assert_allclose(found, weights, rtol=1e-11)
     assert float(k_hat.replace("Infinity", "inf")) == pytest.approx(expected, rel=1e-9)
+
+
+def test_signs_that_cannot_be_printed_are_pythons(tmp_path: Path) -> None:
+    texts = ["plain β\n\t", "\x1b[2J\r", "\u200b\u2028\xa0", "\U000e0001", "Müller-Å 007", "--", "A\u030a"]
+    body = "return given.map((text) => [printable(text), spelling(text)]);"
+    found = evaluate(tmp_path, runtime() + LATER, body, texts)
+    assert found == [[printable(text), spelling(text)] for text in texts]

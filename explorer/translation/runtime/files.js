@@ -48,8 +48,19 @@ function asWritten(text) { return text; }
 // What of a name counts: letters in one case, numbers without zeros before them, signs between numbers.
 function spelling(name) {
   const sign = "[^\\p{L}\\p{N}]+";
-  const without = name.toLowerCase().replace(new RegExp(`(?<![0-9])${sign}|${sign}(?![0-9])`, "gu"), "");
-  return without.replace(new RegExp(sign, "gu"), "-").replace(/(?<![0-9])0+(?=[0-9])/g, "");
+  const lowered = name.normalize("NFKC").toLowerCase();
+  const without = lowered.replace(new RegExp(`(?<![0-9])${sign}|${sign}(?![0-9])`, "gu"), "");
+  return without.replace(new RegExp(sign, "gu"), "-").replace(/(?<![0-9])0+(?=[0-9])/g, "") || name;
+}
+
+// Signs that cannot be printed as Python's escapes; line breaks and tabulators stay.
+function printable(text) {
+  return text.replace(/(?![\n\t ])[\p{C}\p{Z}]/gu, (sign) => {
+    const hex = sign.codePointAt(0).toString(16);
+    if (sign === "\r") return "\\r";
+    if (hex.length < 3) return `\\x${hex.padStart(2, "0")}`;
+    return hex.length < 5 ? `\\u${hex.padStart(4, "0")}` : `\\U${hex.padStart(8, "0")}`;
+  });
 }
 
 function csvRecords(path, written, delimiter) {
