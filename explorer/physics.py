@@ -26,7 +26,7 @@ OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.recording.table", "spelling"): "spelling",
     ("swesbi.base.terminal", "printable"): "printable",
 }
-"""What JavaScript has of its own: streams of random numbers, files that were handed over, rows of CSV, signs."""
+"""What JavaScript has of its own: random numbers, handed-over files, rows of CSV, signs."""
 LANES: Final = 1
 """A browser runs one simulation after another; results do not depend on how many run side by side."""
 ROOTS: Final = (
