@@ -11,7 +11,7 @@ import importlib
 import logging
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -20,17 +20,15 @@ from swesbi.base.ending import InterruptedBySignal, ended_by_signals, print_to_n
 from swesbi.base.environment import of_another_folder
 from swesbi.base.extras import missing
 from swesbi.base.terminal import terminal
-from swesbi.study import parsers
 
 EXIT_USAGE = 2
 EXIT_UNREAD = 141  # as shells have it of SIGPIPE
 
 
 class Command(NamedTuple):
-    """A command: the module that runs it, its options, what it does and an example."""
+    """A command: the module that runs it, what it does and an example."""
 
     module: str
-    parser: Callable[[], argparse.ArgumentParser]
     purpose: str
     example: str
 
@@ -38,49 +36,41 @@ class Command(NamedTuple):
 COMMANDS: Final = {
     "demo": Command(
         "swesbi.study.demo",
-        parsers.demo,
         "Infer one shipped recording of known parameters: posterior, verdict, figure, PDF sheet.",
         "swesbi demo",
     ),
     "template": Command(
         "swesbi.recording.template",
-        parsers.template,
         "Write an empty folder for your recordings, or propose a mapping for a table of another tool.",
         "swesbi template data/my_cohort",
     ),
     "validate": Command(
         "swesbi.study.validate",
-        parsers.validate,
         "Check a folder of recordings: list every problem, or summarise what each recording contains.",
         "swesbi validate data/my_cohort --plot sheets",
     ),
     "infer": Command(
         "swesbi.study.infer",
-        parsers.infer,
         "Infer one recording or a folder: posterior, diagnostics, verdict, figures and tables.",
         "swesbi infer data/my_cohort --workers 2",
     ),
     "compare": Command(
         "swesbi.study.compare",
-        parsers.compare,
         "Infer what has changed between two visits of a person, or of all persons of a folder.",
         "swesbi compare --cohort data/virtual_trial --person P01",
     ),
     "plan": Command(
         "swesbi.study.plan",
-        parsers.plan,
         "Estimate from simulated studies how many persons and repeats an effect needs.",
         "swesbi plan --effect k_sr=-20% --repeats 3,5",
     ),
     "inspect": Command(
         "swesbi.study.inspect",
-        parsers.inspect,
         "Summarise result files, verify their checksums, or compare two runs.",
         "swesbi inspect --check results",
     ),
     "stages": Command(
         "swesbi.study.stages_command",
-        parsers.stages,
         "List the stages of the study by phase, or run one of them without Snakemake.",
         "swesbi stages",
     ),
@@ -132,8 +122,10 @@ def _guarded(given: Sequence[str]) -> int:
 
 def _run(given: Sequence[str]) -> int:
     if given and given[0] in COMMANDS:
+        from swesbi.study import parsers  # which takes a moment, in which Ctrl-C is no traceback
+
         command = COMMANDS[given[0]]
-        options = command.parser().parse_args(given[1:])
+        options = getattr(parsers, given[0])().parse_args(given[1:])
         return int(importlib.import_module(command.module).main(options))
     parser = argparse.ArgumentParser(
         prog="swesbi",
