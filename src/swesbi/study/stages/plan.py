@@ -135,7 +135,7 @@ def plan_bank(
         if killed:
             raise ValueError(
                 f"person {number} of the bank: {person}; type the same again with fewer --processes: "
-                f"the {len(done)} persons that are done are kept"
+                "persons that are done are kept"
             )
     if not done:
         raise ValueError("nobody of the bank could be answered: every simulation of their posteriors failed")
