@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import importlib
 import logging
 import os
@@ -107,8 +108,8 @@ def _guarded(given: Sequence[str]) -> int:
         return EXIT_UNREAD
     except (ValueError, OSError, MemoryError) as error:
         print(f"swesbi: {_message(error)}", file=sys.stderr)
-        if isinstance(error, OSError) and error.filename is None:
-            print_to_nobody()  # it may have been the printing that failed
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
+            print_to_nobody()  # it was the printing that failed
         return EXIT_USAGE
     except ModuleNotFoundError as error:
         if (named := missing(error)) is error:
