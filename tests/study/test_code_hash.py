@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import logging
 import os
 import shutil
 import subprocess
@@ -403,6 +404,7 @@ def test_what_the_simulator_runs_is_followed_where_it_is_not_compiled(tmp_path: 
 
 def passive_by_hand(folder: str) -> None:
     """Run ingestion and the passive stage, and check what the latter ran."""
+    logging.basicConfig()  # what is logged passes by the stream of commands, which makes no result
     by_hand("ingest", Path(folder))
     trace = Trace()
     cohort.passive = trace.of(cohort.passive)
