@@ -52,9 +52,9 @@ def test_other_columns_hold_numbers_truth_values_or_texts(path: Path) -> None:
 
 
 def test_no_text_of_a_table_is_a_formula(path: Path) -> None:
-    written = (*FORMULAS, "-0.67 ± 0.03", "-1.5e-3", "+inf")
+    written = (*FORMULAS, "-0.67 ± 0.03", "-1.5e-3", "+inf", "-0.05 (one subject)")
     write_csv(path, pd.DataFrame({"x": -1.5, "text": written}))
     cells = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()[1:]]
     assert {number for number, _ in cells} == {"-1.5"}
     assert [text for _, text in cells[: len(FORMULAS)]] == [f"'{text}" for text in FORMULAS]
-    assert [text for _, text in cells[len(FORMULAS) :]] == ["-0.67 ± 0.03", "-1.5e-3", "+inf"]
+    assert tuple(text for _, text in cells[len(FORMULAS) :]) == written[len(FORMULAS) :]

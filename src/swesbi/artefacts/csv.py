@@ -14,7 +14,7 @@ from swesbi.artefacts.atomic import ArtefactError, atomic_path
 EIGHT_DIGITS: Final = "%.8g"
 NAMES: Final = ("subject", "person", "visit", "from_visit", "to_visit", "group", "of", "experiment")
 """Columns that hold names, which others give: always texts, also where they look like numbers."""
-NUMBER: Final = re.compile(r"[+-]?(inf|[\d.]+(e[+-]?\d+)?( ± [\d.]+)?)", re.IGNORECASE)
+NUMBER: Final = re.compile(r"[+-]?(inf|[\d.]+(e[+-]?\d+)?( ± [\d.]+)?)( \([\w ]+\))?", re.IGNORECASE)
 FORMULA: Final = re.compile(r"'*[=+\-@].", re.DOTALL)
 QUOTED: Final = re.compile(r"'+[=+\-@].", re.DOTALL)
 
