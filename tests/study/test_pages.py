@@ -11,7 +11,7 @@ import pytest
 from pages import PAGES, alike, blocks_of, pasted, walk
 from study_copy import ROOT, copy_study
 
-from swesbi.study.demo import OUT
+from swesbi.study.parsers import DEMO_OUT
 from swesbi.study.infer import ANSWERS
 
 COMMANDS_RUN = ("docs/tutorial.md", "docs/own-data.md")
@@ -38,7 +38,7 @@ def test_all_python_is_python_and_few_blocks_are_left_out() -> None:
 
 def test_recordings_and_answers_where_the_pages_have_them_are_not_added_to_git() -> None:
     code = "\n".join(block.code for page in PAGES for block in blocks_of(page))
-    named = set(FOLDERS.findall(code)) | {ANSWERS, OUT}
+    named = set(FOLDERS.findall(code)) | {ANSWERS, DEMO_OUT}
     tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     made = {name for name in named if not re.search(rf"^{re.escape(name)}\b", tracked, re.MULTILINE)}
     assert made >= {"data/my_cohort", "my-cohort", "sheets", "answers", "swesbi-demo", "results-mine"}

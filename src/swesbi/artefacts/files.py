@@ -81,7 +81,7 @@ def hdf5_provenance(path: Path) -> Provenance:
     Raises:
         Exception: One of ``UNREADABLE``: the file is no HDF5 file, or lacks an attribute.
     """
-    with h5py.File(path, locking=False) as file:
+    with h5py.File(path, locking="best-effort") as file:
         return read_provenance(_attributes(file))
 
 
@@ -117,7 +117,7 @@ def read_group(path: Path, group: str = ROOT) -> xr.Dataset:
     """
     import xarray as xr
 
-    with h5py.File(path, locking=False) as file:
+    with h5py.File(path, locking="best-effort") as file:
         found = file[group]
         variables = {
             name.removeprefix(NO_COORDINATE): _variable(name, item)
@@ -328,7 +328,7 @@ def check_self_contained(path: Path) -> None:
             claims more data than it has bytes.
         OSError: It is no HDF5 file.
     """
-    with h5py.File(path, "r", locking=False) as file:
+    with h5py.File(path, "r", locking="best-effort") as file:
         _check_links(file, path.stat().st_size, depth=0)
 
 

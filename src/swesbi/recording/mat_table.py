@@ -100,7 +100,7 @@ def read_mat_v73(path: Path, names: Sequence[str]) -> dict[str, Vector]:
         MatValueError: The file is damaged, or a variable is neither numbers nor texts, or lies elsewhere.
     """
     try:
-        with h5py.File(path, "r", locking=False) as file:
+        with h5py.File(path, "r", locking="best-effort") as file:
             return read_vectors(_members(file), names)
     except MatValueError:
         raise
