@@ -245,7 +245,7 @@ def test_another_alarm_level_draws_no_posterior_again(editable: StudyCopy) -> No
     with edited(editable, "config/experiments.yaml", "strained_level: 0.05", "strained_level: 0.04"):
         rules = rules_of(editable.planned())
     assert "verdict" in rules
-    assert not {"exact_posterior", "misspecification", "predictive_speeds", "train_flow"} & rules
+    assert not {"exact_posterior", "posterior", "misspecification", "train_flow", "train"} & rules
 
 
 def test_one_file_made_again_runs_its_subject_alone_and_leaves_nothing_to_do(own_study: StudyCopy) -> None:
