@@ -11,8 +11,8 @@ import pytest
 from pages import PAGES, alike, blocks_of, pasted, walk
 from study_copy import ROOT, copy_study
 
-from swesbi.study.parsers import DEMO_OUT
 from swesbi.study.infer import ANSWERS
+from swesbi.study.parsers import DEMO_OUT
 
 COMMANDS_RUN = ("docs/tutorial.md", "docs/own-data.md")
 """Pages whose commands run, too: they are short, and need no study."""

@@ -252,7 +252,8 @@ def test_one_file_made_again_runs_its_subject_alone_and_leaves_nothing_to_do(own
     path = "results-smoke/calibrated/subjects/A/verdict.json"
     forced = own_study.snakemake("--dry-run", "--force", path)
     assert forced.returncode == 0, forced.stdout + forced.stderr
-    (job,) = [line for line in forced.stderr.splitlines() if line.startswith("Job ") and "stats" not in line]
+    said = (forced.stdout + forced.stderr).splitlines()
+    (job,) = [line for line in said if line.startswith("Job ") and "stats" not in line]
     assert job.endswith("Verdict on A ('calibrated')")
     again = own_study.folder / path
     before = again.read_bytes()
