@@ -75,13 +75,28 @@ def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: 
         append_checksum(temporary)
 
 
+def open_hdf5(path: Path) -> h5py.File:
+    """Open an HDF5 file to be read, without a lock: files are replaced whole; some file systems have none.
+
+    Raises:
+        OSError: It is no HDF5 file, or cannot be read.
+    """
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        if "locking flag" not in str(error):
+            raise
+        # the library has a file open with a lock or without, and this process holds it with one
+        return h5py.File(path, "r")
+
+
 def hdf5_provenance(path: Path) -> Provenance:
     """Return the provenance in the root attributes of an HDF5 artefact, of whatever schema version.
 
     Raises:
         Exception: One of ``UNREADABLE``: the file is no HDF5 file, or lacks an attribute.
     """
-    with h5py.File(path, locking="best-effort") as file:
+    with open_hdf5(path) as file:
         return read_provenance(_attributes(file))
 
 
@@ -117,7 +132,7 @@ def read_group(path: Path, group: str = ROOT) -> xr.Dataset:
     """
     import xarray as xr
 
-    with h5py.File(path, locking="best-effort") as file:
+    with open_hdf5(path) as file:
         found = file[group]
         variables = {
             name.removeprefix(NO_COORDINATE): _variable(name, item)
@@ -328,7 +343,7 @@ def check_self_contained(path: Path) -> None:
             claims more data than it has bytes.
         OSError: It is no HDF5 file.
     """
-    with h5py.File(path, "r", locking="best-effort") as file:
+    with open_hdf5(path) as file:
         _check_links(file, path.stat().st_size, depth=0)
 
 

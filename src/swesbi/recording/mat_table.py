@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts.files import open_hdf5
 from swesbi.base.arrays import FloatArray, TextArray
 from swesbi.recording.content import read_bytes
 from swesbi.recording.mat_child import read_mat_v5
@@ -100,7 +101,7 @@ def read_mat_v73(path: Path, names: Sequence[str]) -> dict[str, Vector]:
         MatValueError: The file is damaged, or a variable is neither numbers nor texts, or lies elsewhere.
     """
     try:
-        with h5py.File(path, "r", locking="best-effort") as file:
+        with open_hdf5(path) as file:
             return read_vectors(_members(file), names)
     except MatValueError:
         raise
