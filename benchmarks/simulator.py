@@ -1,4 +1,4 @@
-"""Accuracy and cost of the forward model beside other simulators, on one core.
+"""Accuracy and cost of the forward model beside other simulators, on one core; then what threads gain.
 
     python benchmarks/simulator.py
     python benchmarks/simulator.py --physioblocks /path/to/python --largest 1000000
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import os
 import subprocess
 import sys
 import time
@@ -27,6 +28,7 @@ import numpy as np
 from cases import Cases, converged_beats, load_cases, stiffness_errors
 from numpy.typing import NDArray
 
+from swesbi.base.threads import LIMIT, usable
 from swesbi.heart.kernel import LANES, RECORDS, beat_kernel
 from swesbi.heart.model import build_model
 from swesbi.heart.periodic import lane_blocks
@@ -154,6 +156,23 @@ def print_growth(cases: Cases, largest: int) -> None:
         count *= 10
 
 
+def print_threads(cases: Cases, most: int, rounds: int = 30) -> None:
+    """Print what a call takes in 1, 2, 4, ... threads, in turn: medians, also of ratios to one thread."""
+    counts = [2**power for power in range(most.bit_length())]
+    seconds = np.empty((rounds, len(counts), 2))
+    for one in seconds:
+        for count, taken in zip(counts, one, strict=True):
+            os.environ[LIMIT] = str(count)
+            begin = time.perf_counter(), time.process_time()
+            simulate(cases.theta, cases.contexts[0], cases.settings)
+            taken[:] = time.perf_counter() - begin[0], time.process_time() - begin[1]
+    medians, ratios = np.median(seconds, axis=0), np.median(seconds / seconds[:, :1], axis=0)
+    print(f"\n{cases.theta.shape[0]} simulations a call, {rounds} calls each")
+    print(f"{'threads':>12s}{'wall ms':>10s}{'ratio':>8s}{'processor ms':>14s}{'ratio':>8s}")
+    for count, (wall, cpu), (of_wall, of_cpu) in zip(counts, 1e3 * medians, ratios, strict=True):
+        print(f"{count:12d}{wall:10.1f}{of_wall:8.2f}{cpu:14.1f}{of_cpu:8.2f}")
+
+
 def main() -> None:
     """Run everything and print the table."""
     parser = argparse.ArgumentParser(
@@ -164,6 +183,8 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=1_000, help="prior draws a subject")
     parser.add_argument("--table", type=Path, help="CSV to write")
     arguments = parser.parse_args()
+    most = usable()
+    os.environ[LIMIT] = "1"
     cases = load_cases(arguments.draws)
     exact = converged_beats(cases)
     errors = np.concatenate(
@@ -180,6 +201,7 @@ def main() -> None:
     if arguments.table:
         write_table(rows, arguments.table)
     print_growth(cases, arguments.largest)
+    print_threads(cases, most)
 
 
 if __name__ == "__main__":

@@ -25,8 +25,9 @@ OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.recording.content", "_with_plain_names"): "asWritten",
     ("swesbi.recording.table", "spelling"): "spelling",
     ("swesbi.base.terminal", "printable"): "printable",
+    ("swesbi.base.threads", "in_threads"): "oneByOne",
 }
-"""What JavaScript has of its own: random numbers, handed-over files, rows of CSV, signs."""
+"""What JavaScript has of its own: random numbers, handed-over files, rows of CSV, signs, its one thread."""
 LANES: Final = 1
 """A browser runs one simulation after another; results do not depend on how many run side by side."""
 ROOTS: Final = (

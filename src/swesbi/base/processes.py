@@ -19,6 +19,7 @@ from typing import Any, Final, TypeVar
 from threadpoolctl import threadpool_limits
 
 from swesbi.base.ending import ASKING_TO_END
+from swesbi.base.threads import LIMIT
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -117,6 +118,7 @@ def _serve(work: Callable[[Any], Any], connection: Connection[Any, Any], parent:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(EXIT_TERMINATED))
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ASKING_TO_END)
     _exit_unless(lambda: os.getppid() == parent)
+    os.environ[LIMIT] = "1"
     threadpool_limits(limits=1)  # threads that the parent had started do not exist here
     while True:
         connection.send(_tried(work, connection.recv()))

@@ -31,8 +31,8 @@ def equation(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a loop and keep the machine code on disk for the next process, where a folder takes it."""
-    jit: Any = numba.njit(error_model="numpy", fastmath=_FAST, cache=True)
+    """Compile a loop that threads can run, and keep the machine code on disk, where a folder takes it."""
+    jit: Any = numba.njit(error_model="numpy", fastmath=_FAST, nogil=True, cache=True)
     try:
         return cast("Callable[P, R]", jit(function))
     except RuntimeError:  # neither beside the source nor in the user's cache
@@ -40,7 +40,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
             "every process compiles the model anew, ten seconds or more: no folder takes its machine code; "
             "set NUMBA_CACHE_DIR to one that can be written"
         )
-        jit = numba.njit(error_model="numpy", fastmath=_FAST)
+        jit = numba.njit(error_model="numpy", fastmath=_FAST, nogil=True)
         return cast("Callable[P, R]", jit(function))
 
 

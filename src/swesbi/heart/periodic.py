@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.threads import in_threads
 from swesbi.heart.kernel import LANES, OWN_WIDTH, RECORDS, STATES, beat_kernel
 from swesbi.heart.model import Model, Own, pressure_factor, starts, total_volume
 from swesbi.heart.physiology import Physiology
 
 Index = NDArray[np.intp]
-# Simulations advanced between two looks at their records, which stay in the processor's cache.
-TOGETHER: Final = 128
+# Simulations that a thread advances between two looks at their records, which stay in the processor's cache.
+TOGETHER: Final = 64
 # A simulation that is not periodic after as many extrapolated beats runs again, beat after beat.
 EXTRAPOLATED_BEATS: Final = 15
 ALL_RECORDS: Final = tuple(range(RECORDS))
@@ -128,7 +129,8 @@ def _recorded(buffer: FloatArray, record: int, rows: Index, model: Model) -> Flo
 def lane_blocks(values: FloatArray, blocks: int) -> FloatArray:
     """Return rows (blocks * LANES, width) as the loop takes them: (blocks, width * LANES), lane by lane."""
     width = values.shape[1]
-    return np.ascontiguousarray(values.reshape(blocks, LANES, width).transpose(0, 2, 1)).reshape(blocks, -1)
+    by_lane = values.reshape(blocks, LANES, width).transpose(0, 2, 1)
+    return np.ascontiguousarray(by_lane).reshape(blocks, width * LANES)
 
 
 def state_scale(model: Model, physiology: Physiology | None = None) -> FloatArray:
@@ -253,14 +255,9 @@ def _run(
     x = start[rows]
     scale = np.broadcast_to(state_scale(model, physiology), (n, STATES))
     extrapolation = Extrapolation(scale[rows], memory)
-    buffer = record_buffer(min(rows.size, TOGETHER), model)
+    _advance(x[:0], rows[:0], lanes, model, record_buffer(0, model))  # compiled here: Ctrl-C ends no thread
     for _ in range(maximum_beats):
-        after, going = np.empty_like(x), np.empty(rows.size, np.bool_)
-        for first in range(0, rows.size, TOGETHER):
-            part = slice(first, first + TOGETHER)
-            after[part] = _advance(x[part], rows[part], lanes, model, buffer)
-            change = np.max(np.abs(after[part] - x[part]) / scale[rows[part]], axis=1)
-            going[part] = _settled(rows[part], change, tolerance, buffer, model, kept, out)
+        after, going = _beat(x, rows, lanes, scale, tolerance, model, kept, out)
         if not going.any():
             return
         # Finished simulations leave, and the others close up: blocks stay full of work.
@@ -273,6 +270,29 @@ def _run(
             x = with_total_volume(extrapolation.next(x, after), total[rows], model, mine)
         else:
             x = after
+
+
+def _beat(
+    x: FloatArray,
+    rows: Index,
+    lanes: Lanes,
+    scale: FloatArray,
+    tolerance: float,
+    model: Model,
+    kept: Sequence[int],
+    out: Records,
+) -> tuple[FloatArray, BoolArray]:
+    """Return the states of these rows a beat after ``x``, and which go on; write the others into ``out``."""
+    after, going = np.empty_like(x), np.empty(rows.size, np.bool_)
+
+    def advance_part(part: slice) -> None:
+        buffer = record_buffer(rows[part].size, model)
+        after[part] = _advance(x[part], rows[part], lanes, model, buffer)
+        change = np.max(np.abs(after[part] - x[part]) / scale[rows[part]], axis=1)
+        going[part] = _settled(rows[part], change, tolerance, buffer, model, kept, out)
+
+    in_threads(advance_part, [slice(first, first + TOGETHER) for first in range(0, rows.size, TOGETHER)])
+    return after, going
 
 
 def _settled(
