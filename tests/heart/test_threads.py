@@ -155,6 +155,12 @@ def test_a_job_of_snakemake_has_one_thread(tmp_path: Path) -> None:
     assert (tmp_path / "threads.txt").read_text() == "1"
 
 
+def test_macos_which_binds_no_process_to_processors_has_all_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(LIMIT, raising=False)
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    assert usable() == os.cpu_count()
+
+
 @pytest.mark.parametrize("stated", ["0", "many", "-2"])
 def test_a_limit_that_is_no_number_of_threads_is_refused(
     stated: str, monkeypatch: pytest.MonkeyPatch

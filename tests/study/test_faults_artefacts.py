@@ -330,6 +330,14 @@ def test_a_file_system_without_permissions_synchronisation_and_locks_is_enough(
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
+@pytest.mark.parametrize("locking", [False, None, True])
+def test_a_file_that_this_process_holds_open_is_read(tmp_path: Path, locking: bool | None) -> None:
+    """A notebook does; the library opens it a second time under the same kind of lock alone."""
+    write_hdf5(tmp_path / "passive.h5")
+    with h5py.File(tmp_path / "passive.h5", "r", locking=locking):
+        read_passive(tmp_path / "passive.h5")
+
+
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: object, **__: object) -> tuple[int, str]:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))

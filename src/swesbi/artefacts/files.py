@@ -39,6 +39,8 @@ DEEPEST: Final = 2
 UNUSED: Final = b"This is a netCDF dimension but not a netCDF variable"
 NO_COORDINATE: Final = "_nc4_non_coord_"
 """Begins the name of a variable that is named as a dimension is, but has others."""
+OTHER_LOCK: Final = "flag values don't match"
+"""In what the library says of a file that this process holds open under another kind of lock."""
 OF_HDF5: Final = frozenset(
     ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
     + ("_nc3_strict", "_NCProperties")
@@ -81,13 +83,13 @@ def open_hdf5(path: Path) -> h5py.File:
     Raises:
         OSError: It is no HDF5 file, or cannot be read.
     """
-    try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
-        if "locking flag" not in str(error):
-            raise
-        # the library has a file open with a lock or without, and this process holds it with one
-        return h5py.File(path, "r")
+    for locking in (False, "best-effort"):
+        try:
+            return h5py.File(path, "r", locking=locking)
+        except OSError as error:
+            if OTHER_LOCK not in str(error):
+                raise
+    return h5py.File(path, "r", locking=True)
 
 
 def hdf5_provenance(path: Path) -> Provenance:
