@@ -123,6 +123,18 @@ def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenan
     return dataset, provenance
 
 
+def groups(path: Path) -> list[str]:
+    """Return the names of all groups of an HDF5 file, its root first.
+
+    Raises:
+        OSError: It is no HDF5 file, or cannot be read.
+    """
+    names = [ROOT]
+    with open_hdf5(path) as file:
+        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Group) else None)
+    return names
+
+
 def read_group(path: Path, group: str = ROOT) -> xr.Dataset:
     """Return a group of an HDF5 file as ``xarray.open_dataset`` does, in a quarter of its time.
 

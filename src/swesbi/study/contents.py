@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -67,11 +66,9 @@ def _hdf5(path: Path) -> Content:
     files.check_whole(path)
     files.check_self_contained(path)
     arrays: dict[str, xr.Variable] = {}
-    # not as a tree, of which a group must not differ from its parent in the length of a dimension
-    content = io.BytesIO(path.read_bytes())  # of which nothing is locked
-    for group, dataset in xr.open_groups(content, engine="h5netcdf").items():
-        with dataset:
-            arrays |= {f"{group}/{name}".strip("/"): one.load() for name, one in dataset.variables.items()}
+    for group in files.groups(path):
+        variables = files.read_group(path, group).variables
+        arrays |= {f"{group}/{name}".strip("/"): one for name, one in variables.items()}
     return _artefact(files.hdf5_provenance(path)), arrays
 
 
