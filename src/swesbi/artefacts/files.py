@@ -80,6 +80,8 @@ def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: 
 def open_hdf5(path: Path) -> h5py.File:
     """Open an HDF5 file to be read, without a lock: files are replaced whole; some file systems have none.
 
+    A file that this process holds open under some kind of lock opens again under that kind alone.
+
     Raises:
         OSError: It is no HDF5 file, or cannot be read.
     """
@@ -123,16 +125,16 @@ def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenan
     return dataset, provenance
 
 
-def groups(path: Path) -> list[str]:
+def group_names(path: Path) -> list[str]:
     """Return the names of all groups of an HDF5 file, its root first.
 
     Raises:
         OSError: It is no HDF5 file, or cannot be read.
     """
-    names = [ROOT]
+    found: list[str] = []
     with open_hdf5(path) as file:
-        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Group) else None)
-    return names
+        file.visit(found.append)
+        return [ROOT, *(name for name in found if isinstance(file[name], h5py.Group))]
 
 
 def read_group(path: Path, group: str = ROOT) -> xr.Dataset:

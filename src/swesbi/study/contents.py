@@ -66,7 +66,7 @@ def _hdf5(path: Path) -> Content:
     files.check_whole(path)
     files.check_self_contained(path)
     arrays: dict[str, xr.Variable] = {}
-    for group in files.groups(path):
+    for group in files.group_names(path):
         variables = files.read_group(path, group).variables
         arrays |= {f"{group}/{name}".strip("/"): one for name, one in variables.items()}
     return _artefact(files.hdf5_provenance(path)), arrays
