@@ -23,7 +23,8 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise import compare_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.protocol import Repeats
-from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import levels_by

@@ -36,7 +36,8 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.components import RepeatLevels
 from swesbi.recording.folder_noise import FolderRecordings
-from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.sweeps import levels_by
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.study.finished import finished_population

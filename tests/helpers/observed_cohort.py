@@ -15,7 +15,8 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import KIND as NOISE
 from swesbi.recording.noise import fit_noise, to_dataset
 from swesbi.recording.observation import KIND as OBSERVATION
-from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED
 
 
 def write_observed_cohort(folder: Path, subjects: Sequence[str]) -> None:

@@ -18,7 +18,8 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.observation import read_observation
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.samples import REASONS, Samples, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import REASONS, Samples
 from swesbi.recording.settings import ContextRow
 from swesbi.recording.speed import estimate_noise, repeat_means
 from swesbi.seeds import generator

@@ -17,8 +17,9 @@ from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.phases import locate_phases
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.propose import proposal_for, propose
+from swesbi.recording.quality import rejection
 from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.speed import average_speeds
 from swesbi.recording.units import stated_unit
 

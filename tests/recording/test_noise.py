@@ -24,7 +24,8 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import KIND, fit_noise, read_noise, relative_se, to_dataset
 from swesbi.recording.observation import read_contexts
-from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator

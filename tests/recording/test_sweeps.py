@@ -37,7 +37,8 @@ from swesbi.recording.noise import (
 )
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_protocol, read_repeats
-from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import (

@@ -5,7 +5,7 @@ The passive part runs along the stretch of each simulation's own beat, by its va
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
 import numpy as np
@@ -46,6 +46,13 @@ class SpeedRecording:
     def errors(self) -> MeanErrors:
         """The relative errors of the means, own and shared."""
         return MeanErrors(self.relative_se, self.shared)
+
+    def points(self, kept: BoolArray) -> SpeedRecording:
+        """Return the recording with some of its phases; ``kept`` of shape (p,)."""
+        of_kept = {
+            name: getattr(self, name)[kept] for name in ("phase", "speed_m_s", "relative_se", "shared")
+        }
+        return replace(self, **of_kept)
 
     @property
     def subject(self) -> str:

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.base.arrays import FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.measurement.instants import FreeModel
@@ -24,6 +24,7 @@ from swesbi.population.synthetic import (
     own_recordings,
 )
 from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.recording.neighbours import told_by_neighbours
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
@@ -89,12 +90,22 @@ def record_fresh(
 ) -> Synthetic:
     """Draw phi and one recording of the subject, under the model's own noise or sample by sample.
 
+    Phases far outside their neighbours are left out of both, as they are of any recording.
+
     Returns:
         One recording, or none where ingestion refused it.
     """
     if kind == OWN:
-        return own_recordings(subject.model, 1, seed, "population", *name)
+        made = own_recordings(subject.model, 1, seed, "population", *name)
+        kept = [one.points(in_place(one, settings.recording)) for one in made.recordings]
+        return replace(made, recordings=tuple(kept))
     return acquired_recordings(subject.model, _acquisition(subject, settings), 1, seed, "population", *name)
+
+
+def in_place(recording: SpeedRecording, settings: RecordingSettings) -> BoolArray:
+    """Tell which phases or pushes of a recording do not lie far outside their neighbours; shape (p,)."""
+    error = recording.errors.total
+    return np.isnan(told_by_neighbours(recording.phase, recording.speed_m_s, error, settings))
 
 
 def recorded(subject: FreshSubject, made: Synthetic) -> SpeedModel:
@@ -106,6 +117,8 @@ def record_pushes(
     number: int, pushes: tuple[int, int], settings: FreshSettings, seed: int, *name: str | int
 ) -> tuple[FreeModel, FloatArray]:
     """Draw context, instants, errors, phi and speeds of the free-running recording with this number.
+
+    Pushes far outside their neighbours are left out, as they are of any recording.
 
     Args:
         number: Of the stream ``name``.
@@ -132,8 +145,10 @@ def record_pushes(
     known = FreeModel(SpeedModel(blank, settings.model), cell, 0.0)
     phi, beats = fresh_beats(known.model, 1, seed, *name)
     speed = known.draw_speeds(known.model.predict_from(phi, beats), rng)[0]
-    seen = replace(known.model, recording=replace(blank, speed_m_s=speed, relative_se=se))
-    return FreeModel(seen, cell, float(drawn.errors_log_sd[0])), phi[0]
+    recording = replace(blank, speed_m_s=speed, relative_se=se)
+    kept = in_place(recording, settings.recording)
+    seen = replace(known.model, recording=recording.points(kept))
+    return FreeModel(seen, cell[kept], float(drawn.errors_log_sd[0])), phi[0]
 
 
 def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:

@@ -194,7 +194,7 @@ def summary(report: CohortReport) -> str:
     gated = [*aligned([HEADER, *map(_row, observed)]), "", LEGEND] if observed else []
     running = [*aligned([FREE_HEADER, *map(_free_row, free)]), "", FREE_LEGEND] if free else []
     between = [""] if gated and running else []
-    further = [*_measured([*observed, *free]), *persons_in_words(report.visits)]
+    further = [*_measured([*observed, *free]), *persons_in_words(report.visits), *_left_out(report)]
     return "\n".join([*gated, *between, *running, *further])
 
 
@@ -219,6 +219,13 @@ def _measured(observed: Sequence[Observation | FreeObservation]) -> list[str]:
         "ejection time": [one.subject for one in observed if one.clinical.has_ejection_time],
     }
     return [f"{name}: {', '.join(subjects)}." for name, subjects in having.items() if subjects]
+
+
+def _left_out(report: CohortReport) -> list[str]:
+    """Name the phases and pushes that lie far outside their neighbours."""
+    gated = [(one.observation.subject, one.left_out) for one in report.subjects]
+    free = [(one.observation.subject, one.left_out) for one in report.free]
+    return [f"{subject}: {sentence}." for subject, left_out in (*gated, *free) for sentence in left_out]
 
 
 def _row(observed: Observation) -> tuple[str, ...]:

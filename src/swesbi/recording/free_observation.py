@@ -13,7 +13,8 @@ from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.columns import TIME
-from swesbi.recording.free_noise import NoiseSource, free_noise
+from swesbi.recording.free_noise import NoiseSource
+from swesbi.recording.free_quality import push_quality
 from swesbi.recording.free_samples import FreeSamples, free_rejection
 from swesbi.recording.ingest import other_heart_rate, other_unit
 from swesbi.recording.observation import read_recorded, same_arrays
@@ -104,18 +105,12 @@ def ingest_free(
         clinical: What was measured beside the speeds.
 
     Raises:
-        RecordingError: Fewer than two pushes are accepted, it cannot be of this context, or nothing tells
-            its errors.
+        RecordingError: Fewer than two pushes are accepted, it cannot be of this context, nothing tells its
+            errors, or too many pushes lie far outside their neighbours.
     """
-    verdict = free_rejection(samples, settings)
-    accepted, counts = verdict == ACCEPTED, np.bincount(verdict + 1, minlength=len(REASONS) + 1)
-    if accepted.sum() < LEAST_PUSHES:
-        told = ", ".join(f"{reason} {n}" for reason, n in zip(REASONS, counts[1:], strict=True) if n)
-        reason = f"{int(accepted.sum())} pushes are acceptable of {len(verdict)} ({told or 'no other'})"
-        remedy = f"an answer needs {LEAST_PUSHES}: record again"
-        raise RecordingError(Problem(samples.source, reason, remedy))
-    _check_plausible(samples, samples.speed_m_s[accepted], context, settings)
-    noise = free_noise(samples, accepted, declared)
+    _check_pushes(samples, context, settings)
+    quality = push_quality(samples, settings, declared)
+    accepted, noise = quality.verdict == ACCEPTED, quality.noise
     cell = np.minimum((samples.phase * settings.phases).astype(np.int64), settings.phases - 1)
     # rows may come in any order, and several at one instant
     keys = (samples.speed_m_s, samples.time_ms, samples.beat, samples.repeat, samples.phase)
@@ -134,9 +129,26 @@ def ingest_free(
         stiffness_kpa=youngs_modulus_kpa(samples.speed_m_s[chosen], settings.density_kg_m3),
         noise_source=noise.source,
         noise_log_sd=noise.log_sd,
-        samples_rejected=counts[1:],
+        samples_rejected=_counts(quality.verdict),
         clinical=clinical,
     )
+
+
+def _counts(verdict: IntArray) -> IntArray:
+    return np.bincount(verdict + 1, minlength=len(REASONS) + 1)[1:]
+
+
+def _check_pushes(samples: FreeSamples, context: Context, settings: RecordingSettings) -> None:
+    """Refuse a recording of fewer than two pushes that are acceptable by themselves, or of another heart."""
+    verdict = free_rejection(samples, settings)
+    accepted = verdict == ACCEPTED
+    if accepted.sum() < LEAST_PUSHES:
+        counted = zip(REASONS, _counts(verdict), strict=True)
+        told = ", ".join(f"{reason} {n}" for reason, n in counted if n)
+        reason = f"{int(accepted.sum())} pushes are acceptable of {len(verdict)} ({told or 'no other'})"
+        remedy = f"an answer needs {LEAST_PUSHES}: record again"
+        raise RecordingError(Problem(samples.source, reason, remedy))
+    _check_plausible(samples, samples.speed_m_s[accepted], context, settings)
 
 
 def _check_plausible(

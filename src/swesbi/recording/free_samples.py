@@ -62,6 +62,7 @@ class FreeSamples:
         columns: Which optional columns the file has.
         unit_of_time: That is stated of the times as they were given; empty where none is.
         source: Where the samples come from, for messages.
+        places: Where each push stands in the file, in words; empty of samples in memory.
     """
 
     time_ms: FloatArray
@@ -75,6 +76,7 @@ class FreeSamples:
     columns: tuple[str, ...] = ()
     unit_of_time: str = ""
     source: str = "samples in memory"
+    places: tuple[str, ...] = ()
 
     @property
     def phase(self) -> FloatArray:
@@ -129,6 +131,7 @@ def read_free_samples(
         has,
         table.units.get(TIME, ""),
         str(path),
+        tuple(f"{table.unit} {row}" for row in table.rows),
     )
     table.finish()
     return samples
@@ -163,8 +166,8 @@ def _errors(table: TextTable, speed_m_s: FloatArray, density_kg_m3: float) -> Fl
 def free_rejection(samples: FreeSamples, settings: RecordingSettings) -> IntArray:
     """Return for each push the index into ``REASONS`` of its rejection, or ``ACCEPTED``; shape (N,).
 
-    As of gated samples, but for what needs neighbours at the same phase: there are no outliers and no sparse
-    phases. A fit is judged where the file has one.
+    As of gated samples, but for what needs others at the same phase or errors: there are no sparse phases,
+    and outliers are found afterwards (``free_quality``). A fit is judged where the file has one.
     """
     verdict = np.full(samples.status.shape, ACCEPTED, dtype=np.int64)
     rules: list[tuple[BoolArray, str]] = [(samples.status == name, name) for name in FAILED_STATUSES]

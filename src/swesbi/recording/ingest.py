@@ -13,6 +13,7 @@ from swesbi.recording.columns import SPEED
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
 from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.quality import rejection
 from swesbi.recording.samples import (
     ACCEPTED,
     REASONS,
@@ -20,7 +21,6 @@ from swesbi.recording.samples import (
     count_by_phase,
     count_by_repeat,
     ectopic,
-    rejection,
 )
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds, youngs_modulus_kpa
@@ -178,8 +178,9 @@ def ingest(
 ) -> Observation:
     """Turn raw samples into the observed curve of one subject.
 
-    Quality control; spatial mean of c_s at each phase; then E = 3 rho c_s^2, in this order, since the
-    mean of squares exceeds the square of the mean; then the periodic interpolant on the analysis grid.
+    Quality control, of samples and of whole phases; spatial mean of c_s at each phase; then E = 3 rho c_s^2,
+    in this order, since the mean of squares exceeds the square of the mean; then the periodic interpolant on
+    the analysis grid.
     A missing phase is interpolated on the grid and marked by ``measured``.
 
     Args:

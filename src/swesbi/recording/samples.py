@@ -16,6 +16,7 @@ from swesbi.recording.settings import RecordingSettings
 
 ACCEPTED: Final = -1
 REASONS: Final = (*FAILED_STATUSES, "empty_speed", "low_fit_r2", "ectopic_rr", "outlier", "sparse_phase")
+OUTLIER: Final = REASONS.index("outlier")
 MAD_TO_SD: Final = 1.4826  # of a normal distribution: 1 / Phi^-1(3/4)
 
 
@@ -68,7 +69,7 @@ class Samples:
         return float(np.median(grouped(self.phase_index, self.repeat).medians(self.rr_ms)))
 
 
-def rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
+def sample_rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
     """Return for each sample the index into ``REASONS`` of its rejection, or ``ACCEPTED``; shape (N,).
 
     Each sample is rejected for one reason, the first that applies in the order of ``REASONS``: its

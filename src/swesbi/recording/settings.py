@@ -44,12 +44,25 @@ class RecordingSettings(Settings):
     outlier_max_abs_z: float = Field(
         gt=0,
         description="Largest robust z-score, against the phase median, of an accepted speed. It is the "
-        "modified z-score of Iglewicz and Hoaglin (1993).",
+        "modified z-score of Iglewicz and Hoaglin (1993). Of a phase or a push it is against its neighbours.",
     )
     outlier_min_scale_fraction: float = Field(
         gt=0,
         description="Lower limit of the robust scale, as a fraction of the phase median. Chosen: a "
-        "recording without scatter rejects nothing within 7 %.",
+        "recording without scatter rejects nothing within 7 %. Of a phase or a push beside its neighbours it "
+        "is the least error.",
+    )
+    outlier_change_per_tenth_log_sd: float = Field(
+        gt=0,
+        le=2,
+        description="How far the log of the speed wanders in a tenth of the cycle, one standard deviation: "
+        "phases and pushes farther from what their neighbours say are outliers. Chosen: of the model's own "
+        "clean phases and pushes fewer than 1 in 1000 are left out.",
+    )
+    outlier_min_points: int = Field(
+        ge=3,
+        description="Fewest phases or pushes of a recording that are held against their neighbours. Chosen: "
+        "ten pushes have none.",
     )
     min_samples_per_phase: int = Field(
         ge=1,

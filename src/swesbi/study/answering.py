@@ -126,6 +126,7 @@ class Asked:
         origin: Seed, subject and code.
         experiment: By which experiment.
         note: What to say of that choice; empty where it is the usual one.
+        left_out: Phases or pushes far outside their neighbours, a sentence each.
     """
 
     recording: Recording
@@ -134,6 +135,7 @@ class Asked:
     origin: Origin
     experiment: str
     note: str = ""
+    left_out: tuple[str, ...] = ()
 
     def kept_in(self, folder: Path) -> Verdict | None:
         """Return the verdict of this very answer, where it lies in ``folder`` already, whole; else None."""
@@ -215,7 +217,7 @@ class Answerer:
             recording = self.folder.gated(observed, settings)
         origin = Origin(self.study.config.seed, subject, stage_code(CODE))
         note = why and (INSTEAD if network else FROM_PRIOR).format(subject=subject, name=experiment, why=why)
-        return Asked(recording, knowledge, settings, origin, experiment, note)
+        return Asked(recording, knowledge, settings, origin, experiment, note, observed.left_out)
 
     def _network(self, subject: str, *, free: bool) -> tuple[str, str]:
         """Return the first experiment whose network can answer, or none, and why not those before it."""

@@ -167,7 +167,12 @@ def _given(request: Request, subject: str) -> Given:
         return Given(asked.experiment, text, told_of(kept), asked.recording.noise)
     answer, _ = asked.answer_into(folder, force=request.force)
     files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
-    lines = [asked.note, answer_text(answer), f"written to {folder.resolve()}: {files}"]
+    lines = [
+        *(f"{subject}: {sentence}" for sentence in asked.left_out),
+        asked.note,
+        answer_text(answer),
+        f"written to {folder.resolve()}: {files}",
+    ]
     noise = answer.recording.noise
     return Given(asked.experiment, "\n".join(filter(None, lines)), told_of(answer.verdict), noise)
 

@@ -26,7 +26,6 @@ from swesbi.networks.flow.flow import TrainedFlow
 from swesbi.population.recordings import (
     OWN,
     FreshSettings,
-    FreshSubject,
     fresh_subject,
     record_fresh,
     recorded,
@@ -203,7 +202,7 @@ def draw_null(
         recording_checks = check_recording(model, posterior, conditioning, settings.strip_fraction, rng)
         contexts.append(subject.context)
         checks.append(recording_checks)
-        levels.append(_levels(subject, recording_checks, conditioning, settings, rule, seed))
+        levels.append(_levels(model, recording_checks, conditioning, settings, rule, seed))
         progress.step()
     mass = prior_strip_mass(fresh.model.prior, settings.strip_fraction)
     names = summary_names(conditioning.summary)
@@ -211,7 +210,7 @@ def draw_null(
 
 
 def _levels(
-    subject: FreshSubject,
+    model: SpeedModel,
     checks: Checks,
     conditioning: ConditioningSettings,
     settings: NullSettings,
@@ -219,7 +218,7 @@ def _levels(
     seed: int,
 ) -> FloatArray:
     count = settings.predictive_recordings
-    reference, others = prior_predictive(subject.model, conditioning, count, seed, STREAM)
+    reference, others = prior_predictive(model, conditioning, count, seed, STREAM)
     space = _space(reference, rule)
     null, distances = space_distances(space, others), space_distances(space, checks.features)
     return np.array(

@@ -24,7 +24,8 @@ from swesbi.recording.noise import fit_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import Repeats
-from swesbi.recording.samples import ACCEPTED, Samples, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.sweeps import levels_by
 from swesbi.seeds import generator

@@ -26,7 +26,8 @@ from swesbi.config.study import Study, load_study
 from swesbi.draws import interval_levels
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.folder_noise import folder_noise
-from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import sweep_levels
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES

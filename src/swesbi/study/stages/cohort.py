@@ -24,8 +24,9 @@ from swesbi.recording.noise import to_dataset as noise_to_dataset
 from swesbi.recording.observation import CONTEXTS, Observation, contexts_dataset, read_observation
 from swesbi.recording.observation import KIND as OBSERVATION
 from swesbi.recording.protocol import Repeats, read_repeats
+from swesbi.recording.quality import phases_left_out, rejection
 from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import ACCEPTED, rejection
+from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 from swesbi.recording.sweeps import levels_by
 
@@ -49,6 +50,8 @@ def ingest(*, recording: Path, observation: Path, settings: IngestSettings, orig
     )
     save(observation, to_groups(observed), origin.provenance(OBSERVATION, settings))
     LOGGER.info("%s", _account(observed))
+    for sentence in phases_left_out(samples, quality):
+        LOGGER.warning("subject %s: %s", subject, sentence)
 
 
 def _account(observed: Observation) -> str:
