@@ -6,9 +6,7 @@
 
 Needs a finished study of the shipped configuration. Generated subjects are answered by `infer`,
 each in a process of its own; then a classifier tells their draws from those of MCMC (0.5: it cannot).
-Three subjects whose contexts lie outside are handed in as well. Last, each subject of the study is judged
-with the null distributions of the others: the share of well-specified recordings that is strained or
-contradicted, 5 % if pooling them costs nothing.
+Three subjects whose contexts lie outside are handed in as well.
 
 With --network the network alone is measured, on so many recordings that the model makes of each context:
 the share of its draws that is effective at the heart rates that it knows, between them, beyond the fastest,
@@ -50,9 +48,6 @@ from swesbi.study.answering import Answerer
 from swesbi.study.finished import finished_study
 from swesbi.study.stages.calibration import CalibrationLocalStageSettings
 from swesbi.verdict.context import nearest_known
-from swesbi.verdict.pooled import pool_subjects, pooled_reference
-from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, SubjectChecks, read_subject_checks
-from swesbi.verdict.settings import RuleSettings
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
 SEED = 1
@@ -130,20 +125,6 @@ def refused(study: Study, experiment: str, folder: Path) -> None:
         print(done.stderr.strip())
 
 
-def false_alarms(pool: list[SubjectChecks], rule: RuleSettings) -> pd.DataFrame:
-    """Return the share of well-specified recordings of each subject that the others' nulls call strained."""
-    rows = []
-    for left_out in pool:
-        others = [one for one in pool if one is not left_out]
-        features = (left_out.reference_features, left_out.recordings[NULL].features)
-        reference = pooled_reference(pool_subjects(others, rule), features, rule)
-        row: dict[str, object] = {"subject": left_out.subject}
-        for kind in (OWN, ACQUIRED, NULL):
-            row[kind] = float((reference.judge(left_out.recordings[kind]).status > 0).mean())
-        rows.append(row)
-    return pd.DataFrame(rows).set_index("subject")
-
-
 @dataclass(frozen=True)
 class Case:
     """A subject of the study with another context."""
@@ -214,7 +195,7 @@ def network(study: Study, results: Path, experiment: str, count: int) -> None:
 
 
 def main() -> None:
-    """Answer, refuse, and judge."""
+    """Answer, and refuse."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -232,14 +213,6 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         answered(study, options.experiment, options.subjects, Path(folder))
         refused(study, options.experiment, Path(folder))
-    subjects = study.subjects_of(options.experiment)
-    files = finished_study(results, options.experiment, subjects).misspecifications
-    rule = study.config.speed_experiments[options.experiment].misspecification.rule
-    table = false_alarms([read_subject_checks(path) for path in files], rule)
-    print(
-        "\nstrained or contradicted, share of well-specified recordings, by the nulls of the other subjects"
-    )
-    print(pd.concat([table, table.mean().rename("mean").to_frame().T]).round(3).to_string())
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@
     python benchmarks/scaling.py FOLDER --sizes 6 60 600 --table docs/tables/scaling.csv
 
 Subjects are generated with cuff pressures, once into the folder; smaller cohorts are the first of the
-largest. Each cohort is run from nothing by Snakemake with the network of a finished study, and with few null
-recordings, so that what remains is what subjects cost. What was measured in the folder is not run again.
+largest. Each cohort is run from nothing by Snakemake with the network of a finished study, so that what
+remains is what subjects cost. What was measured in the folder is not run again.
 """
 
 from __future__ import annotations
@@ -38,7 +38,6 @@ FIRST: Final = 50  # number of the first generated subject that nothing was fitt
 PLANNING: Final = "planning"
 WHOLE: Final = "whole run"
 TARGETS: Final = ("amortised/cohort.csv", "amortised/cohort_posterior.csv", "tables/pressures.csv")
-NULLS: Final = 60
 SHOWN: Final = 8
 POLL_S: Final = 0.5
 
@@ -84,8 +83,7 @@ def measure(folder: Path, size: int, cores: int, networks: Path) -> pd.DataFrame
     shutil.rmtree(results, ignore_errors=True)
     own = {"cohort": str(folder / f"cohort-{size}"), "results": str(results), "networks": str(networks)}
     own |= {"subjects": "all", "cohort_title": "generated subjects", "run": ["amortised"]}
-    few = {"population_experiments": {"amortised": {"nulls": {"recordings": NULLS}}}}
-    changes.write_text(yaml.safe_dump(own | few), encoding="utf-8")
+    changes.write_text(yaml.safe_dump(own), encoding="utf-8")
     command = [sys.executable, "-m", "snakemake", "--configfile", str(changes), "--cores", str(cores)]
     targets = ["--", *(str(results / name) for name in TARGETS)]
     plan = run([*command, "--dry-run", "--quiet", "rules", *targets])

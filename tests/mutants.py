@@ -62,11 +62,11 @@ TESTS: Final[Mapping[str, str]] = {
     "virtual/hearts": "virtual/test_passive_of_other_hearts",
     "virtual/trial": "virtual/test_virtual_trial",
     "recording": "recording/test_noise recording/test_folder_noise recording/test_sweeps "
-    "recording/test_ingest recording/test_free "
+    "recording/test_ingest recording/test_free recording/test_neighbours "
     "virtual/test_virtual_cohort",
     "report": "report/test_report_page report/test_report_exact",
     "study": "study/test_inspection persons/test_plan_asked study/test_code_hash",
-    "verdict": "verdict/test_statistics verdict/test_nulls verdict/test_verdict",
+    "verdict": "verdict/test_checks verdict/test_nulls verdict/test_verdict",
 }
 """Files of tests by package, where a package has no folder of tests, or one that takes minutes."""
 
@@ -239,14 +239,20 @@ MUTANTS: Final = (
            "np.maximum(np.abs(a), np.abs(b))", "np.minimum(np.abs(a), np.abs(b))"),
     Mutant("error of a planned mean does not fall with the root of repeats", "study/plan.py",
            "/ repeats) ** 0.5", "/ repeats)"),
-    Mutant("factor 2 lost in the discrepancy of kernels", "verdict/statistics.py",
-           "1.0 - 2.0 * kernel.mean(axis=1)", "1.0 - kernel.mean(axis=1)"),
-    Mutant("strip in the logarithm holds more of the prior than is rare", "verdict/statistics.py",
-           "max(high / reach, float(rare[1]))", "high / reach"),
+    Mutant("steep rise between two pushes is an outlier", "recording/neighbours.py",
+           "far = (z > limit) & _beyond(log_speed, BEYOND * limit * factor * se)", "far = z > limit"),
+    Mutant("nuisances have no strips at their bounds", "verdict/checks.py",
+           "enumerate(prior.names)", "enumerate(prior.names[:4])"),
+    Mutant("strips of the prior at the upper bound alone", "verdict/checks.py",
+           "(below[:, column], 1.0 - below[:, column])", "(1.0 - below[:, column], 1.0 - below[:, column])"),
+    Mutant("recording judged among null recordings of any number of points", "verdict/nulls.py",
+           "distance <= reach", "distance >= 0.0"),
+    Mutant("smaller of two p-values counts as one", "verdict/nulls.py",
+           "** test_p.shape[1]", "** 1"),
     Mutant("tail of a null distribution begins at the wrong end", "verdict/nulls.py",
            "np.quantile(ordered, 1.0 - tail_fraction)", "np.quantile(ordered, tail_fraction)"),
     Mutant("contradicted recordings are the likely ones", "verdict/nulls.py",
-           "(overall <= self.contradicted_level)", "(overall > self.contradicted_level)"),
+           "(overall <= rule.contradicted_level)", "(overall > rule.contradicted_level)"),
     Mutant("volume that does not fit makes a contradicted recording strained", "verdict/with_null.py",
            "return max(overall, Grade.STRAINED)", "return Grade.STRAINED"),
     Mutant("scale of speeds differs from repeat to repeat", "recording/acquisition.py",

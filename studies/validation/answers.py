@@ -115,7 +115,7 @@ class Questioner:
         if outside := in_declared_range(made.heart.context, self.settings.population):
             return refusal(number, made.heart, made.redrawn, SEPARATOR.join(outside))
         try:
-            first = self._answer(number, made, _of_one_round(self.settings))
+            first = self._answer(number, made, of_one_round(self.settings))
             if first.converged or first.status == Status.CONTRADICTED:
                 return first
             return self._answer(number, made, self.settings)
@@ -131,7 +131,7 @@ class Questioner:
         return scored(made, recording.model, answer.posterior, number, judged.status, reason)
 
 
-def _of_one_round(settings: HeartAnswersSettings) -> HeartAnswersSettings:
+def of_one_round(settings: HeartAnswersSettings) -> HeartAnswersSettings:
     """Return the same, whose chains end after one round; weights and chains that converge give the same.
 
     Chains of a heart that the model cannot be take minutes and do not converge. Where one round of them

@@ -43,7 +43,7 @@ import json
 import logging
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -105,8 +105,7 @@ def answerer(study: Study, options: argparse.Namespace) -> Answerer:
     """
     folder = options.results or Path(study.config.results)
     finished = finished_population(folder, configured_validation().experiment)
-    needed = finished if options.verdicts else replace(finished, null=finished.noise)
-    check_finished(needed, snakemake_options(options.config, options.overlay))
+    check_finished(finished, snakemake_options(options.config, options.overlay))
     settings = asked_of(study, LETTER, 1, STREAMS[options.stream])
     check_network(finished.estimator, settings.train_population.to_plain())
     configured = study.config.changes
@@ -241,7 +240,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--results", type=Path, help="folder of the finished study; default: as configured")
     parser.add_argument("--stream", choices=STREAMS, default="fresh", help="whose pairs; default: fresh")
     parser.add_argument("--shares", nargs="+", default=[], metavar="A,B", help="in place of changes.shares")
-    parser.add_argument("--verdicts", action="store_true", help="judge each recording; takes null.h5")
+    parser.add_argument("--verdicts", action="store_true", help="judge each recording")
     parser.add_argument("--out", type=Path, help="main table to write")
     add_options(parser)
     options = at_configuration(parser.parse_args())

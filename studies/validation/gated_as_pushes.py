@@ -30,6 +30,7 @@ import pandas as pd
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
+from swesbi.answers.free import FreeRecording
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.local import classifier_accuracy
@@ -140,13 +141,13 @@ class BothDoors:
                 "se_m_s": recording.relative_se * recording.speed_m_s,
             }
         )
-        return model_of_table(table, recording.context, NoiseDeclaration(), self.settings)
+        return recording_of_table(table, recording.context, NoiseDeclaration(), self.settings).model
 
 
-def model_of_table(
+def recording_of_table(
     table: pd.DataFrame, context: Context, declared: NoiseDeclaration, settings: HeartAnswersSettings
-) -> FreeModel:
-    """Read a table of pushes from a file, as that of any subject, and return its model.
+) -> FreeRecording:
+    """Read a table of pushes from a file, as that of any subject, and return the recording with its model.
 
     Raises:
         RecordingError: It cannot be used.
@@ -156,7 +157,8 @@ def model_of_table(
         path = Path(folder) / f"{context.subject}.csv"
         table.to_csv(path, index=False, float_format="%.17g")
         samples = read_free_samples(path, quality.density_kg_m3, subject=context.subject)
-    return free_model(ingest_free(samples, context, quality, declared), settings.exact_posterior.model)
+    observed = ingest_free(samples, context, quality, declared)
+    return FreeRecording(observed, free_model(observed, settings.exact_posterior.model))
 
 
 def _difference(gated: SpeedModel, pushes: FreeModel, phi: FloatArray) -> float:

@@ -27,7 +27,7 @@ import pandas as pd
 from scipy.stats import binomtest
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
-from studies.validation.gated_as_pushes import model_of_table
+from studies.validation.gated_as_pushes import recording_of_table
 from studies.validation.score import Intervals, intervals, truths
 from studies.validation.settings import configured
 from swesbi.artefacts.csv import write_csv
@@ -97,7 +97,7 @@ def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSetting
     rng = generator(seed, STREAM, "train", context.subject)
     table = record_train(heart.curve, context, rng)
     table[SPEED] *= np.exp(settings.acquisition.scale_fraction * rng.standard_normal())
-    model = model_of_table(table, context, DECLARED, settings)
+    model = recording_of_table(table, context, DECLARED, settings).model
     exact, _ = exact_posterior(
         model, free_proposal(flow, model), settings.exact_posterior.exact, seed, STREAM, context.subject
     )

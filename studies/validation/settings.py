@@ -106,7 +106,6 @@ def answers_settings(
         {"experiment": experiment},
         "prior stage.exact_posterior stage.verdict stage.predictive_speeds "
         "new_subjects.noise_level new_subjects.uninformative "
-        "experiment.misspecification.synthetic.reference_recordings "
         "stage.train_population population.population acquisition recording measurement.grid_points",
     )
 

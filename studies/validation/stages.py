@@ -36,7 +36,7 @@ def validation_answers(
     Args:
         estimator: The network of the population.
         noise: Noise of the study's cohort, from which standard errors are told.
-        null: Null recordings of the population.
+        null: Null recordings.
         answers: Output.
 
     Raises:

@@ -17,7 +17,6 @@ from swesbi.checks.calibration.ranks import (
     quantities,
     quantity_names,
 )
-from swesbi.checks.calibration.recordings import misfit
 from swesbi.draws import effective_draws
 from swesbi.measurement.likelihood import log_speed_sd
 from swesbi.parameters import THETA_RANGES
@@ -102,13 +101,15 @@ def test_two_recordings_have_the_likelihood_of_both() -> None:
     np.testing.assert_allclose(both.averaged().speed_m_s, np.sqrt(1.03) * model.recording.speed_m_s)
 
 
-def test_misfit_is_that_of_the_residuals() -> None:
+def test_chi_squared_is_that_of_the_residuals() -> None:
     model = speed_case.model()
-    sd = log_speed_sd(model.predict(PHI), model.recording.relative_se, model.settings.discrepancy)
+    predicted = model.predict(PHI)
+    sd = log_speed_sd(predicted, model.recording.relative_se, model.settings.discrepancy)
     shifted = replace(model.recording, speed_m_s=model.recording.speed_m_s * np.exp(2.0 * sd[0]))
-    least, mean = misfit(replace(model, recording=shifted), model.predict(PHI))
-    assert least == pytest.approx(4.0 * len(model.recording.phase))
-    assert mean == least
+    moved = replace(model, recording=shifted)
+    expected = 4.0 * len(model.recording.phase)
+    assert moved.chi_squared(predicted, np.random.default_rng(0)) == pytest.approx([expected])
+    np.testing.assert_allclose(moved.likeliest_residuals(predicted), 2.0)
 
 
 @pytest.mark.parametrize("prior", ["paper", "calibrated"])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import speed_case
 import xarray as xr
 from calibration_case import PRIOR, Sampler, prior_variances, simulate
 from study_copy import ROOT
@@ -30,9 +32,13 @@ from swesbi.config.read import ConfigError, parse_config, read_merged
 from swesbi.study.stages import calibration, check_figures
 from swesbi.study.stages.calibration import CalibrationStageSettings
 from swesbi.study.stages.check_figures import CalibrationFigureSettings
+from swesbi.verdict.checks import WITH_STRIPS, Checks
+from swesbi.verdict.null_recordings import KIND as NULL
+from swesbi.verdict.null_recordings import NullRecordings, null_groups
 
 SUBJECTS = ("A", "B")
 RECORDINGS = 120
+SURPRISING = 30
 JUDGEMENT = JudgementSettings(
     alpha=0.05, least_contraction=0.2, max_c2st=0.53, nominal_levels=(0.5, 0.9), confidence=0.95
 )
@@ -57,10 +63,16 @@ def diagnostics() -> Diagnostics:
         efficiency=rng.uniform(0.3, 0.9, RECORDINGS),
         log_evidence=rng.normal(size=RECORDINGS),
         by_mcmc=np.arange(RECORDINGS) == 0,
-        phases=np.full(RECORDINGS, 19),
-        min_chi2=rng.chisquare(16, RECORDINGS),
-        mean_chi2=rng.chisquare(20, RECORDINGS),
     )
+
+
+def checks(surprising: int = 0) -> Checks:
+    """What the verdict sees in well-specified recordings, and in some whose residuals no heart makes."""
+    rng = np.random.default_rng(2)
+    p = rng.beta(2.0, 2.0, RECORDINGS)
+    p[:surprising] = 1e-9
+    ratio = rng.gamma(0.3, 1.0 / 0.3, (RECORDINGS, len(WITH_STRIPS), 2))
+    return Checks(np.full(RECORDINGS, 19), np.full(RECORDINGS, 0.03), np.zeros(RECORDINGS), p, ratio)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +82,9 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], list[Pa
     recordings, local_parts = [], []
     for index, subject in enumerate(SUBJECTS):
         groups = {
-            name: recordings_dataset(Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics()))
+            name: recordings_dataset(
+                Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics(), checks(SURPRISING))
+            )
             for shift, name in enumerate(("own", "acquired"))
         }
         recordings.append(folder / f"recordings-{subject}.h5")
@@ -88,14 +102,19 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], list[Pa
 @pytest.fixture(scope="module")
 def results(parts: tuple[list[Path], list[Path]], tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("calibration")
+    null, context = folder / "null.h5", speed_case.model().recording.context
+    hearts = tuple(replace(context, subject=f"H{number}") for number in range(RECORDINGS))
+    save(null, null_groups(NullRecordings(hearts, checks(), checks())), Provenance(NULL))
     calibration.calibration(
         recordings=parts[0],
         local_parts=parts[1],
+        null=null,
+        alarms=folder / "alarms.csv",
         calibration=folder / "calibration.h5",
         table=folder / "calibration.csv",
         recovery=folder / "recovery.csv",
         recovery_acquisition=folder / "recovery_acquisition.csv",
-        settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT),
+        settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT, rule=speed_case.rule()),
         origin=Origin(1),
     )
     return folder
@@ -133,6 +152,17 @@ def test_recovery_is_that_of_the_weighted_posterior(results: Path) -> None:
         covered = np.abs(2.0 * level[:, 2] - 1.0) <= 0.9
         row = table[(table["parameter"] == "k_sr_per_s") & (table["nominal"] == 0.9)]
         assert row["coverage"].item() == pytest.approx(covered.mean())
+
+
+def test_alarms_are_counted_by_test_and_kind_of_recordings(results: Path) -> None:
+    table = pd.read_csv(results / "alarms.csv").set_index(["recordings", "alarm"])
+    assert set(table["n"]) == {2 * RECORDINGS}
+    for kind in ("own", "acquired"):
+        rate = table.loc[kind, "rate"]
+        assert rate["residuals"] == pytest.approx(SURPRISING / RECORDINGS, abs=0.04)
+        assert rate["boundary_mass"] < 0.06
+        assert rate["contradicted"] <= rate["strained or contradicted"] <= rate[:2].sum()
+        assert (table.loc[kind, "ci_low"] <= rate).all() and (rate <= table.loc[kind, "ci_high"]).all()
 
 
 def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(results: Path) -> None:
@@ -176,9 +206,9 @@ def test_a_part_of_another_kind_is_refused(parts: tuple[list[Path], list[Path]],
         calibration.calibration(
             recordings=parts[1],
             local_parts=parts[1],
-            **{name: tmp_path / name for name in ("calibration", "table", "recovery")},
+            **{name: tmp_path / name for name in ("null", "calibration", "table", "alarms", "recovery")},
             recovery_acquisition=tmp_path / "last",
-            settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT),
+            settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT, rule=speed_case.rule()),
             origin=Origin(1),
         )
 

@@ -40,7 +40,7 @@ def recorded(number: int, pushes: int) -> tuple[FreeModel, NDArray[np.float64]]:
 @pytest.fixture(scope="module")
 def inferred() -> InferredPushes:
     asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": (3, 20)})
-    return infer_pushes(range(2), trained().flow, FRESH, asked, SIZES, SMALL, 0.1, seed=11)
+    return infer_pushes(range(2), trained().flow, FRESH, asked, SIZES, SMALL, seed=11)
 
 
 def test_recordings_have_the_errors_that_their_model_says() -> None:
@@ -70,7 +70,7 @@ def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None
         made = Origin(1, "", "0" * 64).provenance(KIND, CONFIG.acquisition)
         save(tmp_path / f"{number}.h5", {"/": pushes_dataset(inferred)}, made)
     read = read_pushes([tmp_path / "0.h5", tmp_path / "1.h5"])
-    assert read.checks.pushes.tolist() == [3, 20, 3, 20] * 2
+    assert read.checks.points.tolist() == [3, 20, 3, 20] * 2
     np.testing.assert_array_equal(read.ranked.truth[:4], inferred.ranked.truth)
     assert read.contexts[:4] == inferred.contexts
 
@@ -79,10 +79,10 @@ def test_coverage_is_told_by_the_number_of_pushes(inferred: InferredPushes) -> N
     rng, rule = np.random.default_rng(1), BASE.misspecification.rule
     many = np.zeros(200, dtype=np.int64)
     null = replace(rows_of(inferred.checks, many), residuals_p=rng.beta(3.0, 3.0, 200))
-    quiet = np.zeros_like(inferred.checks.bound_mass)
+    quiet = np.zeros_like(inferred.checks.bound_ratio)
     both = replace(null, errors_log_sd=np.where(np.arange(200) < 100, 0.0, 0.3))
-    surprised = replace(inferred.checks, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_mass=quiet)
-    asked = (both, FRESH.model.prior, BASE.calibration.judgement, rule, 0.1)
+    surprised = replace(inferred.checks, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_ratio=quiet)
+    asked = (both, FRESH.model.prior, BASE.calibration.judgement, rule)
     table = by_pushes(replace(inferred, checks=surprised), *asked).set_index("pushes")
     assert set(table.index) == {"all", "3", "20"}
     assert set(table["n"]) == {2, 4}

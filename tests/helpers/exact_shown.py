@@ -17,6 +17,7 @@ from swesbi.posterior.result import ExactPosterior, exact_to_groups
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.predictive import ExactPanel, PredictivePanel
+from swesbi.verdict.checks import TESTS
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
 FloatArray = NDArray[np.float64]
@@ -28,11 +29,10 @@ PRIOR = JointPriorSettings.from_plain(
 )
 STATUS = {"D": "strained", "E": "contradicted", "F": "contradicted"}
 FLAGGED = {
-    "D": ("decay",),
+    "D": ("residuals",),
     "E": ("boundary_mass",),
-    "F": ("chi2", "mahalanobis", "boundary_mass", "mmd", "peak"),
+    "F": ("residuals", "boundary_mass"),
 }
-TESTS = ("mahalanobis", "nearest_neighbours", "mmd", "chi2", "peak", "time_to_peak", "decay", "boundary_mass")
 SETTINGS = ExactSettings.from_plain(
     {
         "first_draws": 100,

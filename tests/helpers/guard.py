@@ -36,7 +36,6 @@ LEFT_OUT: Final[tuple[str, ...]] = (
     r".*/support\.json::(supported|status|verdict)",
     r"tables/truth\.csv::status",
     r".*/(cohort|answers)\.csv::status",
-    r".*/misspecification\.csv::alarm",
     r".*/cohort_posterior\.h5::.*/verdict",
     r".*/cohort_subjects\.csv::verdict",
     r".*/change/.*::(.*/)?(from_|to_)?verdict",
@@ -45,8 +44,10 @@ LEFT_OUT: Final[tuple[str, ...]] = (
     r"figures/epochs\.(pdf|png)::",
     r"(calibrated|amortised)/subjects/.*\.png::",
     r".*/(new|change)/.*\.(pdf|png)::",
-    r".*/calibration(_recordings)?\.h5::.*/strip_mass",
-    r".*/calibration/part-.*\.h5::.*/strip_mass",
+    r".*/calibration(_recordings|/part-.*)?\.h5::.*/(min_chi2|mean_chi2|phases)",
+    r".*/(subjects/.*/)?(misspecification|null)\.h5::",
+    r".*/misspecification\.csv::",
+    r".*/pushes(/part-.*)?\.h5::(bound_mass|pushes)",
 )
 """Patterns of names of before that are no longer made."""
 WHOLE: Final = frozenset({".png", ".pdf", ".tex"})

@@ -10,28 +10,14 @@ from numpy.typing import NDArray
 
 from swesbi.base.arrays import below_each_other
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood
-from swesbi.measurement.settings import summary_names
 from swesbi.measurement.speeds import PredictedSpeeds
-from swesbi.networks.flow.conditioning import ConditioningSettings
 from swesbi.prior import quantile
-from swesbi.verdict.recordings import ACQUIRED, NULL, OWN, VOLUNTEER, SubjectChecks
-from swesbi.verdict.settings import MisspecificationSettings
-from swesbi.verdict.statistics import Checks, PosteriorDraws, check_recording, prior_strip_mass
+from swesbi.verdict.checks import Checks, check_recording
 
 FloatArray = NDArray[np.float64]
-STRIP = 0.1
 BANK = 6000
 DRAWS = 200
 RELATIVE_SE = 0.12
-
-
-def settings() -> MisspecificationSettings:
-    return speed_case.shipped().speed_experiments["calibrated"].misspecification
-
-
-def conditioning() -> ConditioningSettings:
-    experiment = speed_case.shipped().speed_experiments["calibrated"]
-    return ConditioningSettings(summary=experiment.summary, grid_points=100, density_kg_m3=1000.0)
 
 
 class Bank:
@@ -69,18 +55,5 @@ class Bank:
         log_weight = log_likelihood(self.predicted, model.recording, model.settings.discrepancy)
         weight = np.exp(log_weight - log_weight.max())
         rows = np.random.default_rng(seed).choice(len(weight), DRAWS, p=weight / weight.sum())
-        predicted = PredictedSpeeds(self.predicted.log_speed[rows], self.predicted.slope[rows])
-        draws = PosteriorDraws(self.phi[rows], np.full(DRAWS, 1 / DRAWS), predicted, 0.1, 1.0)
-        return check_recording(model, draws, conditioning(), STRIP, np.random.default_rng(seed))
-
-
-def subject_checks(null: Checks, fresh: Checks, reference: FloatArray) -> SubjectChecks:
-    """Put checks together as a subject's, the fresh ones in all other places."""
-    return SubjectChecks(
-        subject="T",
-        reference_features=reference,
-        feature_names=summary_names(conditioning().summary),
-        prior_mass=prior_strip_mass(speed_case.settings().prior, STRIP),
-        recordings={NULL: null, OWN: fresh, ACQUIRED: fresh, VOLUNTEER: fresh},
-        refused={NULL: 0, OWN: 0, ACQUIRED: 2, VOLUNTEER: 0},
-    )
+        weights, rng = np.full(DRAWS, 1 / DRAWS), np.random.default_rng(seed)
+        return check_recording(model, self.phi[rows], weights, self.predicted.rows(rows), rng)

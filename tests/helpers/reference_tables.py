@@ -259,7 +259,7 @@ SCORES: Final = (
 CHECKED: Final = ("feature_median", "feature_low", "feature_high")
 ENDS: Final = {"low": 0.05, "median": 0.5, "high": 0.95}
 WITHOUT_DRAWS: Final = {
-    "noise", "mahalanobis", "nearest_neighbours", "mmd", "context_leave_one_out", "context_ranges",
+    "noise", "context_leave_one_out", "context_ranges",
 }  # fmt: skip
 SUBJECT: Final = "{experiment}/subjects/{subject}"
 RECORDING: Final = datasets(

@@ -84,7 +84,7 @@ def test_the_walk_through_the_virtual_trial(own_study: StudyCopy, tmp_path: Path
     """The commands of the page in its order; a person has the same answer alone and among all."""
     study = own_study
     shorten(study, ["amortised"])
-    study.run("results-smoke/amortised/null.h5")  # chains of a null recording are shorter too
+    study.run("results-smoke/amortised/flow.h5")
     leave_few(study.folder / TRIAL)
     validate, change, everyone = walk()
     assert "8 recordings can be used" in typed(validate, study)

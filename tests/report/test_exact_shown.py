@@ -62,7 +62,7 @@ def test_verdicts_of_both_kinds_are_read_alike() -> None:
     assert (exact.status, plain.status) == ("strained", "prior-supported")
     read = [verdict("A"), exact, plain, verdict("F"), evaluation_cases.verdict("E", False)]
     assert [each.may_be_read for each in read] == [True, True, True, False, False]
-    assert verdict_numbers(exact) == ("decay, p < 0.001",)
+    assert verdict_numbers(exact) == ("residuals, p < 0.001",)
     assert verdict_numbers(plain)[1] == "max |z| = 1.80"
 
 

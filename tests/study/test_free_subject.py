@@ -19,6 +19,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
 from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
@@ -31,7 +32,7 @@ from swesbi.recording.problems import RecordingError
 from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched
 from swesbi.study.finished import FinishedPopulation, FinishedStudy
 from swesbi.study.observing import observe
-from swesbi.verdict.pushes import residuals_p_value
+from swesbi.verdict.checks import residuals_p_value
 
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
 
@@ -196,9 +197,14 @@ def test_residuals_that_no_heart_makes_have_a_small_p_value() -> None:
     gated = speed_case.model()
     predicted = gated.predict(speed_case.PHI[None].repeat(200, axis=0))
     rng = np.random.default_rng(0)
-    assert residuals_p_value(FreeModel(gated, np.arange(20), 0.0), predicted, rng) > 0.05
+
+    def p_value(of: SpeedModel, errors_log_sd: float) -> float:
+        chi_squared = FreeModel(of, np.arange(20), errors_log_sd).chi_squared(predicted, rng)
+        return residuals_p_value(chi_squared, 20)
+
+    assert p_value(gated, 0.0) > 0.05
     ragged = gated.recording.speed_m_s * np.exp(0.3 * rng.standard_normal(20))
     off = replace(gated, recording=replace(gated.recording, speed_m_s=ragged))
-    assert residuals_p_value(FreeModel(off, np.arange(20), 0.0), predicted, rng) < 1e-3
+    assert p_value(off, 0.0) < 1e-3
     # where the errors may be larger than declared, the same residuals are no surprise
-    assert residuals_p_value(FreeModel(off, np.arange(20), 1.5), predicted, rng) > 0.05
+    assert p_value(off, 1.5) > 0.05

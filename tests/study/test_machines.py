@@ -311,7 +311,7 @@ SMALL = ["--from-prior", "--overlay", str(ROOT / "tests" / "smoke.yaml")]
         ["template", "empty"],
         ["validate", RECORDINGS, "--plot", "sheets"],
         ["infer", RECORDINGS, "--subject", "A", *SMALL, "--out", "a"],
-        ["inspect", str(ROOT / "src" / "swesbi" / "answers" / "nulls.h5")],
+        ["inspect", str(ROOT / "src" / "swesbi" / "verdict" / "nulls.h5")],
         ["demo"],
     ],
     ids=" ".join,

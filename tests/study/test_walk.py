@@ -17,6 +17,7 @@ from swesbi.artefacts import Origin
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
+from swesbi.study.nulls import nulls_of
 from swesbi.study.registry import stage_function
 
 ROW = re.compile(r"^\| .* \| `(?P<file>[a-z_/]+)\.py` \| `(?P<function>[a-z_]+)` \|$", re.MULTILINE)
@@ -65,7 +66,7 @@ def test_one_recording_is_answered_in_the_order_of_the_page(finished: StudyCopy,
             "estimator": made / "flow.h5",
         },
         "verdict": {
-            **new, "misspecification": made / "subjects" / "A" / "misspecification.h5",
+            **new, "null": nulls_of(study, "calibrated"),
             "verdict": tmp_path / "verdict.json",
         },
     }  # fmt: skip

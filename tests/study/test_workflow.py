@@ -213,7 +213,7 @@ def test_a_subject_that_an_experiment_does_not_have_is_refused_by_name(tmp_path:
 def test_another_list_of_an_experiment_reruns_what_is_made_of_it(editable: StudyCopy) -> None:
     with edited(editable, "config/experiments.yaml", "    subjects: all\n", "    subjects: [A, F]\n"):
         rules = rules_of(editable.planned())
-    assert {"speed_pool", "train_flow", "exact_posterior", "misspecification_table", "calibration"} <= rules
+    assert {"speed_pool", "train_flow", "exact_posterior", "calibration", "verdict"} <= rules
     assert {"identifiability", "exact_figures", "experiments_figure", "tables", "truth", "report"} <= rules
     of_others = {"ingest", "noise", "simulate", "pool", "train", "posterior", "predictive", "cohort_figures"}
     assert not rules & (of_others | {"train_population", "population_null"})
@@ -245,7 +245,7 @@ def test_another_alarm_level_draws_no_posterior_again(editable: StudyCopy) -> No
     with edited(editable, "config/experiments.yaml", "strained_level: 0.05", "strained_level: 0.04"):
         rules = rules_of(editable.planned())
     assert "verdict" in rules
-    assert not {"exact_posterior", "posterior", "misspecification", "train_flow", "train"} & rules
+    assert not {"exact_posterior", "posterior", "population_null", "train_flow", "train"} & rules
 
 
 def test_one_file_made_again_runs_its_subject_alone_and_leaves_nothing_to_do(own_study: StudyCopy) -> None:

@@ -26,10 +26,8 @@ from swesbi.posterior.result import read_exact_posterior
 from swesbi.study.stages import answers as stage
 from swesbi.verdict.context import declared_refusal
 from swesbi.verdict.contraction import CONTRACTION
-from swesbi.verdict.pooled import KIND as NULL
-from swesbi.verdict.pooled import PopulationNull, draw_null, null_groups, read_null
-from swesbi.verdict.pushes import draw_pushes_null
-from swesbi.verdict.statistics import DISTANCES
+from swesbi.verdict.null_recordings import KIND as NULL
+from swesbi.verdict.null_recordings import NullRecordings, draw_nulls, null_groups, read_nulls
 from swesbi.verdict.verdict import read_verdict
 
 BASE = case.CONFIG.speed_experiments[case.EXPERIMENT.base]
@@ -47,9 +45,6 @@ EXACT = SETTINGS.model_copy(
     }
 )
 SIZES = RecordingsSettings(own=1, acquired=1, network_draws=49, effective_draws=20, misfit_draws=20)
-FEW = case.EXPERIMENT.nulls.model_copy(
-    update={"recordings": 50, "predictive_recordings": 100, "effective_draws": 20}
-)
 
 
 @cache
@@ -120,23 +115,26 @@ def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
     assert found["lvedv_ml 160 and more"].tolist() == [False, False, True]
 
 
-def drawn_null(gated: int, pushes: int) -> PopulationNull:
-    flow, rule = case.trained().flow, BASE.misspecification.rule
-    of_gated = draw_null(range(gated), flow, case.FRESH, case.CONDITIONING, FEW, EXACT, rule, seed=7)
-    return PopulationNull(*of_gated, draw_pushes_null(range(pushes), flow, case.FRESH, FEW, EXACT, seed=7))
+def drawn_nulls(gated: int, pushes: int) -> NullRecordings:
+    changes = {"recordings": gated, "free_running_recordings": pushes, "effective_draws": 20}
+    sizes = case.EXPERIMENT.nulls.model_copy(update=changes)
+    return draw_nulls(case.trained().flow, case.FRESH, sizes, EXACT, seed=7)
 
 
-def test_distances_of_null_recordings_have_uniform_levels(tmp_path: Path) -> None:
-    null = drawn_null(60, 20)
+def test_null_recordings_are_kept_and_do_not_depend_on_how_many_there_are(tmp_path: Path) -> None:
+    null, fewer = drawn_nulls(6, 5), drawn_nulls(3, 3)
     save(tmp_path / "null.h5", null_groups(null), Provenance(NULL, "", 1, {}, "0" * 16))
-    read = read_null(tmp_path / "null.h5")
+    read = read_nulls(tmp_path / "null.h5")
     assert read.contexts == null.contexts
-    assert np.array_equal(read.pooled.distance_level, null.pooled.distance_level)
-    assert np.array_equal(read.pushes.bound_mass, null.pushes.bound_mass)
-    levels = read.pooled.distance_level
-    assert levels.shape == (60, len(DISTANCES))
-    assert np.all(np.abs(levels.mean(axis=0) - 0.5) < 4.0 * np.sqrt(1.0 / 12.0 / 60.0))
-    assert np.all(levels.std(axis=0) > 0.2)
+    assert null.contexts[:3] == fewer.contexts
+    for of_all, of_file, of_few in (
+        (null.gated, read.gated, fewer.gated),
+        (null.pushes, read.pushes, fewer.pushes),
+    ):
+        for name in ("points", "error_fraction", "errors_log_sd", "residuals_p", "bound_ratio"):
+            np.testing.assert_array_equal(getattr(of_file, name), getattr(of_all, name))
+            np.testing.assert_array_equal(getattr(of_few, name), getattr(of_all, name)[:3])
+    assert (null.gated.errors_log_sd == 0.0).all()
 
 
 def test_a_heart_outside_the_declared_range_is_refused_with_the_value_and_the_limits() -> None:
@@ -152,7 +150,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Network, nulls, noise and two recordings of a cohort, as files."""
     folder = tmp_path_factory.mktemp("answers")
     save_flow(folder / "flow.pt", case.trained().flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    null = drawn_null(50, 50)
+    null = drawn_nulls(20, 5)
     save(folder / "null.h5", null_groups(null), Provenance(NULL, "", 1, {}, "0" * 16))
     write_observed_cohort(folder, ("S", "T"))
     return {name: folder / f"{name}.h5" for name in ("null", "noise", "S", "T")} | {
@@ -175,12 +173,9 @@ def settings() -> stage.AnswerSettings:
             "verdict": {
                 "model": model,
                 "rule": rule.rule.to_plain(),
-                "strip_fraction": rule.synthetic.strip_fraction,
-                "summary": summary,
                 "ejection_time": rule.ejection_time.to_plain(),
                 "lvet_sd_ms": 10.0,
             },
-            "reference_recordings": 100,
             "uninformative": {"sd_ratio": 0.9, "shift": 0.25},
         }
     )
@@ -218,4 +213,4 @@ def test_each_subject_is_answered_whoever_was_answered_before(study: dict[str, P
 
 def test_the_network_of_a_cohort_is_no_null_of_a_population(study: dict[str, Path]) -> None:
     with pytest.raises(ArtefactError, match="holds a 'noise' artefact, expected 'population_null'"):
-        read_null(study["noise"])
+        read_nulls(study["noise"])

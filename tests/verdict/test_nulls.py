@@ -1,75 +1,89 @@
-"""Null distributions: p-values uniform under the null, thresholds at their level, planted alarms found."""
+"""Null distributions: p-values uniform under the null, alarms at the level of the rule, what is far found."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import speed_case
 from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
-from swesbi.verdict.nulls import SMALLEST_P, JointNull, fit_joint_null, fit_null
+from swesbi.base.arrays import rows_of
+from swesbi.verdict.checks import STRIP_MASSES, WITH_STRIPS, Checks
+from swesbi.verdict.nulls import (
+    NEAREST,
+    SMALLEST_P,
+    Grade,
+    fit_null,
+    nearest,
+    overall_p,
+    p_values,
+    single_level,
+)
+from swesbi.verdict.with_null import by_nulls
 
 FloatArray = NDArray[np.float64]
-MEMBERS = ((0, 1, 2), (3,), (4, 5))
-TAIL = 0.1
+RULE = speed_case.rule()
+TAIL = RULE.tail_fraction
+FULL = float(np.mean(1.0 / np.array(STRIP_MASSES)))  # ratio at a face where all of a posterior lies
 
 
-def statistics(count: int, seed: int) -> FloatArray:
-    """Six statistics, the first three strongly correlated, in different units."""
+def made(count: int, seed: int) -> Checks:
+    """Well-specified recordings: p-values the more conservative the fewer points, ratios of mean one."""
     rng = np.random.default_rng(seed)
-    z = rng.standard_normal((count, 6))
-    z[:, 1:3] = 0.9 * z[:, :1] + np.sqrt(1 - 0.81) * z[:, 1:3]
-    return np.asarray(np.exp(z * np.array([1.0, 0.1, 0.5, 1.0, 2.0, 0.3])))
+    points = np.exp(rng.uniform(np.log(2.0), np.log(61.0), count)).astype(np.int64)
+    middle = 1.0 + 8.0 / points
+    ratio = np.minimum(rng.gamma(0.3, 1.0 / 0.3, (count, len(WITH_STRIPS), 2)), FULL)
+    declared = np.where(rng.random(count) < 0.5, 0.3, 0.0)
+    return Checks(points, np.full(count, 0.03), declared, rng.beta(middle, middle), ratio)
 
 
-@pytest.fixture(scope="module")
-def joint() -> JointNull:
-    return fit_joint_null(statistics(2000, 1), MEMBERS, TAIL)
+def test_alarms_have_the_level_of_the_rule_whatever_the_number_of_points() -> None:
+    """P-values of few points are conservative, and alone would be no test."""
+    found, levels = [], (RULE.strained_level, RULE.contradicted_level)
+    for seed in range(4):
+        null, own = made(2000, seed), made(2000, 100 + seed)
+        few, overall = own.points < 10, overall_p(p_values(null, own, RULE))
+        found.append([(overall[part] <= level).mean() for level in levels for part in (few, ~few)])
+        assert np.mean(own.residuals_p[few] <= 0.025) < 0.01
+    few_5, many_5, few_1, many_1 = np.mean(found, axis=0)
+    assert min(few_5, many_5) > 0.035 and max(few_5, many_5) < 0.06
+    assert min(few_1, many_1) > 0.004 and max(few_1, many_1) < 0.016
 
 
-def test_p_values_of_single_tests_are_uniform(joint: JointNull) -> None:
-    p = joint.test_p(statistics(1000, 2))
-    assert min(kstest(column, "uniform").pvalue for column in p.T) > 0.01
+def test_a_flagged_test_is_what_makes_the_verdict() -> None:
+    p = np.random.default_rng(3).random((5000, 2))
+    for level in (0.05, 0.01):
+        flagged = (p <= single_level(level)).any(axis=1)
+        assert np.array_equal(flagged, overall_p(p) <= level)
+        assert flagged.mean() == pytest.approx(level, rel=0.25)
 
 
-def test_p_values_of_groups_and_of_all_tests_are_uniform(joint: JointNull) -> None:
-    p = joint.test_p(statistics(1000, 3))
-    assert min(kstest(column, "uniform").pvalue for column in joint.group_p(p).T) > 0.01
-    assert kstest(joint.overall_p(p), "uniform").pvalue > 0.01
+def test_null_recordings_have_the_same_kind_of_errors_and_about_as_many_points() -> None:
+    null = made(3000, 3)
+    for declared in (True, False):
+        alike = nearest(null, 30, declared)
+        assert NEAREST <= len(alike) < 1.5 * NEAREST
+        assert np.all((alike.errors_log_sd > 0.0) == declared)
+        others = null.points[(null.errors_log_sd > 0.0) == declared]
+        assert np.ptp(np.log(alike.points)) < 0.5 * np.ptp(np.log(others))
 
 
-@pytest.mark.parametrize("level", [0.05, 0.01])
-def test_false_alarms_over_all_tests_keep_the_level(joint: JointNull, level: float) -> None:
-    overall = joint.overall_p(joint.test_p(statistics(20_000, 4)))
-    assert (overall <= level).mean() == pytest.approx(level, rel=0.25)
-
-
-def test_the_smallest_p_value_alone_would_raise_too_many_alarms(joint: JointNull) -> None:
-    p = joint.test_p(statistics(5000, 5))
-    assert (p.min(axis=1) <= 0.05).mean() > 0.15
-
-
-@pytest.mark.parametrize("level", [0.05, 0.01])
-def test_a_flagged_test_is_what_makes_the_verdict(joint: JointNull, level: float) -> None:
-    p = joint.test_p(statistics(5000, 6))
-    flagged = (p <= joint.thresholds(level)).any(axis=1)
-    assert (flagged == (joint.overall_p(p) <= level)).mean() > 0.998
-
-
-def test_groups_share_the_false_alarms_whatever_their_size(joint: JointNull) -> None:
-    flagged = joint.test_p(statistics(20_000, 7)) <= joint.thresholds(0.05)
-    by_group = [flagged[:, list(group)].any(axis=1).mean() for group in MEMBERS]
-    assert min(by_group) > 0.011
-    assert max(by_group) < 0.024
-
-
-def test_one_planted_statistic_is_found_with_its_test(joint: JointNull) -> None:
-    planted = statistics(200, 8)
-    planted[:, 3] = np.exp(4.5)
-    p = joint.test_p(planted)
-    assert (joint.overall_p(p) <= 0.01).all()
-    assert (p[:, 3] <= joint.thresholds(0.01)[3]).all()
-    assert (p[:, 4] <= joint.thresholds(0.01)[4]).mean() < 0.03
+@pytest.mark.parametrize("found", ["residuals", "boundary_mass"])
+def test_what_no_null_recording_shows_contradicts_the_model(found: str) -> None:
+    null, own = made(1200, 4), rows_of(made(1, 5), np.array([0]))
+    usual = replace(own, residuals_p=np.array([0.5]), bound_ratio=np.ones_like(own.bound_ratio))
+    assert by_nulls(null, usual, RULE).status == Grade.NOT_CONTRADICTED
+    full = usual.bound_ratio.copy()
+    full[0, 1, 0] = full[0, 7, 1] = FULL
+    far = {"residuals": {"residuals_p": np.array([1e-7])}, "boundary_mass": {"bound_ratio": full}}
+    judged = by_nulls(null, replace(usual, **far[found]), RULE)
+    assert judged.status == Grade.CONTRADICTED
+    assert [test.name for test in judged.tests if test.flagged] == [found]
+    if found == "boundary_mass":
+        assert f"lower bound of {WITH_STRIPS[1]}" in judged.tests[1].detail
 
 
 def test_the_tail_reaches_beyond_the_null_recordings() -> None:
@@ -77,6 +91,12 @@ def test_the_tail_reaches_beyond_the_null_recordings() -> None:
     p = null.p_value(np.array([5.0, 9.0]))
     assert np.abs(np.log(p) + np.array([5.0, 9.0])).max() < 1.2  # within a factor of three
     assert p[1] < 1.0 / 1000
+
+
+def test_p_values_of_fresh_statistics_are_uniform() -> None:
+    rng = np.random.default_rng(2)
+    null = fit_null(np.exp(rng.standard_normal(2000)), TAIL)
+    assert kstest(null.p_value(np.exp(rng.standard_normal(1000))), "uniform").pvalue > 0.01
 
 
 def test_no_statistic_is_impossible() -> None:
@@ -91,7 +111,6 @@ def test_p_values_fall_as_the_statistic_grows() -> None:
     p = null.p_value(np.linspace(-10.0, 50.0, 4001))
     assert (np.diff(p) <= 0.004).all()  # where the fitted tail joins the steps
     assert p[0] > 0.99
-    assert null.p_value(np.array([null.critical(0.02)]))[0] == pytest.approx(0.02, rel=0.02)
 
 
 def test_a_statistic_that_never_varies_raises_no_alarm() -> None:

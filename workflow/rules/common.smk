@@ -1,5 +1,6 @@
 """The validated study, and what is taken from it everywhere: paths, subjects, params of the stages."""
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.forecast import Run
 from swesbi.study.running import RUN
 from swesbi.study.running import check_run, current_run, guard_run
+from swesbi.study.nulls import nulls_of
 from swesbi.study.registry import job_params
 
 # Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
@@ -53,9 +55,15 @@ FEATURE_EXPERIMENTS = [
     name for name in EXPERIMENTS if name in CONFIG.feature_experiments
 ]
 SPEED_EXPERIMENTS = [name for name in EXPERIMENTS if name in CONFIG.speed_experiments]
-EXACT_TABLES = ["calibration", "misspecification"]
+EXACT_TABLES = ["calibration", "alarms"]
 EXACT_TABLES += ["identifiability", "information", "design"]
-POPULATION_TABLES = ["strata", "calibration", "recovery", "recovery_acquisition"]
+POPULATION_TABLES = [
+    "strata",
+    "calibration",
+    "recovery",
+    "recovery_acquisition",
+    "alarms",
+]
 POPULATION_TABLES += ["cohort"]
 NONE = "(?!)"  # a pattern that matches no name
 FEATURES = "|".join(CONFIG.feature_experiments) or NONE
@@ -113,6 +121,11 @@ wildcard_constraints:
     prior="|".join(CONFIG.priors),
     shard=r"\d+",
     part=r"\d+",
+
+
+def nulls(wildcards):
+    """Return the null recordings among which an experiment is judged, from here: a project may be moved."""
+    return os.path.relpath(nulls_of(STUDY, wildcards.experiment))
 
 
 def stage(name, **fixed):
@@ -422,14 +435,13 @@ def checks_of_calibration():
         *expand(
             f"{RESULTS}/{{experiment}}/{{table}}.csv",
             experiment=SPEED_EXPERIMENTS,
-            table=["calibration", "recovery", "recovery_acquisition"]
-            + ["misspecification"],
+            table=["calibration", "recovery", "recovery_acquisition"] + ["alarms"],
         ),
         *expand(
             f"{RESULTS}/{{experiment}}/{{table}}.csv",
             experiment=POPULATIONS,
             table=["calibration", "strata", "recovery", "recovery_acquisition"]
-            + ["pushes"],
+            + ["alarms", "pushes"],
         ),
     ]
 
@@ -480,7 +492,7 @@ def linked_artefacts():
         *expand(
             f"{RESULTS}/{{experiment}}/{{file}}",
             experiment=POPULATIONS,
-            file=["flow.h5", "training.csv", "calibration.h5", "null.h5"],
+            file=["flow.h5", "training.csv", "calibration.h5"],
         ),
         *expand(
             f"{RESULTS}/{{experiment}}/{{file}}-{{part}}.h5",
@@ -497,11 +509,7 @@ def linked_artefacts():
         *of_those_with_pressures("with_pressures.h5"),
         *files_of_subjects(of_subject, EXPERIMENTS),
         *files_of_subjects(
-            [
-                "misspecification.h5",
-                "calibration_recordings.h5",
-                "calibration_local.h5",
-            ],
+            ["calibration_recordings.h5", "calibration_local.h5"],
             SPEED_EXPERIMENTS,
         ),
         *shown,

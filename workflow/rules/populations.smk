@@ -63,8 +63,10 @@ rule population_scores:
         parts=expand(
             rules.population_calibration.output.part, part=PARTS, allow_missing=True
         ),
+        null=nulls,
     output:
         calibration=f"{RESULTS}/{{experiment}}/calibration.h5",
+        alarms=f"{RESULTS}/{{experiment}}/alarms.csv",
         table=report(
             f"{RESULTS}/{{experiment}}/calibration.csv",
             caption="../report/population_calibration.rst",
@@ -117,7 +119,7 @@ rule pushes_table:
         parts=expand(
             rules.pushes_calibration.output.part, part=PARTS, allow_missing=True
         ),
-        null=f"{CONFIG.networks or RESULTS}/{{experiment}}/null.h5",
+        null=nulls,
     output:
         calibration=f"{RESULTS}/{{experiment}}/pushes.h5",
         table=f"{RESULTS}/{{experiment}}/pushes.csv",
@@ -134,7 +136,7 @@ rule pushes_table:
 
 
 rule population_null:
-    """Well-specified recordings of fresh contexts: the nulls of the tests of every subject."""
+    """Well-specified recordings of fresh contexts: the nulls of the tests, where those of the package are of another model."""
     input:
         estimator=FLOW,
     output:
@@ -157,7 +159,7 @@ rule population_answers:
         observation=of_its_subject("cohort/{subject}/observation.h5"),
         noise=f"{RESULTS}/cohort/noise.h5",
         estimator=FLOW,
-        null=f"{RESULTS}/{{experiment}}/null.h5",
+        null=nulls,
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
         verdict=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",

@@ -29,9 +29,8 @@ rule report:
         calibrations=expand(
             f"{RESULTS}/{{experiment}}/calibration.csv", experiment=SPEED_EXPERIMENTS
         ),
-        misspecifications=expand(
-            f"{RESULTS}/{{experiment}}/misspecification.csv",
-            experiment=SPEED_EXPERIMENTS,
+        alarms=expand(
+            f"{RESULTS}/{{experiment}}/alarms.csv", experiment=SPEED_EXPERIMENTS
         ),
         identifiabilities=expand(
             f"{RESULTS}/{{experiment}}/identifiability.csv",

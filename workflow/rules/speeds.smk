@@ -1,4 +1,4 @@
-"""Experiments on measured speeds: pool -> flow -> exact posterior, calibration, misspecification."""
+"""Experiments on measured speeds: pool -> flow -> exact posterior, verdict, calibration."""
 
 
 rule speed_pool:
@@ -62,31 +62,11 @@ rule exact_posterior:
         "../scripts/stage.py"
 
 
-rule misspecification:
-    """Null distributions of the misspecification tests, and recordings that measure their power."""
-    input:
-        observation=of_its_subject("cohort/{subject}/observation.h5"),
-        noise=f"{RESULTS}/cohort/noise.h5",
-        estimator=FLOW,
-    output:
-        misspecification=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/misspecification.h5",
-    log:
-        f"{RESULTS}/logs/misspecification/{{experiment}}/{{subject}}.log",
-    wildcard_constraints:
-        experiment=SPEEDS,
-    params:
-        stage=stage("misspecification"),
-    message:
-        "Null distributions of {wildcards.subject}'s misspecification tests ('{wildcards.experiment}')"
-    script:
-        "../scripts/stage.py"
-
-
 rule verdict:
     """One verdict a subject, with the tests and features that say so."""
     input:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        misspecification=rules.misspecification.output.misspecification,
+        null=nulls,
         observation=f"{RESULTS}/cohort/{{subject}}/observation.h5",
         contexts=f"{RESULTS}/cohort/contexts.h5",
         noise=f"{RESULTS}/cohort/noise.h5",
@@ -110,35 +90,9 @@ rule verdict:
         "../scripts/stage.py"
 
 
-rule misspecification_table:
-    """False alarms on well-specified recordings, and power on the virtual volunteers recorded anew."""
-    input:
-        misspecifications=of_experiment(
-            "{experiment}/subjects/{subject}/misspecification.h5"
-        ),
-    output:
-        table=report(
-            f"{RESULTS}/{{experiment}}/misspecification.csv",
-            caption="../report/misspecification.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "false alarms and power"},
-        ),
-    log:
-        f"{RESULTS}/logs/misspecification_table/{{experiment}}.log",
-    wildcard_constraints:
-        experiment=SPEEDS,
-    params:
-        stage=stage("misspecification_table"),
-    message:
-        "False alarms and power of the misspecification tests ('{wildcards.experiment}')"
-    script:
-        "../scripts/stage.py"
-
-
 rule misspecification_figure:
     input:
-        table=rules.misspecification_table.output.table,
+        table=f"{RESULTS}/{{experiment}}/alarms.csv",
         verdicts=of_experiment("{experiment}/subjects/{subject}/verdict.json"),
     output:
         figure_pdf=f"{RESULTS}/figures/misspecification-{{experiment}}.pdf",
@@ -284,6 +238,7 @@ rule calibration:
         local_parts=of_experiment(
             "{experiment}/subjects/{subject}/calibration_local.h5"
         ),
+        null=nulls,
     output:
         calibration=f"{RESULTS}/{{experiment}}/calibration.h5",
         table=report(
@@ -292,6 +247,13 @@ rule calibration:
             category="Experiment {experiment}",
             subcategory="Whole cohort",
             labels={"result": "checks of calibration"},
+        ),
+        alarms=report(
+            f"{RESULTS}/{{experiment}}/alarms.csv",
+            caption="../report/misspecification.rst",
+            category="Experiment {experiment}",
+            subcategory="Whole cohort",
+            labels={"result": "false alarms"},
         ),
         recovery=report(
             f"{RESULTS}/{{experiment}}/recovery.csv",

@@ -33,7 +33,6 @@ from swesbi.recording.free_observation import (
 from swesbi.report.figures.free_predictive import draw_free_check
 from swesbi.report.sheet import curve_free, recorded_free
 from swesbi.seeds import generator
-from swesbi.verdict.pushes import against_pushes
 from swesbi.verdict.verdict import Verdict, VerdictTest
 from swesbi.verdict.with_null import judge, network_test
 
@@ -92,13 +91,11 @@ class FreeRecording:
         Raises:
             ValueError: The knowledge has no null distributions of pushes.
         """
-        if knowledge.pushes is None:
+        if knowledge.nulls is None:
             raise ValueError("a free-running recording is judged by null distributions, and none are given")
-        clinical, hearts = self.observation.clinical, knowledge.hearts
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
-        plain, rule = self.model.model, settings.verdict
-        found = against_pushes(exact, self.model, beats, knowledge.pushes, rule, seed)
-        return judge(exact, plain, beats, found, hearts, rule, clinical, further)
+        null, rule, clinical = knowledge.nulls.pushes, settings.verdict, self.observation.clinical
+        return judge(exact, self.model, beats, null, knowledge.hearts, rule, seed, clinical, further)
 
     def with_pressures(self, settings: ClinicalSettings) -> None:
         """Return None: with pushes, pressures have no model yet."""

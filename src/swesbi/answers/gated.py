@@ -30,9 +30,8 @@ from swesbi.recording.observation import KIND, Observation, read_observation, sa
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
 from swesbi.report.sheet import curve_gated, recorded_gated
-from swesbi.verdict.pooled import pooled_reference, prior_predictive
 from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.with_null import against_reference, judge, network_test
+from swesbi.verdict.with_null import judge, network_test
 
 
 @dataclass(frozen=True)
@@ -81,16 +80,11 @@ class GatedRecording:
         Raises:
             ValueError: The knowledge has no null distributions.
         """
-        if knowledge.null is None:
+        if knowledge.nulls is None:
             raise ValueError("a gated recording is judged by null distributions, and none are given")
-        rule, conditioning = settings.verdict.rule, settings.verdict.conditioning
-        count = settings.reference_recordings
-        predictive = prior_predictive(self.model, conditioning, count, seed, self.stream)
-        reference = pooled_reference(knowledge.null(), predictive, rule)
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
-        clinical, hearts = self.observation.clinical, knowledge.hearts
-        found = against_reference(exact, self.model, beats, reference, settings.verdict, seed)
-        return judge(exact, self.model, beats, found, hearts, settings.verdict, clinical, further)
+        null, rule, clinical = knowledge.nulls.gated, settings.verdict, self.observation.clinical
+        return judge(exact, self.model, beats, null, knowledge.hearts, rule, seed, clinical, further)
 
     def with_pressures(self, settings: ClinicalSettings) -> ClinicalModel | None:
         """Return the model with the pressures of a cuff; None where none were taken.

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -18,13 +17,9 @@ from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal, 
 from swesbi.posterior.space import LogitSpace, Space
 from swesbi.recording.observation import read_observation
 from swesbi.verdict.context import nearest_known
-from swesbi.verdict.pooled import PooledNull, PopulationNull, pool_subjects, read_null
-from swesbi.verdict.pushes import PushChecks
-from swesbi.verdict.recordings import NULL, read_subject_checks
-from swesbi.verdict.settings import RuleSettings
+from swesbi.verdict.null_recordings import NullRecordings, read_nulls
+from swesbi.verdict.settings import SHIPPED_NULLS
 
-SHIPPED_NULLS: Final = Path(__file__).with_name("nulls.h5")
-"""Null recordings of the population of the shipped study; `tools.nulls` makes the file."""
 OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
 OF_POPULATION: Final = "of the prior of the population that the network was trained on"
 OF_PRIOR: Final = "of the prior from which the answer began"
@@ -39,8 +34,7 @@ class Knowledge:
         hearts: Contexts with which the subject's is compared.
         flow: The trained network; None: the inference begins with the prior.
         trained: Contexts that the network was trained on, if these are but some: it is shown the nearest.
-        null: Loads the gated null recordings that the tests compare with; None where there are none.
-        pushes: Those of free-running recordings; None where there are none.
+        nulls: The null recordings that the tests compare with; None: nothing is judged.
         made_from: Checksums of the files that all of this was read from.
     """
 
@@ -48,8 +42,7 @@ class Knowledge:
     hearts: Sequence[Context] = ()
     flow: TrainedFlow | None = None
     trained: Sequence[Context] = ()
-    null: Callable[[], PooledNull] | None = None
-    pushes: PushChecks | None = None
+    nulls: NullRecordings | None = None
     made_from: tuple[str, ...] = ()
 
     def of_phases(self, recording: SpeedRecording) -> FlowProposal | None:
@@ -72,58 +65,43 @@ class Knowledge:
         return None if self.flow is None else free_proposal(self.flow, model)
 
 
-def of_population(whose: str, flow: TrainedFlow | None, null: PopulationNull) -> Knowledge:
-    """Return what is known by the null recordings of a population, and by a network where there is one."""
-    return Knowledge(whose, null.contexts, flow, null=lambda: null.pooled, pushes=null.pushes)
-
-
 def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:
     """Read what the network of a population knows.
 
     Args:
         estimator: The network.
-        null: Null recordings of the population; without the file there are none, and nothing is judged.
+        null: Null recordings.
 
     Raises:
         ArtefactError: A file is no such artefact.
     """
-    flow, _ = load_flow(estimator)
-    if not null.is_file():
-        return Knowledge(OF_POPULATION, (), flow)
-    population = read_null(null)
+    nulls = read_nulls(null)
     read = (stated_checksum(estimator), stated_checksum(null))
-    return replace(of_population(OF_POPULATION, flow, population), made_from=read)
+    return Knowledge(OF_POPULATION, nulls.contexts, load_flow(estimator)[0], nulls=nulls, made_from=read)
 
 
-def knowledge_of_study(
-    estimator: Path, observations: Sequence[Path], misspecifications: Sequence[Path], rule: RuleSettings
-) -> Knowledge:
+def knowledge_of_study(estimator: Path, observations: Sequence[Path], null: Path) -> Knowledge:
     """Read what the network of a study's cohort knows.
 
     Args:
         estimator: The network.
         observations: Observed curves of the cohort, whose contexts it was trained on.
-        misspecifications: Null distributions of the cohort.
-        rule: How these are taken together.
+        null: Null recordings.
 
     Raises:
         ArtefactError: A file is no such artefact.
     """
     trained = [read_observation(path).context for path in observations]
-
-    @cache
-    def pooled() -> PooledNull:
-        return pool_subjects([read_subject_checks(path, (NULL,)) for path in misspecifications], rule)
-
-    read = tuple(map(stated_checksum, (estimator, *observations, *misspecifications)))
-    return Knowledge(OF_STUDY, trained, load_flow(estimator)[0], trained, pooled, made_from=read)
+    read = tuple(map(stated_checksum, (estimator, *observations, null)))
+    flow, nulls = load_flow(estimator)[0], read_nulls(null)
+    return Knowledge(OF_STUDY, trained, flow, trained, nulls, read)
 
 
-def knowledge_of_prior() -> Knowledge:
-    """Return what is known without a study: the prior, and the null distributions that are shipped.
+def knowledge_of_prior(null: Path = SHIPPED_NULLS) -> Knowledge:
+    """Return what is known without a network: the prior, and null recordings.
 
     Raises:
         ArtefactError: These are damaged.
     """
-    known = of_population(OF_PRIOR, None, read_null(SHIPPED_NULLS))
-    return replace(known, made_from=(stated_checksum(SHIPPED_NULLS),))
+    nulls = read_nulls(null)
+    return Knowledge(OF_PRIOR, nulls.contexts, nulls=nulls, made_from=(stated_checksum(null),))

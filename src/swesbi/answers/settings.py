@@ -55,7 +55,6 @@ class AnswerSettings(Settings):
     exact_posterior: ExactPosteriorSettings
     predictive_speeds: PredictiveSpeedsSettings
     verdict: VerdictSettings
-    reference_recordings: int = Field(ge=100, description="prior predictive recordings of the subject")
     uninformative: UninformativeSettings
 
 

@@ -41,24 +41,19 @@ SOURCES: Final[Mapping[str, str]] = {
     "calibration_recordings": "experiment.exact experiment.calibration.recordings model acquisition "
     "recording",
     "calibration_local": "experiment.exact experiment.calibration.local model with_chains",
-    "calibration": "prior experiment.calibration.judgement",
-    "misspecification": "experiment.misspecification.synthetic experiment.exact experiment.summary model "
-    "acquisition recording",
-    "misspecification_table": "experiment.misspecification.rule",
-    "verdict": "rule=rule_of_verdict experiment.misspecification.synthetic.strip_fraction "
-    "experiment.misspecification.ejection_time clinical.lvet_sd_ms experiment.summary model",
+    "calibration": "prior experiment.calibration.judgement experiment.misspecification.rule",
+    "verdict": "rule=rule_of_verdict experiment.misspecification.ejection_time clinical.lvet_sd_ms model",
     "population_calibration": "own=own_of_part acquired=acquired_of_part experiment.exact "
     "sizes=experiment.calibration.recordings fresh",
-    "population_scores": "prior experiment.calibration.judgement population.calibration.strata",
+    "population_scores": "prior experiment.calibration.judgement population.calibration.strata "
+    "experiment.misspecification.rule",
     "pushes_calibration": "index=pushes_of_part population.calibration.free_running experiment.exact "
-    "sizes=experiment.calibration.recordings fresh strip_fraction=population.nulls.strip_fraction",
-    "pushes_table": "prior=joint_prior experiment.calibration.judgement experiment.misspecification.rule "
-    "strip_fraction=population.nulls.strip_fraction",
-    "population_null": "experiment.summary experiment.exact experiment.misspecification.rule fresh "
-    "sizes=population.nulls",
+    "sizes=experiment.calibration.recordings fresh",
+    "pushes_table": "prior=joint_prior experiment.calibration.judgement experiment.misspecification.rule",
+    "population_null": "experiment.exact fresh sizes=population.nulls",
     "population_agreement": "draws=population.calibration.two_sample_draws prior=joint_prior",
     "population_answers": "stage.exact_posterior stage.predictive_speeds stage.verdict "
-    "reference_recordings=population.nulls.predictive_recordings new_subjects.uninformative",
+    "new_subjects.uninformative",
     "cohort_posterior": "model experiment.exact cohort_posterior visits=visits_of_experiment",
     "cohort_posterior_figure": "cohort_title",
     "pressures": "stage.exact_posterior clinical",

@@ -21,8 +21,7 @@ def _one_answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str,
         study.outside,
         wildcards,
         "stage.ingest stage.exact_posterior stage.verdict stage.predictive_speeds clinical "
-        "new_subjects.noise_level new_subjects.uninformative "
-        "experiment.misspecification.synthetic.reference_recordings",
+        "new_subjects.noise_level new_subjects.uninformative",
     )
     said = study.said_of_new(subject)
     parts["ingest"]["recording"] = said.settings.to_plain()

@@ -115,6 +115,11 @@ class FreeModel:
         """The settings of the model, its prior among them."""
         return self.model.settings
 
+    @property
+    def recording(self) -> SpeedRecording:
+        """Its speeds and errors."""
+        return self.model.recording
+
     def predict(self, phi: FloatArray) -> PredictedSpeeds:
         """Return the noiseless log speeds of phi (n, d), and their slopes; (n, p), NaN where it failed."""
         return self.model.predict(phi)
@@ -144,6 +149,15 @@ class FreeModel:
         joint = self.log_joint(predicted)
         below = np.cumsum(np.exp(joint - logsumexp(joint, axis=0)), axis=0) < rng.random(joint.shape[1])
         return np.asarray(factors[below.sum(axis=0).clip(max=len(factors) - 1)])
+
+    def chi_squared(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+        """Return the sum of squared residuals of n simulations, each by a drawn factor of errors; (n,)."""
+        return self.innovations(predicted, self.draw_factor(predicted, rng)).chi_squared
+
+    def likeliest_residuals(self, predicted: PredictedSpeeds) -> FloatArray:
+        """Return the standardised residuals of the likeliest of n simulations; (p,)."""
+        best = np.array([int(np.argmax(logsumexp(self.log_joint(predicted), axis=0)))])
+        return np.asarray(self.innovations(predicted.rows(best)).z[0])
 
     def draw_speeds(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
         """Draw the speeds (n, p) of new pushes at the recording's instants, one recording of each simulation.

@@ -199,6 +199,21 @@ class SpeedModel:
         """Return residuals of phi (n, d) that are standard normals at the true phi; (n, p), NaN: failed."""
         return residuals(self.predict(phi), self.recording, self.settings.discrepancy)
 
+    @property
+    def noise_log_sd(self) -> float:
+        """Prior standard deviation of the log of a factor of all errors: none, they are known."""
+        return 0.0
+
+    def chi_squared(self, predicted: speeds.PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+        """Return the sum of squared residuals of n simulations; (n,). Nothing is drawn: errors are known."""
+        z = residuals(predicted, self.recording, self.settings.discrepancy)
+        return np.asarray((z**2).sum(axis=1))
+
+    def likeliest_residuals(self, predicted: speeds.PredictedSpeeds) -> FloatArray:
+        """Return the standardised residuals of the likeliest of n simulations; (p,)."""
+        found = standardise(predicted, self.recording, self.settings.discrepancy)
+        return np.asarray(found.z[int(np.argmax(found.log_density))])
+
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
         return log_likelihood(self.predict(phi), self.recording, self.settings.discrepancy)

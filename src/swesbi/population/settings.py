@@ -364,23 +364,17 @@ class NullSettings(Settings):
     """Sizes of the null distributions."""
 
     recordings: int = Field(
-        ge=50, description="Fresh recordings, each of a context of its own. As in the base experiment."
+        ge=50,
+        description="Gated null recordings, each of a heart of its own. Chosen: the level of a test is known "
+        "to half a point.",
     )
     free_running_recordings: int = Field(
         ge=50,
-        description="Fresh free-running recordings likewise. Chosen: some 300 with known and with declared "
+        description="Free-running null recordings likewise. Chosen: a thousand with known and with declared "
         "errors each.",
     )
-    predictive_recordings: int = Field(
-        ge=100,
-        description="Prior predictive recordings of a subject: for the space, and again for distances. "
-        "Chosen: ranks of distances to 0.2 %.",
-    )
-    effective_draws: int = Field(ge=20, description="Effective draws of each. As in the base experiment.")
-    strip_fraction: float = Field(
-        gt=0.0,
-        lt=0.5,
-        description="Width of the strip at a bound, over the box's. As in the base experiment.",
+    effective_draws: int = Field(
+        ge=20, description="Effective draws of each. Chosen: posterior masses to 5 points."
     )
 
 

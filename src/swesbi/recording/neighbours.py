@@ -52,7 +52,7 @@ def told_by_neighbours(
         if score[farthest] == 0.0:
             break
         told[left[farthest]] = np.exp(said[farthest])
-        left = np.delete(left, farthest)
+        left = left[np.arange(len(left)) != farthest]
     return told
 
 

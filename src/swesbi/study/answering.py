@@ -24,9 +24,11 @@ from swesbi.measurement.instants import free_model
 from swesbi.recording.checked import CheckedFree
 from swesbi.report.sheet import Sheet
 from swesbi.study.finished import check_finished, finished_experiment
+from swesbi.study.nulls import nulls_of
 from swesbi.study.observing import Folder, observe_folder
 from swesbi.study.other_network import OtherNetworkError, check_network
 from swesbi.study.registry import stage_code
+from swesbi.verdict.settings import SHIPPED_NULLS
 from swesbi.verdict.verdict import Verdict
 
 EXIT_REFUSED: Final = 2
@@ -34,6 +36,9 @@ EXIT_REFUSED: Final = 2
 CODE: Final = "swesbi.answers.answer:answered"
 """What makes an answer: the code whose hash its artefacts keep."""
 FROM_PRIOR: Final = "{subject} is answered from the prior of {name}: {why}"
+OTHER_NULLS: Final = (
+    "{subject} is judged among null recordings of the package, of another prior or forward model"
+)
 INSTEAD: Final = "{subject} is answered by the network of {name}: {why}"
 
 
@@ -209,7 +214,7 @@ class Answerer:
         experiment = network or self.experiments[0]
         plain = stage_settings(self.study, ONE_ANSWER, experiment=experiment, subject=subject)
         settings = OneAnswerSettings.from_plain(plain)
-        knowledge = self._knowledge(network, settings) if network else self._prior
+        knowledge = self._knowledge(network) if network else self._prior
         if isinstance(observed, CheckedFree):
             model = free_model(observed.observation, settings.exact_posterior.model)
             recording: Recording = FreeRecording(observed.observation, model)
@@ -217,6 +222,8 @@ class Answerer:
             recording = self.folder.gated(observed, settings)
         origin = Origin(self.study.config.seed, subject, stage_code(CODE))
         note = why and (INSTEAD if network else FROM_PRIOR).format(subject=subject, name=experiment, why=why)
+        if network == "" and self._of_another_model:
+            note = "\n".join(filter(None, (note, OTHER_NULLS.format(subject=subject))))
         return Asked(recording, knowledge, settings, origin, experiment, note, observed.left_out)
 
     def _network(self, subject: str, *, free: bool) -> tuple[str, str]:
@@ -250,9 +257,19 @@ class Answerer:
 
     @cached_property
     def _prior(self) -> Knowledge:
-        return knowledge_of_prior()
+        return knowledge_of_prior(SHIPPED_NULLS if self._of_another_model else self._nulls)
 
-    def _knowledge(self, experiment: str, settings: OneAnswerSettings) -> Knowledge:
+    @cached_property
+    def _nulls(self) -> Path:
+        """The null recordings of the model by which the prior answers."""
+        return nulls_of(self.study, self.experiments[0])
+
+    @property
+    def _of_another_model(self) -> bool:
+        """Whether the null recordings of that model have not been made."""
+        return not self._nulls.is_file()
+
+    def _knowledge(self, experiment: str) -> Knowledge:
         """Return what an experiment knows, trained under the settings that it has now.
 
         Raises:
@@ -262,5 +279,6 @@ class Answerer:
             finished = finished_experiment(self.study, experiment)
             trained = stage_settings(self.study, finished.trained_by, experiment=experiment)
             check_network(finished.estimator, trained)
-            self._known[experiment] = finished.knowledge(settings.verdict.rule)
+            check_finished(finished, self.options)
+            self._known[experiment] = finished.knowledge()
         return self._known[experiment]

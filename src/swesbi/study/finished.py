@@ -10,7 +10,8 @@ from typing import ClassVar
 from swesbi.answers.knowledge import Knowledge, knowledge_of_population, knowledge_of_study
 from swesbi.artefacts.atomic import make_command
 from swesbi.config.study import Study
-from swesbi.verdict.settings import RuleSettings
+from swesbi.study.nulls import nulls_of
+from swesbi.verdict.settings import SHIPPED_NULLS
 
 
 @dataclass(frozen=True)
@@ -21,32 +22,32 @@ class FinishedStudy:
         estimator: The network.
         noise: Noise of the cohort.
         pooled_observations: Observed curves of the cohort.
-        misspecifications: Null distributions of the cohort.
+        null: Null recordings.
     """
 
     estimator: Path
     noise: Path
     pooled_observations: tuple[Path, ...]
-    misspecifications: tuple[Path, ...]
+    null: Path
     trained_by: ClassVar[str] = "train_flow"
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All of them."""
-        return (self.estimator, self.noise, *self.pooled_observations, *self.misspecifications)
+        """What its network leaves; null recordings may come with the package."""
+        return (self.estimator, self.noise, *self.pooled_observations)
 
     @property
     def is_there(self) -> bool:
-        """Whether all of it has been made."""
+        """Whether its network has been trained."""
         return all(path.is_file() for path in self.files)
 
-    def knowledge(self, rule: RuleSettings) -> Knowledge:
-        """Read what its network knows; ``rule`` says how null distributions are taken together.
+    def knowledge(self) -> Knowledge:
+        """Read what its network knows.
 
         Raises:
             ArtefactError: A file is no such artefact.
         """
-        return knowledge_of_study(self.estimator, self.pooled_observations, self.misspecifications, rule)
+        return knowledge_of_study(self.estimator, self.pooled_observations, self.null)
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class FinishedPopulation:
     Attributes:
         estimator: The network.
         noise: Noise of the study's cohort.
-        null: Null recordings of the population.
+        null: Null recordings.
     """
 
     estimator: Path
@@ -66,16 +67,16 @@ class FinishedPopulation:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All of them."""
-        return (self.estimator, self.noise, self.null)
+        """What its network leaves; null recordings may come with the package."""
+        return (self.estimator, self.noise)
 
     @property
     def is_there(self) -> bool:
-        """Whether all of it has been made."""
+        """Whether its network has been trained."""
         return all(path.is_file() for path in self.files)
 
-    def knowledge(self, rule: RuleSettings | None = None) -> Knowledge:
-        """Read what its network knows; its null distributions are together already.
+    def knowledge(self) -> Knowledge:
+        """Read what its network knows.
 
         Raises:
             ArtefactError: A file is no such artefact.
@@ -83,29 +84,39 @@ class FinishedPopulation:
         return knowledge_of_population(self.estimator, self.null)
 
 
-def finished_population(results: Path, experiment: str) -> FinishedPopulation:
-    """Return where the study keeps what a population's network needs, by the workflow's rules."""
-    inferred = results / experiment
-    return FinishedPopulation(inferred / "flow.h5", results / "cohort" / "noise.h5", inferred / "null.h5")
+def finished_population(results: Path, experiment: str, null: Path = SHIPPED_NULLS) -> FinishedPopulation:
+    """Return where the study keeps what a population's network needs, by the workflow's rules.
+
+    Args:
+        results: Folder of the study.
+        experiment: Over a population.
+        null: Null recordings.
+    """
+    return FinishedPopulation(results / experiment / "flow.h5", results / "cohort" / "noise.h5", null)
 
 
-def finished_study(results: Path, experiment: str, subjects: Sequence[str]) -> FinishedStudy:
+def finished_study(
+    results: Path, experiment: str, subjects: Sequence[str], null: Path = SHIPPED_NULLS
+) -> FinishedStudy:
     """Return where the study keeps what a new subject needs, by the names of the workflow's rules."""
-    cohort, inferred = results / "cohort", results / experiment
     return FinishedStudy(
-        estimator=inferred / "flow.h5",
-        noise=cohort / "noise.h5",
-        pooled_observations=tuple(cohort / name / "observation.h5" for name in subjects),
-        misspecifications=tuple(inferred / "subjects" / name / "misspecification.h5" for name in subjects),
+        estimator=results / experiment / "flow.h5",
+        noise=results / "cohort" / "noise.h5",
+        pooled_observations=tuple(results / "cohort" / name / "observation.h5" for name in subjects),
+        null=null,
     )
 
 
 def finished_experiment(study: Study, experiment: str) -> FinishedStudy | FinishedPopulation:
-    """Return what an experiment leaves for subjects outside its pool, on the cohort or over a population."""
-    results = Path(study.config.results)
+    """Return what an experiment leaves for subjects outside its pool, on the cohort or over a population.
+
+    Raises:
+        ConfigError: Nothing makes its null recordings.
+    """
+    results, null = Path(study.config.results), nulls_of(study, experiment)
     if experiment in study.config.population_experiments:
-        return finished_population(results, experiment)
-    return finished_study(results, experiment, study.subjects_of(experiment))
+        return finished_population(results, experiment, null)
+    return finished_study(results, experiment, study.subjects_of(experiment), null)
 
 
 def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "") -> None:
@@ -118,7 +129,7 @@ def check_finished(study: FinishedStudy | FinishedPopulation, options: str = "")
     Raises:
         FileNotFoundError: Names what is missing, and the command that makes it.
     """
-    missing = [path for path in study.files if not path.is_file()]
+    missing = [path for path in (*study.files, study.null) if not path.is_file()]
     if missing:
         raise FileNotFoundError(
             f"{missing[0]} does not exist: the study that is to answer has not been run this far; run\n"

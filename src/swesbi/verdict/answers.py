@@ -16,7 +16,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.parameters import TOLD_NAMES
 from swesbi.verdict.prior_support import support_numbers
-from swesbi.verdict.verdict import STATUSES, Status, Verdict, VerdictTest, read_verdict
+from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest, read_verdict
 
 RECORDINGS: Final = {
     "own": "the model's own noise",
@@ -27,13 +27,8 @@ RECORDINGS: Final = {
 ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
 POOLED: Final = "pooled"
 """In place of a subject: the recordings of all."""
-ALARMS: Final = (f"{Status.STRAINED} or {Status.CONTRADICTED}", Status.CONTRADICTED)
 SHOWN_TESTS: Final = 3
 TEST_LABELS: Final = {
-    "chi2": "χ²",
-    "mmd": "MMD",
-    "mahalanobis": "Mahalanobis",
-    "conditional_features": "conditional features",
     "boundary_mass": "mass at a bound",
     "context_leave_one_out": "context of the others",
     "context_ranges": "context range",

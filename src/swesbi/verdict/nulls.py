@@ -1,37 +1,44 @@
-"""Null distributions of one subject's tests: p-values, and what they make of recordings.
+"""Null distributions of the tests: p-values of a recording among well-specified ones with as many points.
 
-Below the tail, a p-value is the share of the null at or above the statistic. The tail itself is a
-generalised Pareto distribution fitted to its exceedances, so that a statistic beyond all null recordings
-still has a p-value (Knijnenburg et al., Bioinformatics 25:i161, 2009). A tail with an end, of negative
-shape, is replaced by the exponential one.
+A p-value is the share of the null at or above the statistic, which keeps its level whatever the size of the
+null. Where hardly any recordings are left it is that of the tail, a generalised Pareto distribution fitted to
+its exceedances. So a statistic beyond all null recordings still has a p-value (Knijnenburg et al.,
+Bioinformatics 25:i161, 2009). A tail with an end, of negative shape, is replaced by the exponential one.
+
+A posterior predictive p-value is conservative, and by how much depends on how many points a recording has.
+So it is held against those of null recordings that have nearly as many.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
 import numpy as np
 
-from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, rows_of
+from swesbi.verdict.checks import TESTS, Checks
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.statistics import (
-    FEATURE_TESTS,
-    MEMBERS,
-    TEST_NAMES,
-    Checks,
-    FeatureSpace,
-    boundary_statistic,
-    fit_feature_space,
-    tail_scores,
-)
 from swesbi.verdict.verdict import GRADES, Status
 
 SMALLEST_P: Final = 1e-6
 """A fitted tail of some hundred recordings says nothing about what is rarer."""
-LEAST_SCALE: Final = 0.05  # a feature that hardly ever leaves its predictive median
+COUNTED: Final = 5  # null recordings at or above, whose share is the p-value; fewer are for the tail
+NEAREST: Final = 200  # null recordings that one is held against: a level of 5 % within 1.5 points
+
+
+class Grade(IntEnum):
+    """What a recording amounts to, from good to bad."""
+
+    NOT_CONTRADICTED = 0
+    STRAINED = 1
+    CONTRADICTED = 2
+
+    @property
+    def word(self) -> Status:
+        """The grade as files and figures print it."""
+        return GRADES[self]
 
 
 @dataclass(frozen=True)
@@ -62,17 +69,7 @@ class Null:
 
         excess = np.maximum(statistic - self.edge, 0.0)
         tail = self.edge_p * genpareto.sf(excess, self.shape, scale=self.scale)
-        return np.clip(np.where(statistic > self.edge, tail, empirical), SMALLEST_P, 1.0)
-
-    def critical(self, level: float) -> float:
-        """Return the statistic whose p-value is ``level``; beyond it the p-value is smaller."""
-        if self.scale > 0.0 and level < self.edge_p:
-            from scipy.stats import genpareto
-
-            return float(
-                self.edge + genpareto.isf(max(level, SMALLEST_P) / self.edge_p, self.shape, scale=self.scale)
-            )
-        return float(np.quantile(self.ordered, 1.0 - level, method="higher"))
+        return np.clip(np.where(above < COUNTED, tail, empirical), SMALLEST_P, 1.0)
 
 
 def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
@@ -98,191 +95,48 @@ def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
     return Null(ordered, edge, len(excess) / len(ordered), float(shape), float(scale))
 
 
-@dataclass(frozen=True)
-class JointNull:
-    """Null distributions of T tests in G groups, and of the smallest p-values in them.
+def nearest(null: Checks, points: int, declared: bool) -> Checks:
+    """Return the ``NEAREST`` null recordings by number of points, of the same kind of errors.
 
-    The smallest p-value of a group is judged against the smallest p-values of the null recordings, and so
-    is the smallest over the groups: correlated tests cost no more than they must, and each group, whatever
-    the number of its tests, has the same share in the false alarms (Westfall and Young 1993).
-
-    Attributes:
-        tests: Null of each test, T of them.
-        members: The tests of each group, as indices; G of them.
-        groups: Null of -log of the smallest p-value in each group; G of them.
-        overall: Null of -log of the smallest of the groups' p-values.
-    """
-
-    tests: tuple[Null, ...]
-    members: tuple[tuple[int, ...], ...]
-    groups: tuple[Null, ...]
-    overall: Null
-
-    def test_p(self, statistics: FloatArray) -> FloatArray:
-        """Return the p-value of every test, from statistics (n, T); shape (n, T)."""
-        return np.stack([null.p_value(statistics[:, t]) for t, null in enumerate(self.tests)], axis=1)
-
-    def group_p(self, test_p: FloatArray) -> FloatArray:
-        """Return the p-value of every group, from those of the tests (n, T); shape (n, G)."""
-        smallest = _smallest(test_p, self.members)
-        return np.stack([null.p_value(smallest[:, g]) for g, null in enumerate(self.groups)], axis=1)
-
-    def overall_p(self, test_p: FloatArray) -> FloatArray:
-        """Return the p-value of the recording, from those of its tests (n, T); shape (n,)."""
-        return self.overall.p_value(-np.log(self.group_p(test_p).min(axis=1)))
-
-    def thresholds(self, level: float) -> FloatArray:
-        """Return the p-value below which each test alone brings the overall one below ``level``; (T,)."""
-        group_level = float(np.exp(-self.overall.critical(level)))
-        limits = np.empty(len(self.tests))
-        for members, null in zip(self.members, self.groups, strict=True):
-            limits[list(members)] = np.exp(-null.critical(group_level))
-        return limits
-
-
-def fit_joint_null(
-    statistics: FloatArray, members: tuple[tuple[int, ...], ...], tail_fraction: float
-) -> JointNull:
-    """Take the null distributions of T tests and of their combination from null recordings (n, T)."""
-    tests = tuple(fit_null(column, tail_fraction) for column in statistics.T)
-    p = np.stack([null.p_value(statistics[:, t]) for t, null in enumerate(tests)], axis=1)
-    smallest = _smallest(p, members)
-    groups = tuple(fit_null(column, tail_fraction) for column in smallest.T)
-    group_p = np.stack([null.p_value(smallest[:, g]) for g, null in enumerate(groups)], axis=1)
-    return JointNull(tests, members, groups, fit_null(-np.log(group_p.min(axis=1)), tail_fraction))
-
-
-def _smallest(test_p: FloatArray, members: tuple[tuple[int, ...], ...]) -> FloatArray:
-    """Return -log of the smallest p-value in each group; shape (n, G)."""
-    return np.stack([-np.log(test_p[:, list(group)].min(axis=1)) for group in members], axis=1)
-
-
-class Grade(IntEnum):
-    """What a recording amounts to, from good to bad."""
-
-    NOT_CONTRADICTED = 0
-    STRAINED = 1
-    CONTRADICTED = 2
-
-    @property
-    def word(self) -> Status:
-        """The grade as files and figures print it."""
-        return GRADES[self]
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """How recordings become test statistics, all of them large where the model misfits.
-
-    Attributes:
-        space: Whitened features of the prior predictive.
-        feature_names: Names of the F features.
-        score_scale: Root mean square of each feature's normal score over the null; shape (F,).
-        prior_mass: Mass of the prior in the strip at each bound; shape (6, 2).
-        strip_level: Largest prior mass of a strip that the boundary test looks at.
-    """
-
-    space: FeatureSpace
-    feature_names: tuple[str, ...]
-    score_scale: FloatArray
-    prior_mass: FloatArray
-    strip_level: float
-
-    def of(self, checks: Checks) -> FloatArray:
-        """Return the statistics of n recordings in the order of ``TEST_NAMES``; shape (n, T)."""
-        return self.table(checks, self.distances(checks.features))
-
-    def table(self, checks: Checks, distances: Mapping[str, FloatArray]) -> FloatArray:
-        """Return the statistics of n recordings (n, T) with the distances (n,) given by name."""
-        scores = tail_scores(checks.tails)
-        columns = {
-            **distances,
-            "chi2": checks.chi2_score(),
-            "conditional_features": (scores / self.score_scale).max(axis=1),
-            "boundary_mass": boundary_statistic(checks.bound_mass, self.prior_mass, self.strip_level),
-        }
-        for name, feature in FEATURE_TESTS.items():
-            columns[name] = scores[:, self.feature_names.index(feature)]
-        return np.stack([columns[name] for name in TEST_NAMES], axis=1)
-
-    def distances(self, features: FloatArray) -> dict[str, FloatArray]:
-        """Return the statistics (n,) that ask only where the features (n, F) of n recordings lie."""
-        return space_distances(self.space, features)
-
-    def worst_features(self, tails: FloatArray) -> IntArray:
-        """Return the features (F,) of one recording from the most unlikely to the likeliest, as indices."""
-        return np.argsort(-tail_scores(tails) / self.score_scale, kind="stable")
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """P-values of n recordings and the verdict that they amount to.
-
-    Attributes:
-        statistics: Test statistics; shape (n, T).
-        test_p: P-value of each test; shape (n, T).
-        group_p: P-value of each group of tests; shape (n, G).
-        overall_p: P-value of the recording; shape (n,).
-        status: The grades as the integers of :class:`Grade`; shape (n,).
-    """
-
-    statistics: FloatArray
-    test_p: FloatArray
-    group_p: FloatArray
-    overall_p: FloatArray
-    status: IntArray
-
-
-@dataclass(frozen=True)
-class Reference:
-    """The null distributions of one subject and the levels of the verdict."""
-
-    statistics: Statistics
-    joint: JointNull
-    strained_level: float
-    contradicted_level: float
-
-    def judge(self, checks: Checks) -> Judgement:
-        """Return the p-values and verdicts of recordings that are not among the null's."""
-        statistics = self.statistics.of(checks)
-        test_p = self.joint.test_p(statistics)
-        overall = self.joint.overall_p(test_p)
-        status = (overall <= self.strained_level).astype(np.int64) + (overall <= self.contradicted_level)
-        return Judgement(statistics, test_p, self.joint.group_p(test_p), overall, status)
-
-
-def space_distances(space: FeatureSpace, features: FloatArray) -> dict[str, FloatArray]:
-    """Return the distances (n,) of features (n, F) in a space, by the names of their tests."""
-    return {
-        "mahalanobis": space.mahalanobis(features),
-        "nearest_neighbours": space.nearest(features),
-        "mmd": space.discrepancy(features),
-    }
-
-
-def score_scale(tails: FloatArray) -> FloatArray:
-    """Return the root mean square of each feature's normal score over null recordings (n, F); shape (F,)."""
-    return np.asarray(np.maximum(np.sqrt((tail_scores(tails) ** 2).mean(axis=0)), LEAST_SCALE))
-
-
-def fit_reference(
-    null: Checks,
-    reference_features: FloatArray,
-    feature_names: tuple[str, ...],
-    prior_mass: FloatArray,
-    settings: RuleSettings,
-) -> Reference:
-    """Take the null distributions from well-specified recordings of a subject.
+    There are more where several are as near as the last.
 
     Args:
-        null: What the tests look at in the null recordings.
-        reference_features: Features of prior predictive recordings, others than the null's; shape (m, F).
-        feature_names: Names of the F features.
-        prior_mass: Mass of the prior in the strip at each bound; shape (6, 2).
-        settings: The tests' choices and the levels.
+        null: Null recordings.
+        points: How many phases or pushes the recording has.
+        declared: Its errors are declared and integrated out; else they are known.
     """
-    space = fit_feature_space(reference_features, settings.whitened_variance, settings.neighbours)
-    scale = score_scale(null.tails)
-    statistics = Statistics(space, feature_names, scale, prior_mass, settings.strained_level)
-    joint = fit_joint_null(statistics.of(null), MEMBERS, settings.tail_fraction)
-    return Reference(statistics, joint, settings.strained_level, settings.contradicted_level)
+    alike = np.flatnonzero((null.errors_log_sd > 0.0) == declared)
+    distance = np.abs(np.log(null.points[alike] / points))
+    reach = np.sort(distance)[min(NEAREST, len(distance)) - 1]
+    return rows_of(null, alike[distance <= reach])
+
+
+def p_values(null: Checks, checks: Checks, rule: RuleSettings) -> FloatArray:
+    """Return the p-value of each of ``TESTS`` for each of n recordings, among those of the null; (n, 2)."""
+    p = np.empty((len(checks), len(TESTS)))
+    declared, statistics = checks.errors_log_sd > 0.0, checks.statistics()
+    for points, kind in set(zip(checks.points.tolist(), declared.tolist(), strict=True)):
+        rows = (checks.points == points) & (declared == kind)
+        alike = nearest(null, points, kind).statistics()
+        for column, values in enumerate(alike.T):
+            p[rows, column] = fit_null(values, rule.tail_fraction).p_value(statistics[rows, column])
+    return p
+
+
+def overall_p(test_p: FloatArray) -> FloatArray:
+    """Return the p-value of each recording from those of its tests: (n,) from (n, T).
+
+    Of T independent tests the smallest p-value lies below p in 1 - (1 - p)^T of all recordings (Sidak, J Am
+    Stat Assoc 1967;62:626). Where they depend on each other, fewer do.
+    """
+    return np.asarray(1.0 - (1.0 - test_p.min(axis=1)) ** test_p.shape[1])
+
+
+def single_level(level: float) -> float:
+    """Return the p-value below which one of ``TESTS`` alone brings the overall one below ``level``."""
+    return float(1.0 - (1.0 - level) ** (1.0 / len(TESTS)))
+
+
+def grade_of(overall: float, rule: RuleSettings) -> Grade:
+    """Return what an overall p-value amounts to."""
+    return Grade((overall <= rule.strained_level) + (overall <= rule.contradicted_level))

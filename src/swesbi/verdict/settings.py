@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from statistics import NormalDist
 from typing import Annotated, Final, Self
 
@@ -10,9 +11,10 @@ from pydantic import Field, model_validator
 from swesbi.base.settings import Settings
 from swesbi.context import CONTEXT_NAMES
 
+SHIPPED_NULLS: Final = Path(__file__).with_name("nulls.h5")
+"""Null recordings that come with the package; `tools.nulls` makes the file."""
 Positive = Annotated[float, Field(gt=0)]
 Level = Annotated[float, Field(gt=0, lt=0.5)]
-LEAST_TAIL_RECORDINGS: Final = 10
 
 
 def strained_abs_z(level: float, tests: int) -> float:
@@ -104,50 +106,9 @@ class ContextCheckSettings(Settings):
         return self
 
 
-class SyntheticSettings(Settings):
-    """How many recordings make the null distributions and measure the power, and how each is inferred."""
-
-    reference_recordings: int = Field(
-        ge=100, description="Prior predictive recordings that make the space of features. Chosen."
-    )
-    null_recordings: int = Field(
-        ge=20,
-        description="Well-specified recordings with a posterior, a subject. Chosen: p-values to 0.0025 "
-        "without the fitted tail.",
-    )
-    fresh_recordings: int = Field(
-        ge=1,
-        description="Further ones a subject, of each kind, to count false alarms on. Chosen: 120 of each "
-        "kind put the rate within 4.0 points (two standard errors). `make full` has 50.",
-    )
-    volunteer_recordings: int = Field(
-        ge=1,
-        description="Recordings of each virtual volunteer, for the power. Chosen: power to 32 points a "
-        "subject, to 11 over eight. `make full` has 25.",
-    )
-    effective_draws: int = Field(
-        ge=20,
-        description="Effective draws of each of these recordings. Chosen: posterior masses to 5 points, "
-        "as of the recordings of calibration.",
-    )
-    strip_fraction: float = Field(
-        gt=0,
-        lt=0.5,
-        description="Width of the strip at a bound, over the box's. Of length dependence and passive ratio "
-        "both are of the logarithm. Chosen: outer tenth of the box at each bound.",
-    )
-
-
 class RuleSettings(Settings):
     """The tests' own choices and the levels of the verdict."""
 
-    neighbours: int = Field(ge=1, description="Number k of the nearest-neighbour distance. Chosen.")
-    whitened_variance: float = Field(
-        gt=0,
-        lt=1,
-        description="Share of the features' variance kept. Chosen: about as many directions as there are "
-        "measured speeds.",
-    )
     tail_fraction: float = Field(
         gt=0,
         le=0.5,
@@ -177,21 +138,10 @@ class RuleSettings(Settings):
 class MisspecificationSettings(Settings):
     """The misspecification tests of an experiment on measured speeds."""
 
-    synthetic: SyntheticSettings = Field(description="Recordings behind the null distributions.")
     rule: RuleSettings = Field(description="The tests and the levels of the verdict.")
     ejection_time: EjectionTimeSettings = Field(
         description="The test of the ejection time, of subjects with lvet_ms."
     )
-
-    @model_validator(mode="after")
-    def _check_tail(self) -> Self:
-        recordings, fraction = self.synthetic.null_recordings, self.rule.tail_fraction
-        if recordings * fraction < LEAST_TAIL_RECORDINGS:
-            raise ValueError(
-                f"synthetic.null_recordings = {recordings} times rule.tail_fraction = {fraction:g} leaves "
-                f"fewer than {LEAST_TAIL_RECORDINGS} recordings to fit a tail to; raise one of them"
-            )
-        return self
 
 
 class SupportSettings(Settings):

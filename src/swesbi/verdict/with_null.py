@@ -22,32 +22,21 @@ from swesbi.draws import median_and_interval
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.derived import told
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_likelihood, residuals
-from swesbi.measurement.settings import SummarySettings
+from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import PredictedSpeeds
-from swesbi.networks.flow.conditioning import ConditioningSettings, conditioning_of
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.seeds import generator
 from swesbi.verdict.beat import ejection_tests, volume_tests
+from swesbi.verdict.checks import BOUNDS, TESTS, WITH_STRIPS, Checks, check_recording
 from swesbi.verdict.context import context_tests
-from swesbi.verdict.nulls import Grade, Judgement, Reference
+from swesbi.verdict.nulls import Grade, grade_of, nearest, overall_p, p_values, single_level
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
-from swesbi.verdict.statistics import (
-    BOUNDS,
-    FEATURE_TESTS,
-    TESTS,
-    WITH_STRIPS,
-    Checks,
-    PosteriorDraws,
-    check_recording,
-    strip_ratios,
-)
 from swesbi.verdict.trust import ANSWER
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
-NAMED_FEATURES: Final = 3
 KNOWN_EFFICIENCY: Final = 0.3
 """Of a network that knows a recording; nothing depends on it."""
 
@@ -74,16 +63,9 @@ class VerdictSettings(Settings):
     """What the verdict on a recording depends on."""
 
     model: SpeedModelSettings
-    summary: SummarySettings
-    strip_fraction: float
     rule: RuleSettings
     ejection_time: EjectionTimeSettings
     lvet_sd_ms: float = Field(gt=0.0, description="standard deviation of a measured ejection time")
-
-    @property
-    def conditioning(self) -> ConditioningSettings:
-        """How measured speeds become features."""
-        return conditioning_of(self.summary, self.model)
 
 
 @dataclass(frozen=True)
@@ -101,104 +83,71 @@ class ByNull:
     tests: tuple[VerdictTest, ...]
 
 
-Found = tuple[ByNull, tuple[float, str]]
-"""What the null tests amount to, and what lies farthest out, in standard deviations, with its name."""
-
-
-def against_reference(
-    exact: ExactPosterior,
-    model: SpeedModel,
-    beats: Beats,
-    reference: Reference,
-    settings: VerdictSettings,
-    seed: int,
-) -> Found:
-    """Judge the gated recording of ``model`` by the tests of ``reference``; the seed is of new recordings."""
-    draws = _draws(model, exact, beats)
-    rng = generator(seed, "verdict", model.recording.context.subject)
-    checks = check_recording(model, draws, settings.conditioning, settings.strip_fraction, rng)
-    judgement = reference.judge(checks)
-    tests = null_tests(reference, checks, judgement)
-    by_null = ByNull(Grade(judgement.status[0]), float(judgement.overall_p[0]), tests)
-    return by_null, _farthest(exact, model, draws.predicted)
-
-
 def judge(
     exact: ExactPosterior,
-    model: SpeedModel,
+    model: SpeedModel | FreeModel,
     beats: Beats,
-    found: Found,
+    null: Checks,
     others: Sequence[Context],
     settings: VerdictSettings,
+    seed: int,
     clinical: ClinicalMeasures = NOT_MEASURED,
     further: Sequence[VerdictTest] = (),
 ) -> Verdict:
-    """Judge a recording of any kind by what its null tests say, its volumes, its ejection, its context.
+    """Judge a recording of any kind by its null tests, its volumes, its ejection, its context.
 
     Args:
         exact: The exact posterior of the recording.
-        model: What simulates the subject.
+        model: The recording and its model.
         beats: Of the posterior's draws.
-        found: Of :func:`against_reference`, or of ``pushes.against_pushes``.
+        null: What the tests look at in null recordings of its kind.
         others: Contexts with which the subject's is compared.
         settings: Of the tests.
+        seed: Of the factors of the errors, where these are not known.
         clinical: What was measured of the subject; an ejection time can strain it.
         further: Other tests, which can strain the subject.
     """
-    (by_null, farthest), context, rule = found, model.recording.context, settings.rule
-    volumes = volume_tests(model, exact.phi, beats, rule.volumes)
+    context, rule = model.recording.context, settings.rule
+    speeds = model.model if isinstance(model, FreeModel) else model
+    works = beats.status == Status.PERIODIC
+    predicted = model.predict_from(exact.phi, beats).rows(np.flatnonzero(works))
+    rng = generator(seed, "verdict", context.subject)
+    checks = check_recording(model, exact.phi, works / works.sum(), predicted, rng)
+    by_null = by_nulls(null, checks, rule)
+    volumes = volume_tests(speeds, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
     contextual = (*ejection, *context_tests(context, others, rule.context), *further)
     status = grade(by_null.status, volumes, contextual, rule.volumes.contradicted_abs_z)
     tests = (*by_null.tests, *volumes, *contextual)
-    return make_verdict(status, by_null.overall_p, tests, exact, farthest, told(model, exact.phi, beats))
+    farthest = _farthest(model, predicted)
+    return make_verdict(status, by_null.overall_p, tests, exact, farthest, told(speeds, exact.phi, beats))
 
 
-def _draws(model: SpeedModel, exact: ExactPosterior, beats: Beats) -> PosteriorDraws:
-    """Return the equally weighted exact draws as the tests look at them."""
-    works = beats.status == Status.PERIODIC
-    return PosteriorDraws(
-        phi=exact.phi,
-        weight=works / works.sum(),
-        predicted=model.predict_from(exact.phi, beats).rows(works),
-        k_hat=exact.k_hat,
-        efficiency=exact.efficiency,
-    )
+def _farthest(model: SpeedModel | FreeModel, predicted: PredictedSpeeds) -> tuple[float, str]:
+    """Return the largest standardised residual at the likeliest of n simulations, and where it is."""
+    z = np.abs(model.likeliest_residuals(predicted))
+    return float(z.max()), f"speed at {model.recording.phase[int(np.argmax(z))]:.3f} of the cycle"
 
 
-def _farthest(exact: ExactPosterior, model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, str]:
-    """Return what lies farthest out, in standard deviations, and its name.
-
-    Of what the network was shown, among what it was trained on; without a network, of the residuals at the
-    likeliest draw.
-    """
-    if exact.components:
-        worst = int(np.argmax(np.abs(exact.condition)))
-        return float(np.abs(exact.condition[worst])), exact.components[worst]
-    recording, discrepancy = model.recording, model.settings.discrepancy
-    likeliest = int(np.argmax(log_likelihood(predicted, recording, discrepancy)))
-    z = np.abs(residuals(predicted.rows(np.array([likeliest])), recording, discrepancy)[0])
-    return float(z.max()), f"speed at {recording.phase[int(np.argmax(z))]:.3f} of the cycle"
-
-
-def null_tests(reference: Reference, checks: Checks, judgement: Judgement) -> tuple[VerdictTest, ...]:
-    """Return the outcome of every test with a null distribution on one recording.
+def by_nulls(null: Checks, checks: Checks, rule: RuleSettings) -> ByNull:
+    """Return what the tests of one recording (a row) amount to among null recordings.
 
     A test is flagged where its p-value alone brings the overall one to the level of "strained".
     """
-    thresholds = reference.joint.thresholds(reference.strained_level)
-    details = _details(reference, checks)
-    return tuple(
-        VerdictTest(
-            name=test.name,
-            statistic=float(judgement.statistics[0, index]),
-            p_value=float(judgement.test_p[0, index]),
-            threshold=float(thresholds[index]),
-            flagged=bool(judgement.test_p[0, index] <= thresholds[index]),
-            detail=details.get(test.name, test.meaning),
-        )
-        for index, test in enumerate(TESTS)
+    test_p, limit = p_values(null, checks, rule), single_level(rule.strained_level)
+    points = int(checks.points[0])
+    alike = nearest(null, points, bool(checks.errors_log_sd[0] > 0.0)).points
+    residuals = (
+        f"posterior predictive p-value {checks.residuals_p[0]:.2g} of {points} speeds, among null recordings "
+        f"of {alike.min()} to {alike.max()}"
     )
+    named = zip(TESTS, (residuals, boundary_detail(checks.bound_ratio[0])), strict=True)
+    tests = tuple(
+        VerdictTest(name, float(value), float(p), limit, bool(p <= limit), detail)
+        for (name, detail), value, p in zip(named, checks.statistics()[0], test_p[0], strict=True)
+    )
+    overall = float(overall_p(test_p)[0])
+    return ByNull(grade_of(overall, rule), overall, tests)
 
 
 def grade(
@@ -273,32 +222,12 @@ def answer_of(told: Mapping[str, FloatArray], mass: float) -> dict[str, dict[str
     return answer
 
 
-def _details(reference: Reference, checks: Checks) -> Mapping[str, str]:
-    """Say which features and which bound the tests found."""
-    statistics = reference.statistics
-    worst = statistics.worst_features(checks.tails[0])[:NAMED_FEATURES]
-    features = ", ".join(f"{statistics.feature_names[j]} (P {checks.tails[0, j]:.3f})" for j in worst)
-    return {
-        "chi2": f"posterior predictive p-value of chi2 = {checks.chi2_p[0]:.3f}",
-        "conditional_features": f"least likely given the recording: {features}",
-        "boundary_mass": boundary_detail(checks.bound_mass[0], statistics.prior_mass, statistics.strip_level),
-        **{
-            name: f"{feature} is larger than in "
-            f"{checks.tails[0, statistics.feature_names.index(feature)]:.1%} of replicated recordings"
-            for name, feature in FEATURE_TESTS.items()
-        },
-    }
-
-
-def boundary_detail(mass: FloatArray, prior_mass: FloatArray, level: float) -> str:
-    """Say which strip contains the most, over what the prior has there."""
-    ratio = np.where(prior_mass <= level, strip_ratios(mass, prior_mass), -np.inf)
-    if not (mass[prior_mass <= level] > 0.0).any():
-        return "no posterior mass at any bound where the prior has little"
-    parameter, bound = np.unravel_index(int(np.argmax(ratio)), ratio.shape)
+def boundary_detail(ratios: FloatArray) -> str:
+    """Say at which face of the box the posterior has most over the prior, from ratios (m, 2)."""
+    parameter, bound = np.unravel_index(int(np.nanargmax(ratios)), ratios.shape)
     return (
-        f"{mass[parameter, bound]:.1%} of the posterior in the strip at the {BOUNDS[bound]} bound of "
-        f"{WITH_STRIPS[parameter]}, where the prior has {prior_mass[parameter, bound]:.2%}"
+        f"the posterior has {ratios[parameter, bound]:.2g} times the prior's mass at the {BOUNDS[bound]} "
+        f"bound of {WITH_STRIPS[parameter]}, and {np.nanmean(ratios):.2g} times over all bounds"
     )
 
 

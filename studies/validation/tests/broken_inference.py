@@ -20,14 +20,15 @@ from studies.validation.former_law import FormerLaw, changed, former_law
 from studies.validation.score import HeartAnswer, intervals, truths
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import resampled_rows
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, residuals
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
+from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.adaptive import AdaptedDraws, adapted
 from swesbi.posterior.settings import asking
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.statistics import boundary_statistic, chi2_p_value, prior_strip_mass, strip_mass
+from swesbi.verdict.checks import residuals_p_value, strip_ratios
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.generated import Volunteer
 from swesbi.virtual.hearts.heart import Generator
@@ -50,9 +51,6 @@ NOISE: Final = NoiseComponents(
 EXACT: Final = asking(CONFIG.speed_experiments["calibrated"].exact, LEAST_EFFECTIVE)
 RULE: Final = CONFIG.speed_experiments["calibrated"].misspecification
 STRAINED: Final = RULE.rule.strained_level
-STRIP: Final = RULE.synthetic.strip_fraction
-OWN_STRIPS: Final = slice(4)
-"""Of the parameters that are reported; those of length dependence and of the wall's ratio follow."""
 WRONG_SD: Final[Mapping[str, float]] = {
     "activation_onset_s": 2.0,
     "activation_duration_s": -2.0,
@@ -140,7 +138,8 @@ def posterior(model: Model, inference: Inference) -> tuple[AdaptedDraws, FloatAr
 
 def chi2_of(model: Model, phi: FloatArray) -> float:
     """Posterior predictive p-value of chi2."""
-    return chi2_p_value(model.predict(phi), model.recording, model.settings.discrepancy)
+    z = residuals(model.predict(phi), model.recording, model.settings.discrepancy)
+    return residuals_p_value((z**2).sum(axis=1), z.shape[1])
 
 
 def answers(inference: Inference, hearts: Hearts) -> list[HeartAnswer]:
@@ -160,16 +159,9 @@ def not_contradicted(made: Sequence[HeartAnswer]) -> int:
 
 
 def at_bounds(recording: SpeedRecording) -> tuple[float, float, float]:
-    """Ratio of posterior to prior mass at a bound: by all strips, without the last two; and chi2's p-value.
-
-    Strips that hold more of the prior than the verdict's level are no evidence, and are left out.
-    """
+    """Posterior over prior mass at all bounds, at those of what is reported; and chi2's p-value."""
     model = inferences()["intact"](recording)
     assert isinstance(model, SpeedModel)
     drawn, phi = posterior(model, "intact")
-    prior = model.settings.prior
-    own = prior_strip_mass(prior, STRIP)
-    mass = strip_mass(drawn.weighted.phi, drawn.weighted.weight, prior, STRIP)
-    every = boundary_statistic(mass[None], own, STRAINED)
-    some = boundary_statistic(mass[None, OWN_STRIPS], own[OWN_STRIPS], STRAINED)
-    return float(10.0 ** every[0]), float(10.0 ** some[0]), chi2_of(model, phi)
+    ratios = strip_ratios(drawn.weighted.phi, drawn.weighted.weight, model.settings.prior)
+    return float(np.nanmean(ratios)), float(np.nanmean(ratios[: len(PHI_NAMES)])), chi2_of(model, phi)

@@ -15,11 +15,9 @@ from swesbi.context import Context
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import ACQUIRED, OWN
 from swesbi.recording.observation import context_values, contexts_of
+from swesbi.verdict.checks import STRIP_LABELS, Checks
 
-LABELS: Final[dict[str, Any]] = {
-    "parameter": list(PHI_NAMES),
-    "bound": ["lower", "upper"],
-}
+LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), **STRIP_LABELS}
 TWO_SAMPLES: Final = {
     "accuracy": artefacts.Variable("subject pair", "1", "accuracy of a classifier between two samplers"),
     "draws": artefacts.Variable("subject pair", "1", "draws of each sampler; NaN: not compared"),
@@ -71,6 +69,11 @@ def ranked_of(dataset: xr.Dataset) -> Ranked:
 def diagnostics_of(dataset: xr.Dataset) -> Diagnostics:
     """Rebuild the diagnostics from a group."""
     return artefacts.from_dataset(Diagnostics, dataset)
+
+
+def checks_of(dataset: xr.Dataset) -> Checks:
+    """Rebuild what the tests of the verdict look at from a group."""
+    return artefacts.from_dataset(Checks, dataset)
 
 
 def fresh_dataset(fresh: FreshInferred) -> xr.Dataset:

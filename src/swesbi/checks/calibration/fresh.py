@@ -118,12 +118,17 @@ def _between(low: str, high: str) -> str:
 
 
 def by_stratum(
-    fresh: FreshInferred, prior: PriorSettings, judgement: JudgementSettings, settings: StrataSettings
+    fresh: FreshInferred,
+    raised: BoolArray,
+    prior: PriorSettings,
+    judgement: JudgementSettings,
+    settings: StrataSettings,
 ) -> pd.DataFrame:
-    """Return coverage by sampler and stratum, with the efficiency of the weights in each.
+    """Return coverage by sampler and stratum, with efficiency of the weights and false alarms in each.
 
     Args:
-        fresh: The answers.
+        fresh: The answers to n recordings.
+        raised: On which of them the tests of the verdict raise an alarm; shape (n,).
         prior: Prior of theta, against which contraction is taken.
         judgement: Levels.
         settings: Where continuous values are cut.
@@ -135,11 +140,14 @@ def by_stratum(
         for name, chosen in parts.items():
             if not chosen.any():
                 continue
-            median = float(np.median(fresh.inferred.diagnostics.efficiency[chosen]))
+            beside = {
+                "median_efficiency": float(np.median(fresh.inferred.diagnostics.efficiency[chosen])),
+                "false_alarms": float(np.mean(raised[chosen])),
+            }
             recovered = rows_of(fresh.inferred.ranked, chosen).recovered(sampler)
             for row in score_recovery(recovered, prior, judgement):
                 labels = {"sampler": sampler, "stratum": name}
-                rows.append(labels | asdict(row) | {"median_efficiency": median})
+                rows.append(labels | asdict(row) | beside)
     return pd.DataFrame(rows)
 
 

@@ -14,6 +14,7 @@ import xarray as xr
 from swesbi import artefacts
 from swesbi.base.arrays import BoolArray, FloatArray, rows_of
 from swesbi.base.progress import Progress
+from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, alarms
 from swesbi.checks.calibration.ranks import (
     Ranked,
     prior_variance,
@@ -32,17 +33,12 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.pushes import PushChecks, check_pushes, overall_p_values
+from swesbi.verdict.checks import STRIP_LABELS, Checks, check_recording
 from swesbi.verdict.settings import RuleSettings
-from swesbi.verdict.statistics import BOUNDS, WITH_STRIPS, prior_strip_mass
 
 STREAM: Final = "pushes"
 ALONG: Final = "recording"
-LABELS: Final[dict[str, Any]] = {
-    "parameter": list(PHI_NAMES),
-    "bounded": list(WITH_STRIPS),
-    "bound": list(BOUNDS),
-}
+LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), **STRIP_LABELS}
 RESIDUAL_DRAWS: Final = 200  # posterior draws behind a p-value
 
 
@@ -51,7 +47,7 @@ class InferredPushes:
     """n free-running recordings of fresh contexts, with what was inferred of each."""
 
     contexts: tuple[Context, ...]
-    checks: Annotated[PushChecks, artefacts.Part()]
+    checks: Annotated[Checks, artefacts.Part()]
     k_hat: Annotated[FloatArray, artefacts.Variable("recording", "1", "Pareto shape of the weights")]
     efficiency: Annotated[
         FloatArray, artefacts.Variable("recording", "1", "effective share of the weighted draws")
@@ -67,7 +63,6 @@ def infer_pushes(
     pushes: PushesSettings,
     sizes: RecordingsSettings,
     exact: ExactSettings,
-    strip_fraction: float,
     seed: int,
 ) -> InferredPushes:
     """Record the numbered contexts once for each number of pushes, and infer every recording.
@@ -81,7 +76,6 @@ def infer_pushes(
         pushes: How many pushes recordings have.
         sizes: Draws of each posterior.
         exact: The study's own settings of the exact posterior.
-        strip_fraction: Width of the strip at a bound, over the box's.
         seed: The study's seed.
     """
     asked = [(number, count) for number in index for count in pushes.pushes]
@@ -99,7 +93,7 @@ def infer_pushes(
         variance = prior_variance(plain)
         one = InferredPushes(
             contexts=(plain.recording.context,),
-            checks=check_pushes(model, drawn.phi, drawn.weight, chosen, strip_fraction, rng),
+            checks=check_recording(model, drawn.phi, drawn.weight, chosen, rng),
             k_hat=np.array([drawn.k_hat]),
             efficiency=np.array([drawn.efficiency]),
             by_mcmc=np.array([by_mcmc]),
@@ -141,11 +135,10 @@ def read_pushes(paths: Sequence[Path]) -> InferredPushes:
 
 def by_pushes(
     inferred: InferredPushes,
-    null: PushChecks,
+    null: Checks,
     prior: JointPriorSettings,
     judgement: JudgementSettings,
     rule: RuleSettings,
-    strip_fraction: float,
 ) -> pd.DataFrame:
     """Return coverage of each active parameter by number of pushes, and what sampler and tests did there.
 
@@ -155,18 +148,17 @@ def by_pushes(
         prior: The prior.
         judgement: Nominal levels.
         rule: Levels of the verdict.
-        strip_fraction: Width of the strip at a bound, over the box's.
     """
     rows: list[dict[str, object]] = []
-    pushes = inferred.checks.pushes
-    overall = overall_p_values(null, inferred.checks, prior_strip_mass(prior, strip_fraction), rule)
+    pushes = inferred.checks.points
+    raised = alarms(inferred.checks, null, rule)[STRAINED_OR_WORSE]
     strata = {"all": np.ones(len(pushes), dtype=bool)}
     strata |= {str(number): pushes == number for number in sorted(set(pushes.tolist()))}
     for name, chosen in strata.items():
         beside = {
             "median_efficiency": float(np.median(inferred.efficiency[chosen])),
             "by_mcmc": float(np.mean(inferred.by_mcmc[chosen])),
-            "false_alarms": float(np.mean(overall[chosen] <= rule.strained_level)),
+            "false_alarms": float(np.mean(raised[chosen])),
         }
         recovered = rows_of(inferred.ranked, chosen).recovered()
         rows += [

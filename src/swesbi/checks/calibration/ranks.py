@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Part, Variable
-from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.recovery import Recovered
 from swesbi.draws import effective_draws, equal_weights
 from swesbi.heart.model import isometric_stiffness_kpa
@@ -24,6 +24,7 @@ from swesbi.parameters import ISOMETRIC, PHI_NAMES, REPORTED, THETA_NAMES
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
 from swesbi.prior import prior_variance as prior_variance_of
+from swesbi.verdict.checks import Checks
 
 LOG_LIKELIHOOD: Final = "log_likelihood"
 QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC, LOG_LIKELIHOOD)
@@ -228,7 +229,7 @@ def ranked(
 
 @dataclass(frozen=True)
 class Diagnostics:
-    """What the exact posteriors of n recordings leave beside their scores; residuals are standardised."""
+    """What the exact posteriors of n recordings leave beside their scores."""
 
     k_hat: Annotated[FloatArray, Variable("recording", "1", "Pareto shape of the importance weights")]
     efficiency: Annotated[FloatArray, Variable("recording", "1", "effective share of the weighted draws")]
@@ -236,18 +237,12 @@ class Diagnostics:
         FloatArray, Variable("recording", "1", "log evidence of the log speeds, from the weights")
     ]
     by_mcmc: Annotated[BoolArray, Variable("recording", "1", "1 where MCMC took over from the weights")]
-    phases: Annotated[IntArray, Variable("recording", "1", "measured phases")]
-    min_chi2: Annotated[
-        FloatArray, Variable("recording", "1", "smallest sum of squared residuals over posterior draws")
-    ]
-    mean_chi2: Annotated[
-        FloatArray, Variable("recording", "1", "mean sum of squared residuals over posterior draws")
-    ]
 
 
 @dataclass(frozen=True)
 class Inferred:
-    """Recordings with their scores and what else their exact posteriors say."""
+    """Recordings with scores, what else their exact posteriors say, and what the verdict sees."""
 
     ranked: Annotated[Ranked, Part()]
     diagnostics: Annotated[Diagnostics, Part()]
+    checks: Annotated[Checks, Part()]

@@ -17,23 +17,13 @@ from swesbi.checks.calibration.ranks import (
 )
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.draws import resampled_rows
-from swesbi.measurement.likelihood import SpeedModel, residuals
-from swesbi.measurement.speeds import PredictedSpeeds
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.seeds import generator, integer_seed
-
-
-def misfit(model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, float]:
-    """Return the sum of squared standardised residuals over posterior draws: the smallest, and the mean.
-
-    Simulations that failed drop out.
-    """
-    z = residuals(predicted, model.recording, model.settings.discrepancy)
-    chi2 = (z**2).sum(axis=1)
-    return float(np.nanmin(chi2)), float(np.nanmean(chi2))
+from swesbi.verdict.checks import check_recording
 
 
 def infer_recordings(
@@ -69,18 +59,16 @@ def infer_recordings(
         scores = ranked(
             own, own.log_likelihood, synthetic.phi[index], by_network, drawn, references[index], variance
         )
-        rows = resampled_rows(drawn.weight, settings.misfit_draws, generator(stream, "misfit"))
-        min_chi2, mean_chi2 = misfit(own, own.predict(drawn.phi[rows]))
+        rng = generator(stream, "misfit")
+        predicted = own.predict(drawn.phi[resampled_rows(drawn.weight, settings.misfit_draws, rng)])
         diagnostics = Diagnostics(
             k_hat=np.array([drawn.k_hat]),
             efficiency=np.array([drawn.efficiency]),
             log_evidence=np.array([drawn.log_evidence]),
             by_mcmc=np.array([by_mcmc]),
-            phases=np.array([len(recording.phase)]),
-            min_chi2=np.array([min_chi2]),
-            mean_chi2=np.array([mean_chi2]),
         )
-        parts.append(Inferred(scores, diagnostics))
+        checks = check_recording(own, drawn.phi, drawn.weight, predicted, rng)
+        parts.append(Inferred(scores, diagnostics, checks))
         if progress:
             progress.step()
     return below_each_other(parts)

@@ -1,4 +1,4 @@
-"""The misspecification tests: p-values and verdict of every subject, false alarms, which test finds what."""
+"""The misspecification tests: p-values and verdict of every subject, and the rate of false alarms."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, AlarmRow
+from swesbi.population.recordings import ACQUIRED, OWN
 from swesbi.report.figures.style import (
     CMAES,
     POSTERIOR,
@@ -22,35 +24,29 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.power import COHORT, STRAINED_OR_WORSE, AlarmRow
-from swesbi.verdict.recordings import ACQUIRED, OWN, VOLUNTEER
-from swesbi.verdict.statistics import GROUPS, TEST_NAMES
+from swesbi.verdict.checks import TESTS
 from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 
 ROW_IN: Final = 0.26
 RATES_IN: Final = 2.1
 MARGINS_IN: Final = 1.75
 SMALLEST_SHOWN: Final = 1e-4
-WELL_SPECIFIED: Final = 2  # bars of well-specified recordings
 STATUS_COLORS: Final = {
     Status.NOT_CONTRADICTED: TRUTH,
     Status.UNINFORMATIVE: PRIOR,
     Status.STRAINED: "#E69F00",
     Status.CONTRADICTED: CMAES,
 }
-GROUP_COLORS: Final = dict(zip(GROUPS, ("#56B4E9", "#CC79A7", POSTERIOR), strict=True))
-GROUP_LABELS: Final = dict(
-    zip(GROUPS, ("not what the prior predicts", "not what the fit predicts", "at a bound"), strict=True)
-)
+ALARMS: Final = {
+    "residuals": ("#CC79A7", "residuals"),
+    "boundary_mass": (POSTERIOR, "mass at the bounds"),
+    STRAINED_OR_WORSE: (STATUS_COLORS[Status.STRAINED], "verdict: strained or contradicted"),
+    Status.CONTRADICTED: (STATUS_COLORS[Status.CONTRADICTED], "verdict: contradicted"),
+}
+"""Color and label of the bars of each alarm."""
+RECORDINGS: Final = {OWN: "own noise", ACQUIRED: "acquired"}
 LABELS: Final = {
-    "mahalanobis": "Mahalanobis",
-    "nearest_neighbours": "nearest neighbours",
-    "mmd": "MMD",
-    "chi2": r"$\chi^2$",
-    "peak": "peak",
-    "time_to_peak": "time to peak",
-    "decay": "decay slope",
-    "conditional_features": "unlikeliest feature",
+    "residuals": "residuals",
     "boundary_mass": "boundary mass",
     "context_leave_one_out": "context, others",
     "context_ranges": "values out of range",
@@ -125,48 +121,31 @@ def _draw_cell(axes: Axes, column: int, row: int, test: VerdictTest, shade: Norm
 
 
 def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
-    """Draw the share of recordings on which each group of tests, and all together, raise an alarm."""
-    shown = _recordings(rows)
-    by_alarm = {(row.subject, row.recordings, row.alarm): row for row in rows}
-    alarms = [(f"group: {group}", GROUP_COLORS[group], GROUP_LABELS[group]) for group in GROUPS]
-    alarms += [
-        (STRAINED_OR_WORSE, STATUS_COLORS[Status.STRAINED], "verdict: strained or contradicted"),
-        (Status.CONTRADICTED, STATUS_COLORS[Status.CONTRADICTED], "verdict: contradicted"),
-    ]
-    width = 0.8 / len(alarms)
-    for which, (alarm, color, label) in enumerate(alarms):
-        alarm_rows = [by_alarm[(subject, kind, alarm)] for subject, kind in shown]
-        x = np.arange(len(alarm_rows)) + (which - 0.5 * (len(alarms) - 1)) * width
-        rate = np.array([row.rate for row in alarm_rows])
-        ends = [rate - [row.ci_low for row in alarm_rows], [row.ci_high for row in alarm_rows] - rate]
+    """Draw the share of well-specified recordings on which each test, and both together, raise an alarm."""
+    by_alarm = {(row.recordings, row.alarm): row for row in rows}
+    width = 0.8 / len(ALARMS)
+    for which, (alarm, (color, label)) in enumerate(ALARMS.items()):
+        of_kind = [by_alarm[(kind, alarm)] for kind in RECORDINGS]
+        x = np.arange(len(of_kind)) + (which - 0.5 * (len(ALARMS) - 1)) * width
+        rate = np.array([row.rate for row in of_kind])
+        ends = [rate - [row.ci_low for row in of_kind], [row.ci_high for row in of_kind] - rate]
         axes.bar(x, rate, 0.92 * width, color=color, label=label)
         axes.errorbar(x, rate, np.maximum(ends, 0.0), fmt="none", ecolor="black", elinewidth=0.5)
     axes.axhline(level, color="black", lw=0.6, ls=":", label=f"level of the rule, {as_percent(level)}")
-    axes.set_xticks(range(len(shown)), [_bar_label(by_alarm, subject, kind) for subject, kind in shown])
+    counts = [by_alarm[(kind, STRAINED_OR_WORSE)].n for kind in RECORDINGS]
+    names = [f"{words}\nn = {n}" for words, n in zip(RECORDINGS.values(), counts, strict=True)]
+    axes.set_xticks(range(len(names)), names)
     axes.tick_params(axis="x", length=0)
-    axes.set_xlim(-0.5, len(shown) - 0.5)
-    axes.set_ylim(0.0, 1.02)
-    axes.set_ylabel("share of recordings with an alarm")
-    volunteers = "; by name: each virtual volunteer recorded anew" if len(shown) > WELL_SPECIFIED else ""
-    axes.set_xlabel(f"well-specified recordings of all: own noise, acquired{volunteers}")
+    axes.set_ylim(0.0, None)
+    axes.set_ylabel("share of recordings\nwith an alarm")
+    axes.set_xlabel("recordings of known parameters, of all subjects together")
     axes.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), columnspacing=1.2, handlelength=1.4)
 
 
 def _columns(verdicts: Mapping[str, Verdict]) -> list[str]:
     """Return the names of all tests, those with a null distribution first."""
     names = dict.fromkeys(test.name for verdict in verdicts.values() for test in verdict.tests)
-    return [*(name for name in TEST_NAMES if name in names), *(n for n in names if n not in TEST_NAMES)]
-
-
-def _recordings(rows: Sequence[AlarmRow]) -> list[tuple[str, str]]:
-    """Return which recordings have bars: the well-specified of the cohort, then each volunteer."""
-    volunteers = dict.fromkeys(row.subject for row in rows if row.recordings == VOLUNTEER)
-    return [(COHORT, OWN), (COHORT, ACQUIRED), *((subject, VOLUNTEER) for subject in volunteers)]
-
-
-def _bar_label(rows: Mapping[tuple[str, str, str], AlarmRow], subject: str, kind: str) -> str:
-    words = {OWN: "own noise", ACQUIRED: "acquired"}
-    return f"{words.get(kind, subject)}\nn = {rows[(subject, kind, Status.CONTRADICTED)].n}"
+    return [*(name for name in TESTS if name in names), *(n for n in names if n not in TESTS)]
 
 
 def _p_text(p: float) -> str:

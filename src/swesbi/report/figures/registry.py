@@ -103,13 +103,10 @@ FIGURES: Final = (
     ),
     FigureSpec(
         "misspecification_figure", "misspecification", "speeds", "misspecification tests",
-        "Misspecification tests. Each p-value is judged against well-specified recordings of the same "
-        "subject, each with its own exact posterior; all tests together raise a false alarm in 5 % of "
-        "them. Bars: alarms on further well-specified recordings (under the model's own noise, and "
-        "acquired sample by sample) and on the virtual volunteers recorded anew, whose physiology is "
-        "richer than the model's. Alarms are those of the tests with a null distribution; predicted "
-        "volumes, ejection and context, which do not change with the recording's noise, are left out of the "
-        "bars.",
+        "Misspecification tests. Each p-value is judged among well-specified recordings of other hearts, "
+        "each with its own exact posterior; both tests together raise a false alarm in 5 % of them. Bars: "
+        "alarms on the recordings of known parameters behind the checks of calibration. Predicted volumes, "
+        "ejection and context, which do not change with the recording's noise, are left out of the bars.",
     ),
     FigureSpec(
         "identifiability_figures", "identifiability", "speeds", "what the recordings tell",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pandas as pd
 
+from swesbi.checks.calibration.alarms import ALARMS
 from swesbi.report.numbers import MISSING, PARAMETERS, count, fixed, quantity
 from swesbi.report.results import wide
-from swesbi.report.table import MARK, SUMMARY, Column, Table, words
+from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.exact import Exact
 from swesbi.report.tables.subjects import SUBJECT
-from swesbi.verdict.answers import ALARMS, ANSWERS, POOLED, RECORDINGS
+from swesbi.verdict.answers import ANSWERS, POOLED, RECORDINGS
 
 MADE = words("recordings", "Recordings", RECORDINGS)
 ANSWER = words("sampler", "Answer", ANSWERS)
@@ -69,25 +70,19 @@ def failed_checks(exact: Exact) -> Table:
 
 
 def alarms_table(exact: Exact) -> Table:
-    """Return how often the verdict raises an alarm on well-specified recordings and on others."""
+    """Return how often the verdict raises an alarm on recordings that the model itself made."""
     columns = (
-        SUBJECT,
         MADE,
         *(
             Column(tuple(f"{name}_{of}" for of in ("rate", "ci_low", "ci_high")), name, "% (interval)", "1%")
             for name in ALARMS
         ),
         Column("n", "Recordings", "", "d"),
-        Column("median_efficiency", "Median efficiency", "%", "0%"),
     )
-    table = exact.misspecification
-    frame = wide(table[table["alarm"].isin(ALARMS)], ["subject", "recordings"], "alarm")
-    frame[MARK] = frame["subject"].map({"all": SUMMARY}).fillna("")
-    note = (
-        "On recordings that the model itself made an alarm is false. On the volunteers recorded anew it is "
-        "the power to see that their physiology is another than the model's. Intervals: 95 % Clopper-Pearson."
-    )
-    return Table("Alarms of the misspecification tests.", frame, columns, note)
+    table = exact.alarms
+    frame = wide(table[table["alarm"].isin(ALARMS)], ["recordings"], "alarm")
+    note = "On recordings that the model itself made an alarm is false. Intervals: 95 % Clopper-Pearson."
+    return Table("False alarms of the misspecification tests.", frame, columns, note)
 
 
 def two_samples(calibration: pd.DataFrame) -> str:

@@ -50,7 +50,7 @@ class Exact:
         experiment: What every experiment has.
         results: Exact posterior of each subject.
         calibration: ``calibration.csv``.
-        misspecification: ``misspecification.csv``.
+        alarms: ``alarms.csv``.
         identifiability: ``identifiability.csv``.
         noise: The cohort's noise.
         truth: Its rows of ``truth.csv``; empty for a cohort without known truth.
@@ -59,7 +59,7 @@ class Exact:
     experiment: Experiment
     results: Mapping[str, ExactPosterior]
     calibration: pd.DataFrame
-    misspecification: pd.DataFrame
+    alarms: pd.DataFrame
     identifiability: pd.DataFrame
     noise: CohortNoise
     truth: pd.DataFrame

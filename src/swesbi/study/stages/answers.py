@@ -6,17 +6,15 @@ from pathlib import Path
 
 from swesbi.answers.answer import answered, shown_of
 from swesbi.answers.gated import GatedRecording
-from swesbi.answers.knowledge import OF_POPULATION, of_population
+from swesbi.answers.knowledge import knowledge_of_population
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts import Origin, save, write_json
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.flow.files import load_flow
 from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.verdict.pooled import read_null
 
 STREAM = "population answer"
 
@@ -53,7 +51,7 @@ def population_answers(
     stage = settings.exact_posterior
     model = SpeedModel(measured_speeds(observed, read_noise(noise).components), stage.model)
     recording = GatedRecording(observed, model, stream=STREAM)
-    knowledge = of_population(OF_POPULATION, load_flow(estimator)[0], read_null(null))
+    knowledge = knowledge_of_population(estimator, null)
     answer = answered(recording, knowledge, settings, origin.seed)
     groups = exact_to_groups(answer.posterior, stage.model.prior)
     save(posterior, groups, origin.provenance(POSTERIOR, stage))

@@ -16,6 +16,7 @@ from swesbi.artefacts import ArtefactError, Origin, save
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.calibration import dataset
+from swesbi.checks.calibration.alarms import alarm_rows
 from swesbi.checks.calibration.local import calibrate_locally, classifier_accuracy
 from swesbi.checks.calibration.ranks import NETWORK, WEIGHTED, Ranked
 from swesbi.checks.calibration.settings import JudgementSettings, LocalSettings
@@ -31,6 +32,8 @@ from swesbi.posterior.space import Space
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.stages.origin import by_key, result_key
+from swesbi.verdict.null_recordings import read_nulls
+from swesbi.verdict.settings import RuleSettings
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -165,14 +168,17 @@ class CalibrationStageSettings(Settings):
 
     prior: PriorSettings
     judgement: JudgementSettings
+    rule: RuleSettings
 
 
 def calibration(
     *,
     recordings: Sequence[Path],
     local_parts: Sequence[Path],
+    null: Path,
     calibration: Path,
     table: Path,
+    alarms: Path,
     recovery: Path,
     recovery_acquisition: Path,
     settings: CalibrationStageSettings,
@@ -186,8 +192,10 @@ def calibration(
     Args:
         recordings: Recordings of known parameters, one file a subject.
         local_parts: Calibration at each subject's own data.
+        null: Null recordings, among which those of known parameters are judged.
         calibration: Output, all of them together.
         table: Output, one row a check.
+        alarms: Output, how often the tests of the verdict raise an alarm.
         recovery: Output, coverage under the model's own noise.
         recovery_acquisition: Output, coverage of recordings acquired sample by sample.
 
@@ -199,6 +207,9 @@ def calibration(
     ranked = {name: dataset.ranked_of(groups[name]) for name in ("own", "acquired", LOCAL)}
     checks = calibration_table(ranked, groups["two_samples"], settings.judgement)
     write_csv(table, checks)
+    seen = {name: dataset.checks_of(groups[name]) for name in dataset.RECORDINGS}
+    rows = [asdict(row) for row in alarm_rows(seen, read_nulls(null).gated, settings.rule)]
+    write_csv(alarms, pd.DataFrame(rows), float_format=None)
     for path, name in ((recovery, "own"), (recovery_acquisition, "acquired")):
         _write_recovery(path, ranked[name], settings)
     _report(checks)

@@ -9,6 +9,7 @@ from pathlib import Path
 from swesbi.artefacts import ArtefactError, Origin, load
 from swesbi.artefacts.csv import checked, read_csv, write_csv
 from swesbi.base.settings import Settings
+from swesbi.checks.calibration.alarms import AlarmRow
 from swesbi.checks.calibration.dataset import KIND, diagnostics_of, ranked_of
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, LOCAL
@@ -24,7 +25,6 @@ from swesbi.report.figures.recording import draw_noise
 from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import by_key
 from swesbi.verdict.answers import OUTCOMES, cohort_table, read_answer
-from swesbi.verdict.power import AlarmRow
 from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
@@ -59,7 +59,7 @@ def misspecification_figure(
     settings: MisspecificationFigureStageSettings,
     origin: Origin,
 ) -> None:
-    """Draw every subject's p-values and verdict, and below them which test catches what.
+    """Draw every subject's p-values and verdict, and below them how often the tests raise an alarm.
 
     Raises:
         ArtefactError: The table lacks a column or a verdict cannot be read.
@@ -76,7 +76,7 @@ def _read_rows(path: Path) -> list[AlarmRow]:
             AlarmRow(**{str(name): value for name, value in row.items()}) for row in table.to_dict("records")
         ]
     except (OSError, ValueError, TypeError) as error:
-        raise ArtefactError(f"{path}: cannot be read as misspecification.csv ({error})") from error
+        raise ArtefactError(f"{path}: cannot be read as alarms.csv ({error})") from error
 
 
 class CalibrationFigureSettings(Settings):

@@ -13,6 +13,8 @@ import pandas as pd
 from swesbi.artefacts import Origin, save
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.settings import Settings
+from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, alarm_rows
+from swesbi.checks.calibration.alarms import alarms as raised_alarms
 from swesbi.checks.calibration.dataset import FRESH as KIND
 from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
 from swesbi.checks.calibration.dataset import join_fresh as join
@@ -24,6 +26,8 @@ from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
+from swesbi.verdict.null_recordings import read_nulls
+from swesbi.verdict.settings import RuleSettings
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -71,14 +75,17 @@ class PopulationScoresStageSettings(Settings):
     prior: PriorSettings
     judgement: JudgementSettings
     strata: StrataSettings
+    rule: RuleSettings
 
 
 def population_scores(
     *,
     parts: Sequence[Path],
+    null: Path,
     calibration: Path,
     table: Path,
     strata: Path,
+    alarms: Path,
     recovery: Path,
     recovery_acquisition: Path,
     settings: PopulationScoresStageSettings,
@@ -88,9 +95,11 @@ def population_scores(
 
     Args:
         parts: Recordings of fresh contexts.
+        null: Null recordings, among which they are judged.
         calibration: Output, all of them together.
         table: Output, one row a check.
-        strata: Output, coverage by sampler and stratum.
+        strata: Output, coverage and false alarms by sampler and stratum.
+        alarms: Output, how often the tests of the verdict raise an alarm.
         recovery: Output, coverage of the exact posterior under the model's own noise.
         recovery_acquisition: Output, of recordings acquired sample by sample.
 
@@ -102,7 +111,11 @@ def population_scores(
     inferred = {kind: fresh_of(group) for kind, group in groups.items()}
     prior, judgement = settings.prior, settings.judgement
     write_csv(table, checks_of(inferred, judgement))
-    write_csv(strata, by_stratum(inferred[OWN], prior, judgement, settings.strata))
+    seen, gated = {kind: part.inferred.checks for kind, part in inferred.items()}, read_nulls(null).gated
+    raised = raised_alarms(seen[OWN], gated, settings.rule)[STRAINED_OR_WORSE]
+    write_csv(strata, by_stratum(inferred[OWN], raised, prior, judgement, settings.strata))
+    rows = [asdict(row) for row in alarm_rows(seen, gated, settings.rule)]
+    write_csv(alarms, pd.DataFrame(rows), float_format=None)
     for path, kind in ((recovery, OWN), (recovery_acquisition, ACQUIRED)):
         recovered = inferred[kind].inferred.ranked.recovered()
         rows = [asdict(row) for row in score_recovery(recovered, prior, judgement)]

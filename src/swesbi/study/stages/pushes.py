@@ -24,7 +24,7 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.population.recordings import FreshSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
-from swesbi.verdict.pooled import read_null
+from swesbi.verdict.null_recordings import read_nulls
 from swesbi.verdict.settings import RuleSettings
 
 LOGGER = logging.getLogger("swesbi")
@@ -38,7 +38,6 @@ class PushesCalibrationStageSettings(Settings):
     fresh: FreshSettings
     sizes: RecordingsSettings
     exact: ExactSettings
-    strip_fraction: float
 
 
 def pushes_calibration(
@@ -52,7 +51,7 @@ def pushes_calibration(
     flow, _ = load_flow(estimator)
     inferred = infer_pushes(
         range(*settings.index), flow, settings.fresh, settings.free_running, settings.sizes, settings.exact,
-        settings.strip_fraction, origin.seed,
+        origin.seed,
     )  # fmt: skip
     save(part, {"/": pushes_dataset(inferred)}, origin.provenance(KIND, settings))
 
@@ -63,7 +62,6 @@ class PushesTableStageSettings(Settings):
     prior: JointPriorSettings
     judgement: JudgementSettings
     rule: RuleSettings
-    strip_fraction: float
 
 
 def pushes_table(
@@ -88,10 +86,8 @@ def pushes_table(
     """
     inferred = read_pushes(parts)
     save(calibration, {"/": pushes_dataset(inferred)}, origin.provenance(KIND, settings))
-    found = by_pushes(
-        inferred, read_null(null).pushes, settings.prior, settings.judgement, settings.rule,
-        settings.strip_fraction,
-    )  # fmt: skip
+    null_pushes = read_nulls(null).pushes
+    found = by_pushes(inferred, null_pushes, settings.prior, settings.judgement, settings.rule)
     write_csv(table, found)
     LOGGER.info(
         "%d free-running recordings: median efficiency %.0f %%, %d by MCMC",

@@ -66,7 +66,7 @@ class ReportFiles:
         training_pngs: Figures of the trainings.
         exact_posteriors: ``posterior.h5`` of experiments on speeds, as what follows is.
         calibrations: ``calibration.csv``.
-        misspecifications: ``misspecification.csv``.
+        alarms: ``alarms.csv``.
         identifiabilities: ``identifiability.csv``.
         noise: The cohort's noise; one file or none.
         truth_csv: ``truth.csv``; one file or none.
@@ -97,7 +97,7 @@ class ReportFiles:
     training_pngs: Sequence[Path]
     exact_posteriors: Sequence[Path]
     calibrations: Sequence[Path]
-    misspecifications: Sequence[Path]
+    alarms: Sequence[Path]
     identifiabilities: Sequence[Path]
     noise: Sequence[Path]
     truth_csv: Sequence[Path]
@@ -153,7 +153,7 @@ def _numbers(files: ReportFiles, settings: ReportSettings) -> tuple[Results, tup
     )  # fmt: skip
     checks = {
         "calibration": files.calibrations,
-        "misspecification": files.misspecifications,
+        "alarms": files.alarms,
         "identifiability": files.identifiabilities,
     }
     experiments, posteriors = results.experiments, files.exact_posteriors

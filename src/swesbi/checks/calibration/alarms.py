@@ -1,0 +1,66 @@
+"""How often the tests of the verdict raise an alarm on recordings that the model itself makes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from scipy.stats import binomtest
+
+from swesbi.base.arrays import BoolArray
+from swesbi.verdict.checks import TESTS, Checks
+from swesbi.verdict.nulls import overall_p, p_values, single_level
+from swesbi.verdict.settings import RuleSettings
+from swesbi.verdict.verdict import Status
+
+STRAINED_OR_WORSE: Final = "strained or contradicted"
+ALARMS: Final = (*TESTS, STRAINED_OR_WORSE, Status.CONTRADICTED)
+CONFIDENCE: Final = 0.95
+
+
+@dataclass(frozen=True)
+class AlarmRow:
+    """The share of one kind of recordings on which one alarm is raised; a row of ``alarms.csv``.
+
+    Attributes:
+        recordings: Kind of the recordings.
+        alarm: A test, or a verdict.
+        rate: Share of the recordings on which it is raised.
+        ci_low: Lower end of the 95 % Clopper-Pearson interval on the rate.
+        ci_high: Its upper end.
+        n: Recordings.
+    """
+
+    recordings: str
+    alarm: str
+    rate: float
+    ci_low: float
+    ci_high: float
+    n: int
+
+
+def alarm_rows(checks: Mapping[str, Checks], null: Checks, rule: RuleSettings) -> tuple[AlarmRow, ...]:
+    """Return the rate of every alarm on every kind of recordings.
+
+    Args:
+        checks: What the tests look at, by kind of recordings.
+        null: The same of null recordings.
+        rule: Levels of the verdict.
+    """
+    raised = {kind: alarms(part, null, rule) for kind, part in checks.items()}
+    return tuple(_row(kind, alarm, part) for kind, by in raised.items() for alarm, part in by.items())
+
+
+def alarms(checks: Checks, null: Checks, rule: RuleSettings) -> dict[str, BoolArray]:
+    """Return which of ``ALARMS`` are raised on n recordings; shape (n,) each."""
+    test_p = p_values(null, checks, rule)
+    flagged, overall = test_p <= single_level(rule.strained_level), overall_p(test_p)
+    columns = (*flagged.T, overall <= rule.strained_level, overall <= rule.contradicted_level)
+    return dict(zip(ALARMS, columns, strict=True))
+
+
+def _row(kind: str, alarm: str, raised: BoolArray) -> AlarmRow:
+    interval = binomtest(int(raised.sum()), len(raised)).proportion_ci(CONFIDENCE, method="exact")
+    low, high = float(interval.low), float(interval.high)
+    return AlarmRow(kind, alarm, float(raised.mean()), low, high, len(raised))

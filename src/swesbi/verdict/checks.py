@@ -1,0 +1,153 @@
+"""What the tests look at in a recording: do its residuals fit, does its posterior lie at a face of the box?
+
+Both are asked of gated phases and of pushes alike. A posterior at a face of the prior's box says that the
+model would go on beyond it to fit the recording. That is how a curve is found that no heart makes, though
+some beat comes near it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, Protocol
+
+import numpy as np
+from scipy.special import chdtrc, ndtri
+
+from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
+from swesbi.parameters import NUISANCES, PHI_NAMES
+from swesbi.prior import JointPriorSettings, level
+
+BOUNDS: Final = ("lower", "upper")
+WITH_STRIPS: Final = (*PHI_NAMES, *(parameter.name for parameter in NUISANCES))
+"""Parameters with strips at both faces of the box: all that a prior may free."""
+STRIP_LABELS: Final[dict[str, Any]] = {"bounded": list(WITH_STRIPS), "bound": list(BOUNDS)}
+"""Of the dimensions of ratios."""
+STRIP_MASSES: Final = (0.01, 0.02, 0.04)
+"""Of the prior in the strips at each face. Where the prior has much at a face, they are narrow."""
+LEAST_RATIO: Final = 1e-3  # no draw in any strip: as far from the faces as can be told
+LEAST_P: Final = 1e-6
+LARGEST_P: Final = 1.0 - 1e-3
+TESTS: Final = ("residuals", "boundary_mass")
+"""The tests with a null distribution, in the order of their statistics."""
+
+
+class Recorded(Protocol):
+    """A recording under a model: gated (``SpeedModel``) or free-running (``FreeModel``)."""
+
+    @property
+    def recording(self) -> SpeedRecording:
+        """Its speeds and errors."""
+
+    @property
+    def settings(self) -> SpeedModelSettings:
+        """The model's, its prior among them."""
+
+    @property
+    def noise_log_sd(self) -> float:
+        """Prior standard deviation of the log of a factor of all errors; 0 where they are known."""
+
+    def chi_squared(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+        """Return the sum of squared residuals of n simulations, each with a factor of the errors; (n,)."""
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What the tests look at in n recordings, all gated or all free-running."""
+
+    points: Annotated[IntArray, Variable("recording", "1", "measured phases, or accepted pushes")]
+    error_fraction: Annotated[
+        FloatArray, Variable("recording", "1", "mean of the standard errors of the speeds, over them")
+    ]
+    errors_log_sd: Annotated[
+        FloatArray, Variable("recording", "1", "prior sd of the log of a factor of all errors, 0 where known")
+    ]
+    residuals_p: Annotated[
+        FloatArray, Variable("recording", "1", "posterior predictive p-value of the squared residuals")
+    ]
+    bound_ratio: Annotated[
+        FloatArray,
+        Variable("recording bounded bound", "1", "posterior over prior mass at the face"),
+    ]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def statistics(self) -> FloatArray:
+        """Return the statistic of each of ``TESTS``, large where the model misfits; shape (n, 2)."""
+        misfit = -ndtri(np.clip(self.residuals_p, LEAST_P, LARGEST_P))
+        return np.stack([misfit, boundary_statistic(self.bound_ratio)], axis=1)
+
+
+def check_recording(
+    model: Recorded,
+    phi: FloatArray,
+    weight: FloatArray,
+    predicted: PredictedSpeeds,
+    rng: np.random.Generator,
+) -> Checks:
+    """Return what the tests look at in one recording, as one row.
+
+    Args:
+        model: The recording and its model.
+        phi: Draws of its posterior; shape (n, d).
+        weight: Their weights, which sum to one; shape (n,).
+        predicted: Of equally weighted draws that can be simulated.
+        rng: Draws the factor of the errors, where these are not known.
+    """
+    points = len(model.recording.phase)
+    return Checks(
+        points=np.array([points]),
+        error_fraction=np.array([model.recording.errors.total.mean()]),
+        errors_log_sd=np.array([model.noise_log_sd]),
+        residuals_p=np.array([residuals_p_value(model.chi_squared(predicted, rng), points)]),
+        bound_ratio=strip_ratios(phi, weight, model.settings.prior)[None],
+    )
+
+
+def residuals_p_value(chi_squared: FloatArray, points: int) -> float:
+    """Return the posterior predictive p-value of the squared residuals, over factors of the errors as well.
+
+    Given phi and the factor, the residuals of a new recording are independent standard normals, also where
+    phases share errors. So the p-value of each draw is that of chi-squared with as many degrees of freedom
+    as there are speeds (Gelman, Meng and Stern, Statistica Sinica 6:733, 1996).
+
+    Args:
+        chi_squared: Of n equally weighted posterior draws that can be simulated; shape (n,).
+        points: Speeds of the recording.
+    """
+    return float(np.mean(chdtrc(points, chi_squared)))
+
+
+def strip_ratios(phi: FloatArray, weight: FloatArray, prior: JointPriorSettings) -> FloatArray:
+    """Return posterior over prior mass at each face of the box, averaged over strips of ``STRIP_MASSES``.
+
+    Under the model each ratio has mean one over recordings, whatever the strip.
+
+    Args:
+        phi: Draws of the posterior; shape (n, d).
+        weight: Their weights, which sum to one; shape (n,).
+        prior: Prior of the d parameters.
+
+    Returns:
+        Of ``WITH_STRIPS``, lower then upper; NaN of what is fixed. Shape (m, 2).
+    """
+    below = level(phi, prior)
+    ratios = np.full((len(WITH_STRIPS), len(BOUNDS)), np.nan)
+    for column, name in enumerate(prior.names):
+        for bound, inside in enumerate((below[:, column], 1.0 - below[:, column])):
+            held = [weight @ (inside < mass) / mass for mass in STRIP_MASSES]
+            ratios[WITH_STRIPS.index(name), bound] = np.mean(held)
+    return ratios
+
+
+def boundary_statistic(ratios: FloatArray) -> FloatArray:
+    """Return log10 of the mean ratio over all faces of the box; (n,) from (n, m, 2).
+
+    A mean of variables with mean one has mean one, however they depend on each other. So it exceeds r in at
+    most 1 of r recordings (Markov; Vovk and Wang, Ann Stat 2021;49:1736). Nothing is left out, and a
+    posterior that lies at several faces counts for more than one that lies at one.
+    """
+    return np.asarray(np.log10(np.maximum(np.nanmean(ratios, axis=(1, 2)), LEAST_RATIO)))
