@@ -85,10 +85,10 @@ def physics(settings: SpeedModelSettings, exact: ExactSettings, rule: RuleSettin
     Raises:
         UntranslatableError: Code that it leads to is not known to the translator; with file and line.
     """
-    options, dependent = (options_of(settings.forward_model, dependent=own) for own in (False, True))
+    options, own = (options_of(settings.forward_model, by_simulation) for by_simulation in (False, True))
     program = Program(
         loops={
-            EQUATIONS: Loop(EQUATIONS, ((options, False), (options, True), (dependent, True)), KERNEL_RANKS),
+            EQUATIONS: Loop(EQUATIONS, ((options, False), (own, True)), KERNEL_RANKS),
             ACTIVATIONS: Loop(ACTIVATIONS, ((),), ACTIVATION_RANKS),
         },
         given={("swesbi.heart.kernel", "LANES"): LANES, ("swesbi.heart.compiled", "source_key"): 0},

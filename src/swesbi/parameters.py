@@ -133,6 +133,14 @@ PHYSIOLOGY: Final = (
         "length_dependence", "1", "share of the length dependence of bonds", r"$\gamma$", "<i>γ</i>", "gamma",
         declared=(0.0, 1.5),  # a prior ends at 1; differences at its bound step beyond
     ),
+    Parameter(
+        "atrial_kick_pa", "Pa", "rise of the atrial pressure by atrial contraction", "$P_a$",
+        "<i>P<sub>a</sub></i>", "P_a", declared=(0.0, 1e4),
+    ),
+    Parameter(
+        "atrial_delay_s", "s", "start of atrial contraction, from 0.26 s before the R peak", "$d_a$",
+        "<i>d<sub>a</sub></i>", "d_a", declared=(0.0, 0.4),
+    ),
 )  # fmt: skip
 """Nuisance parameters that the simulation of a heart takes."""
 OPERATOR: Final = (

@@ -108,6 +108,14 @@ class NuisanceSettings(Settings):
         description="Share of the length dependence of the bonds that PhysioBlocks' human heart has. None, "
         "at 0, is the paper's. What septa have in vivo is not known (chosen: from nearly none to all).",
     )
+    atrial_kick_pa: ParameterPrior | None = Field(
+        default=None,
+        description="Rise of the atrial pressure by atrial contraction.",
+    )
+    atrial_delay_s: ParameterPrior | None = Field(
+        default=None,
+        description="Start of atrial contraction, from 0.26 s before the R peak.",
+    )
     passive_ratio: ParameterPrior | None = Field(
         default=None,
         description="Passive stiffness at the smallest stretch of the beat, over that at the largest. "

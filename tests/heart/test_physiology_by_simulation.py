@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from forward_model_cases import COHORT, RICHER, SETTINGS, prior_draws
+from forward_model_cases import COHORT, RICHER, prior_draws
+from forward_model_cases import SETTINGS as SHIPPED
 
 from swesbi.heart.activation import activations
 from swesbi.heart.model import (
@@ -22,6 +23,8 @@ from swesbi.heart.physiology import NAMES, RANGES, Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate, simulate_active
 
+# Atria contract, so that every quantity matters.
+SETTINGS = SHIPPED.model_copy(update={"atrial_kick_pa": 300.0})
 OPEN = SETTINGS.model_copy(
     update={"circulation": "open", "atrial_pressure_pa": 1100.0, "venous_pressure_pa": 1100.0}
 )
@@ -41,6 +44,8 @@ OTHER = {
     "systemic_capacitance_m3_pa": 1.5e-8,
     "stressed_volume_factor": 1.3,
     "length_dependence": 0.5,
+    "atrial_kick_pa": 500.0,
+    "atrial_delay_s": 0.15,
 }
 # Largest difference of k_c, relative to its peak, from a beat with the same numbers in the settings: the
 # activation by simulation is tabulated by another formula of the same function, to 1e-14.
@@ -84,7 +89,9 @@ def difference(left: np.ndarray, right: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize(
-    "settings", [SETTINGS, RICHER, OPEN, MOONEY], ids=["shipped", "inertance", "open", "mooney_rivlin"]
+    "settings",
+    [SHIPPED, SETTINGS, RICHER, OPEN, MOONEY],
+    ids=["shipped", "atria", "inertance", "open", "mooney_rivlin"],
 )
 def test_the_settings_own_physiology_changes_nothing(settings: ForwardModelSettings) -> None:
     theta = prior_draws(40, seed=11)

@@ -15,10 +15,14 @@ from swesbi.heart.simulate import simulate
 from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import NUISANCES, OF_THETA, PHI_NAMES
-from swesbi.prior import NuisanceSettings, PriorSettings, draw_prior, log_density, quantile
+from swesbi.prior import NuisanceSettings, ParameterPrior, PriorSettings, draw_prior, log_density, quantile
 
 KNOWN = tuple(parameter.name for parameter in NUISANCES)
-ALL = tuple(name for name in KNOWN if name != VOLUME_FACTOR)
+ATRIUM = {
+    "atrial_kick_pa": ParameterPrior(centre=600.0, log_sd=0.6, low=30.0, high=4000.0),
+    "atrial_delay_s": ParameterPrior(centre=0.13, log_sd=0.25, low=0.05, high=0.26),
+}
+ALL = tuple(name for name in KNOWN if name != VOLUME_FACTOR and name not in ATRIUM)
 """Those that the shipped prior frees: the stressed volume is free with cuff pressures alone."""
 
 
@@ -28,11 +32,15 @@ def model_with(*names: str) -> SpeedModel:
     every = with_stressed_volume(made.settings.prior, speed_case.shipped().clinical.stressed_volume_factor)
     theta = every.theta
     fixed = {name: None for name in KNOWN if name not in names}
-    nuisances = theta.nuisances.model_copy(update=fixed)
+    nuisances = theta.nuisances.model_copy(update=ATRIUM | fixed)
     prior = made.settings.prior.model_copy(
         update={"theta": theta.model_copy(update={"nuisances": nuisances})}
     )
-    return replace(made, settings=made.settings.model_copy(update={"prior": prior}))
+    forward_model = made.settings.forward_model.model_copy(
+        update={"atrial_kick_pa": 600.0 if "atrial_delay_s" in names else 0.0}
+    )
+    settings = made.settings.model_copy(update={"prior": prior, "forward_model": forward_model})
+    return replace(made, settings=settings)
 
 
 def test_the_shipped_table_frees_all_but_the_volume_and_the_prior_of_the_paper_none() -> None:

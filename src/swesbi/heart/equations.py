@@ -28,6 +28,10 @@ FRANK_STARLING = (
     (1.1762, 0.0),
 )
 
+# Atrial contraction: how long it lasts, and how long before the R peak it starts at the earliest.
+ATRIAL_DURATION_S = 0.14
+ATRIAL_EARLIEST_S = 0.26
+
 
 class Options(NamedTuple):
     """Which terms the right-hand side has; constants at compile time."""
@@ -39,6 +43,7 @@ class Options(NamedTuple):
     length_dependence: bool
     valve_inertance: bool
     prescribed_flow: bool
+    atrial_contraction: bool
     wall_inertia: bool
     closed_loop: bool
     proximal_capacitance: bool
@@ -69,6 +74,8 @@ class Parameters(NamedTuple):
     r_pulmonary: float
     c_pulmonary: float
     length_dependence: float
+    atrial_kick: float
+    atrial_delay: float
 
 
 class State(NamedTuple):
@@ -148,6 +155,23 @@ def cavity(stretch: float, p: Parameters, o: Options) -> tuple[float, float, flo
     v_y = area * rho * rho * slope
     v_yy = 4.0 * pi * p.radius * (2.0 * rho * slope * slope + rho * rho * curvature)
     return volume, v_y, v_yy
+
+
+@equation
+def atrial_rise(time_s: float, period_s: float, p: Parameters, o: Options) -> float:
+    """Return what atrial contraction adds to the atrial pressure (Pa) at a time after the R peak.
+
+    P_a (4 x (1 - x))^2 for 0 <= x <= 1, x = (t - d_a + 0.26 s) / 0.14 s: of this beat's contraction, which
+    may last beyond the R peak, and of the next one's. Mitral A waves last 113 to 138 ms (Nagueh et al. 2009,
+    Eur. J. Echocardiogr. 10:165).
+    """
+    if not o.atrial_contraction:
+        return 0.0
+    x = (time_s - p.atrial_delay + ATRIAL_EARLIEST_S) * (1.0 / ATRIAL_DURATION_S)
+    y = (time_s - period_s - p.atrial_delay + ATRIAL_EARLIEST_S) * (1.0 / ATRIAL_DURATION_S)
+    before = max(4.0 * x * (1.0 - x), 0.0)
+    after = max(4.0 * y * (1.0 - y), 0.0)
+    return p.atrial_kick * (before * before + after * after)
 
 
 @equation

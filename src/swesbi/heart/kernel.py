@@ -13,7 +13,17 @@ from typing import Final
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.heart.compiled import equation, kernel, source_key
-from swesbi.heart.equations import Drive, Flow, Options, Parameters, State, Theta, cavity, right_hand_side
+from swesbi.heart.equations import (
+    Drive,
+    Flow,
+    Options,
+    Parameters,
+    State,
+    Theta,
+    atrial_rise,
+    cavity,
+    right_hand_side,
+)
 
 # Of double precision: two registers of 512 bits, or four of 256, so that one works while another waits.
 LANES: Final = 16
@@ -26,7 +36,17 @@ ACTIVE_STIFFNESS: Final = 1
 VENTRICULAR_PRESSURE: Final = 3
 # What a lane has of its own, variable by variable: theta; with physiology by simulation also these
 # parameters, and room for its activation at the half steps of some steps.
-OWN_PARAMETERS: Final = ("c0", "c2", "sigma_0", "alpha", "r_distal", "c_systemic", "length_dependence")
+OWN_PARAMETERS: Final = (
+    "c0",
+    "c2",
+    "sigma_0",
+    "alpha",
+    "r_distal",
+    "c_systemic",
+    "length_dependence",
+    "atrial_kick",
+    "atrial_delay",
+)
 OWN_ACTIVATION: Final = len(Theta._fields) + len(OWN_PARAMETERS)
 OWN_STEPS: Final = 8
 OWN_WIDTH: Final = OWN_ACTIVATION + 2 * OWN_STEPS + 1
@@ -193,6 +213,8 @@ def own_parameters(p: Parameters, own: FloatArray, lane: int) -> Parameters:
         r_pulmonary=p.r_pulmonary,
         c_pulmonary=p.c_pulmonary,
         length_dependence=own[9 * LANES + lane],
+        atrial_kick=own[10 * LANES + lane],
+        atrial_delay=own[11 * LANES + lane],
     )
 
 
@@ -200,6 +222,13 @@ def own_parameters(p: Parameters, own: FloatArray, lane: int) -> Parameters:
 def with_activation(drive: Drive, activation: float) -> Drive:
     """Return what is prescribed with another activation."""
     return Drive(activation, drive.atrial_pressure, drive.venous_pressure, drive.inflow, drive.inflow_rate)
+
+
+@equation
+def with_atrium(drive: Drive, time_s: float, period_s: float, p: Parameters, o: Options) -> Drive:
+    """Return what is prescribed at this time of the beat, with the atrium's contraction."""
+    pressure = drive.atrial_pressure + atrial_rise(time_s, period_s, p, o)
+    return Drive(drive.activation, pressure, drive.venous_pressure, drive.inflow, drive.inflow_rate)
 
 
 @equation
@@ -241,9 +270,11 @@ def beat_kernel(
         # record (blocks, samples + 1, RECORDS * LANES) takes the start of every stride-th step, then scratch
         # activation (n, 2 * steps + 1) by simulation, of which rows (blocks, LANES) names the lanes' own
         scratch = record.shape[1] - 1
+        steps = (drives.shape[0] - 1) // 2
+        period_s = h * steps
         for block in range(x.shape[0]):
             state, lanes = x[block], own[block]
-            for step in range((drives.shape[0] - 1) // 2):
+            for step in range(steps):
                 start = drive_at(drives, 2 * step)
                 middle = drive_at(drives, 2 * step + 1)
                 end = drive_at(drives, 2 * step + 2)
@@ -255,19 +286,16 @@ def beat_kernel(
                 for lane in range(LANES if key >= 0 else 0):  # the key is part of what the cache compares
                     before = state_of(state, lane)
                     theta = Theta(lanes[lane], lanes[LANES + lane], lanes[2 * LANES + lane])
+                    a, b, c, q = start, middle, end, p
                     if by_simulation:
-                        after, flow = runge_kutta_step(
-                            before,
-                            h,
-                            with_activation(start, lanes[now + lane]),
-                            with_activation(middle, lanes[now + LANES + lane]),
-                            with_activation(end, lanes[now + 2 * LANES + lane]),
-                            theta,
-                            own_parameters(p, lanes, lane),
-                            o,
-                        )
-                    else:
-                        after, flow = runge_kutta_step(before, h, start, middle, end, theta, p, o)
+                        q = own_parameters(p, lanes, lane)
+                        a = with_activation(start, lanes[now + lane])
+                        b = with_activation(middle, lanes[now + LANES + lane])
+                        c = with_activation(end, lanes[now + 2 * LANES + lane])
+                    a = with_atrium(a, h * step, period_s, q, o)
+                    b = with_atrium(b, h * (step + 0.5), period_s, q, o)
+                    c = with_atrium(c, h * (step + 1.0), period_s, q, o)
+                    after, flow = runge_kutta_step(before, h, a, b, c, theta, q, o)
                     write_record(row, lane, before, flow)
                     write_state(state, lane, after)
 

@@ -63,7 +63,7 @@ class Model:
 
     ``drives`` (2 * steps + 1, 5) holds what is prescribed at every half step of a beat, in the order of
     ``equations.Drive``; ``start`` (8,) the state at the first R peak, in the order of ``equations.State``.
-    Simulations with a length dependence of their own have the options ``dependent``.
+    Simulations with physiology of their own have the options ``by_simulation``.
     """
 
     options: Options
@@ -72,7 +72,7 @@ class Model:
     step_s: float
     stride: int
     start: FloatArray
-    dependent: Options
+    by_simulation: Options
 
     @property
     def samples(self) -> int:
@@ -110,21 +110,22 @@ def own_of(physiology: Physiology, model: Model, settings: ForwardModelSettings)
     return Own(physiology, activations(model.drives.shape[0], model.period_s, *window_s))
 
 
-def options_of(settings: ForwardModelSettings, dependent: bool = False) -> Options:
+def options_of(settings: ForwardModelSettings, by_simulation: bool = False) -> Options:
     """Translate the options' names into the compiled loop's switches.
 
     Args:
         settings: The options.
-        dependent: Whether simulations have a length dependence whatever the settings'.
+        by_simulation: Whether simulations have physiology of their own, all of which then has its terms.
     """
     return Options(
         thin_wall=settings.geometry == "thin",
         mooney_rivlin=settings.passive_law == "mooney_rivlin",
         active_stiffness=settings.active_law == "bcs",
         second_piola=settings.stress_measure == "second_piola",
-        length_dependence=dependent or settings.length_dependence > 0.0,
+        length_dependence=by_simulation or settings.length_dependence > 0.0,
         valve_inertance=settings.valves == "inertance",
         prescribed_flow=False,
+        atrial_contraction=by_simulation or settings.atrial_kick_pa > 0.0,
         wall_inertia=settings.wall_inertia,
         closed_loop=settings.circulation == "closed",
         proximal_capacitance=settings.proximal_capacitance_m3_pa is not None,
@@ -156,6 +157,8 @@ def parameters_of(context: Context, settings: ForwardModelSettings) -> Parameter
         r_pulmonary=settings.pulmonary_resistance_pa_s_m3,
         c_pulmonary=settings.pulmonary_capacitance_m3_pa,
         length_dependence=settings.length_dependence,
+        atrial_kick=settings.atrial_kick_pa,
+        atrial_delay=settings.atrial_delay_s,
     )
 
 
@@ -179,9 +182,9 @@ def build_model(context: Context, settings: ForwardModelSettings, refinement: in
     start[3] = start[7] = settings.initial_arterial_pressure_pa
     start[4] = settings.initial_pulmonary_pressure_pa
     stride = steps // settings.samples_per_beat
-    options, dependent = options_of(settings), options_of(settings, dependent=True)
+    options, own = (options_of(settings, by_simulation) for by_simulation in (False, True))
     parameters = parameters_of(context, settings)
-    return Model(options, parameters, drives, context.period_s / steps, stride, start, dependent)
+    return Model(options, parameters, drives, context.period_s / steps, stride, start, own)
 
 
 def cavity_volume(stretch: FloatArray, model: Model) -> FloatArray:

@@ -56,15 +56,13 @@ def record_buffer(n: int, model: Model) -> FloatArray:
 class Lanes:
     """What differs between n simulations of a model, as the loop takes it.
 
-    ``values`` (n, 3) holds theta, with physiology by simulation (n, 10) also ``OWN_PARAMETERS``, and then
-    ``activation`` (n, 2 * steps + 1) their activation. ``dependent`` says whether any of these has a length
-    dependence: without one the loop is that of a model without.
+    ``values`` (n, 3) holds theta, with physiology by simulation (n, 12) also ``OWN_PARAMETERS``, and then
+    ``activation`` (n, 2 * steps + 1) their activation.
     """
 
     values: FloatArray
     activation: FloatArray
     by_simulation: bool
-    dependent: bool
 
     def blocks(self, rows: Index) -> FloatArray:
         """Return what these simulations, whole blocks of them, have of their own; with room to work in."""
@@ -80,7 +78,7 @@ class Lanes:
 def lanes_of(theta: FloatArray, model: Model, own: Own | None) -> Lanes:
     """Return theta (n, 3), joined with what the simulations have in place of the model's."""
     if own is None:
-        return Lanes(theta, np.empty((0, 0)), by_simulation=False, dependent=False)
+        return Lanes(theta, np.empty((0, 0)), by_simulation=False)
     p, mine = model.parameters, own.physiology
     parameters = (  # in the order of ``OWN_PARAMETERS``
         p.c0 * mine.passive_wall_factor,
@@ -90,9 +88,10 @@ def lanes_of(theta: FloatArray, model: Model, own: Own | None) -> Lanes:
         mine.distal_resistance_pa_s_m3,
         mine.systemic_capacitance_m3_pa,
         mine.length_dependence,
+        mine.atrial_kick_pa,
+        mine.atrial_delay_s,
     )
-    values, dependent = np.column_stack((theta, *parameters)), bool(mine.length_dependence.any())
-    return Lanes(values, own.activation, by_simulation=True, dependent=dependent)
+    return Lanes(np.column_stack((theta, *parameters)), own.activation, by_simulation=True)
 
 
 def advance(
@@ -112,7 +111,8 @@ def _advance(x: FloatArray, rows: Index, lanes: Lanes, model: Model, buffer: Flo
     places = np.minimum(np.arange(blocks * LANES), n - 1)
     state = lane_blocks(x[places], blocks)
     lane_rows = rows[places]
-    run = beat_kernel(model.dependent if lanes.dependent else model.options, lanes.by_simulation)
+    options = model.by_simulation if lanes.by_simulation else model.options
+    run = beat_kernel(options, lanes.by_simulation)
     shared = (model.parameters, model.drives, model.step_s, model.stride)
     own = (lanes.activation, lane_rows.reshape(blocks, LANES))
     run(state, lanes.blocks(lane_rows), *shared, buffer, *own)

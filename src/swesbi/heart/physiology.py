@@ -45,6 +45,8 @@ class Physiology:
         stressed_volume_factor: Multiplies the stressed volume that the settings give the closed loop to start
             with, whatever its C_s (``heart.model.starts``).
         length_dependence: gamma, the share of the length dependence of bonds.
+        atrial_kick_pa: P_a, by how much atrial contraction raises the atrial pressure.
+        atrial_delay_s: Its start, from 0.26 s before the R peak.
     """
 
     activation_onset_s: FloatArray
@@ -57,6 +59,8 @@ class Physiology:
     systemic_capacitance_m3_pa: FloatArray
     stressed_volume_factor: FloatArray
     length_dependence: FloatArray
+    atrial_kick_pa: FloatArray
+    atrial_delay_s: FloatArray
 
     @classmethod
     def of_settings(cls, settings: ForwardModelSettings, n: int) -> Self:

@@ -142,6 +142,20 @@ class ForwardModelSettings(Settings):
         default=None, description="Venous pressure, needed by circulation: open."
     )
 
+    atrial_kick_pa: float = Field(
+        default=0.0,
+        ge=0,
+        description="P_a, by how much atrial contraction raises the atrial pressure. 0, as in the paper: "
+        "atria do not contract.",
+    )
+    atrial_delay_s: float = Field(
+        default=0.13,
+        ge=0,
+        le=0.26,
+        description="Start of atrial contraction, from 0.26 s before the R peak. P wave and tissue Doppler: "
+        "its middle 60 ms before the R peak.",
+    )
+
     initial_displacement_ratio: float = Field(
         gt=-0.5,
         lt=1.0,
