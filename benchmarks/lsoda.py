@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from swesbi.context import Context
-from swesbi.heart.equations import Drive, Options, Parameters, State, Theta, right_hand_side
+from swesbi.heart.equations import Drive, Options, Parameters, State, Theta, atrial_rise, right_hand_side
 from swesbi.heart.model import build_model
 from swesbi.heart.periodic import state_scale
 from swesbi.heart.settings import ForwardModelSettings
@@ -33,11 +33,19 @@ def compiled_rates(o: Options) -> Callable[..., Array]:
 
     @numba.njit(error_model="numpy")  # type: ignore[untyped-decorator]
     def rates(
-        t: float, x: Array, theta: Theta, p: Parameters, onset: float, duration: float, ramp: float
+        t: float,
+        x: Array,
+        theta: Theta,
+        p: Parameters,
+        period: float,
+        onset: float,
+        duration: float,
+        ramp: float,
     ) -> Array:
         s = 0.5 * (tanh((t - onset) / ramp) - tanh((t - onset - duration) / ramp))
         state = State(x[0], x[1], x[2], x[3], x[4], 0.0, 0.0, 0.0)
-        rate, _ = right_hand_side(state, 1.0, Drive(s, 0.0, 0.0, 0.0, 0.0), theta, p, o)
+        drive = Drive(s, atrial_rise(t, period, p, o), 0.0, 0.0, 0.0)
+        rate, _ = right_hand_side(state, 1.0, drive, theta, p, o)
         return np.array(
             [
                 rate.displacement,
@@ -63,7 +71,7 @@ def run_to_periodic(
         settings.activation_duration_s * stretch_of_time,
         0.5 * settings.activation_ramp_s,
     )
-    arguments = (Theta(1e3 * theta[0], theta[1], theta[2]), model.parameters, *window)
+    arguments = (Theta(1e3 * theta[0], theta[1], theta[2]), model.parameters, context.period_s, *window)
     scale = state_scale(model)[:5]
     times = np.arange(model.samples + 1) / model.samples * context.period_s
     x = model.start[:5]

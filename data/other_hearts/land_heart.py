@@ -77,11 +77,12 @@ def land_beat(heart: LandHeart, context: Context) -> Beat:
 
 
 def _check(settings: ForwardModelSettings) -> None:
-    if settings.circulation != "closed" or settings.valves != "resistive" or settings.wall_inertia:
+    closed = settings.circulation == "closed" and settings.valves == "resistive"
+    if not closed or settings.wall_inertia or settings.atrial_kick_pa:
         raise ValueError(
             "a heart with the bridges of Land et al. needs forward_model with a closed circulation, "
-            f"resistive valves and no wall inertia, not {settings.circulation!r}, {settings.valves!r}, "
-            f"{settings.wall_inertia}"
+            f"resistive valves, no wall inertia and no atrial contraction, not {settings.circulation!r}, "
+            f"{settings.valves!r}, {settings.wall_inertia}, {settings.atrial_kick_pa:g} Pa"
         )
 
 

@@ -71,6 +71,13 @@ def test_null_recordings_have_the_same_kind_of_errors_and_about_as_many_points()
         assert np.ptp(np.log(alike.points)) < 0.5 * np.ptp(np.log(others))
 
 
+def test_null_recordings_of_another_kind_of_errors_are_no_null() -> None:
+    null = made(100, 6)
+    known = rows_of(null, np.flatnonzero(null.errors_log_sd == 0.0))
+    with pytest.raises(ValueError, match="has declared errors.*most_errors_log_sd above 0"):
+        nearest(known, 30, declared=True)
+
+
 @pytest.mark.parametrize("found", ["residuals", "boundary_mass"])
 def test_what_no_null_recording_shows_contradicts_the_model(found: str) -> None:
     null, own = made(1200, 4), rows_of(made(1, 5), np.array([0]))

@@ -435,7 +435,7 @@ def checks_of_calibration():
         *expand(
             f"{RESULTS}/{{experiment}}/{{table}}.csv",
             experiment=SPEED_EXPERIMENTS,
-            table=["calibration", "recovery", "recovery_acquisition"] + ["alarms"],
+            table=["calibration", "recovery", "recovery_acquisition", "alarms"],
         ),
         *expand(
             f"{RESULTS}/{{experiment}}/{{table}}.csv",

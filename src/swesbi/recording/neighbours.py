@@ -1,8 +1,8 @@
 """Speeds far outside their neighbours along the cycle: one rule for gated phases and for single pushes.
 
-But for a steep rise and fall the speed changes slowly, so a speed is told by those beside it. Its log is
-taken for a random walk around the cycle that comes back to where it began. What the neighbours say is its
-mean given them; how well they say it, its standard deviation. A rise within one step stays, however high:
+But for a steep rise and fall the speed changes slowly, so its neighbours predict a speed. Its log is taken
+for a random walk around the cycle that comes back to where it began. Given the neighbours it has a mean and
+a standard deviation. A rise within one step stays, however high:
 what lies between its two nearest neighbours is never far outside.
 """
 
@@ -17,7 +17,7 @@ from swesbi.recording.samples import MAD_TO_SD
 from swesbi.recording.settings import RecordingSettings
 
 EACH_SIDE: Final = 8
-"""Neighbours that are asked on each side."""
+"""Neighbours on each side that predict a speed."""
 LEVEL_SD: Final = 1.0
 """Prior standard deviation of the mean log speed about the median: a factor of 2.7."""
 TENTH: Final = 0.1

@@ -1,6 +1,6 @@
 """What the tests look at in a recording: do its residuals fit, does its posterior lie at a face of the box?
 
-Both are asked of gated phases and of pushes alike. A posterior at a face of the prior's box says that the
+Gated phases and pushes have the same two tests. A posterior at a face of the prior's box says that the
 model would go on beyond it to fit the recording. That is how a curve is found that no heart makes, though
 some beat comes near it.
 """

@@ -6,7 +6,7 @@ its exceedances. So a statistic beyond all null recordings still has a p-value (
 Bioinformatics 25:i161, 2009). A tail with an end, of negative shape, is replaced by the exponential one.
 
 A posterior predictive p-value is conservative, and by how much depends on how many points a recording has.
-So it is held against those of null recordings that have nearly as many.
+So it is compared with those of null recordings that have nearly as many.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from swesbi.verdict.verdict import GRADES, Status
 SMALLEST_P: Final = 1e-6
 """A fitted tail of some hundred recordings says nothing about what is rarer."""
 COUNTED: Final = 5  # null recordings at or above, whose share is the p-value; fewer are for the tail
-NEAREST: Final = 200  # null recordings that one is held against: a level of 5 % within 1.5 points
+NEAREST: Final = 200  # null recordings that one is compared with: a level of 5 % within 1.5 points
 
 
 class Grade(IntEnum):
@@ -104,8 +104,17 @@ def nearest(null: Checks, points: int, declared: bool) -> Checks:
         null: Null recordings.
         points: How many phases or pushes the recording has.
         declared: Its errors are declared and integrated out; else they are known.
+
+    Raises:
+        ValueError: No null recording has that kind of errors.
     """
     alike = np.flatnonzero((null.errors_log_sd > 0.0) == declared)
+    if not alike.size:
+        raise ValueError(
+            f"none of {len(null)} null recordings has {'declared' if declared else 'known'} errors, as this "
+            "recording has: make more of them, and for declared errors by a population with "
+            "free_running.most_errors_log_sd above 0"
+        )
     distance = np.abs(np.log(null.points[alike] / points))
     reach = np.sort(distance)[min(NEAREST, len(distance)) - 1]
     return rows_of(null, alike[distance <= reach])

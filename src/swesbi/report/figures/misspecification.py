@@ -37,7 +37,7 @@ STATUS_COLORS: Final = {
     Status.STRAINED: "#E69F00",
     Status.CONTRADICTED: CMAES,
 }
-ALARMS: Final = {
+BARS: Final = {
     "residuals": ("#CC79A7", "residuals"),
     "boundary_mass": (POSTERIOR, "mass at the bounds"),
     STRAINED_OR_WORSE: (STATUS_COLORS[Status.STRAINED], "verdict: strained or contradicted"),
@@ -123,10 +123,10 @@ def _draw_cell(axes: Axes, column: int, row: int, test: VerdictTest, shade: Norm
 def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
     """Draw the share of well-specified recordings on which each test, and both together, raise an alarm."""
     by_alarm = {(row.recordings, row.alarm): row for row in rows}
-    width = 0.8 / len(ALARMS)
-    for which, (alarm, (color, label)) in enumerate(ALARMS.items()):
+    width = 0.8 / len(BARS)
+    for which, (alarm, (color, label)) in enumerate(BARS.items()):
         of_kind = [by_alarm[(kind, alarm)] for kind in RECORDINGS]
-        x = np.arange(len(of_kind)) + (which - 0.5 * (len(ALARMS) - 1)) * width
+        x = np.arange(len(of_kind)) + (which - 0.5 * (len(BARS) - 1)) * width
         rate = np.array([row.rate for row in of_kind])
         ends = [rate - [row.ci_low for row in of_kind], [row.ci_high for row in of_kind] - rate]
         axes.bar(x, rate, 0.92 * width, color=color, label=label)
