@@ -556,20 +556,6 @@ def test_a_plan_that_cannot_be_is_refused(changes: dict[str, Any], message: str)
         load_study(changed(**changes))
 
 
-def test_over_a_population_the_verdict_takes_the_context_ranges_of_the_population() -> None:
-    study = load_study(changed())
-    own, shared = (
-        stage_settings(study, "verdict", **(WILDCARDS | {"experiment": name}))["rule"]
-        for name in ("amortised", "calibrated")
-    )
-    declared = SHIPPED["population_experiments"]["amortised"]["population"]["declared_range"]
-    ranges = own["context"].pop("ranges")
-    assert ranges.pop("age_years") == [8.0, 85.0]
-    assert ranges == {name: declared[name] for name in ("hr_bpm", "lvedv_ml", "ivsd_cm")}
-    assert shared["context"].pop("ranges")["ivsd_cm"] == [0.6, 1.0]
-    assert own == shared
-
-
 def test_the_stressed_volume_is_free_with_pressures_alone() -> None:
     factor = SHIPPED["clinical"]["stressed_volume_factor"]
     with pytest.raises(

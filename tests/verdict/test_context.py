@@ -1,16 +1,19 @@
-"""The test of the context: a subject beside the others, and beside declared ranges."""
+"""The test of the context: a subject beside the others, and beside those of the null recordings."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+import speed_case
 from scipy.stats import kstest
 
 from swesbi.context import Context
+from swesbi.population.contexts import draw_one
 from swesbi.verdict.context import context_tests, leave_one_out
-from swesbi.verdict.settings import ContextCheckSettings
+from swesbi.verdict.null_recordings import read_nulls
+from swesbi.verdict.settings import SHIPPED_NULLS
 
-RANGES = ContextCheckSettings(level=0.01, ranges={"ivsd_cm": (0.6, 1.0), "lvedv_ml": (46.0, 150.0)})
+LEVEL = 0.01
 
 
 def healthy_context(i: int) -> Context:
@@ -24,17 +27,32 @@ def test_a_subject_unlike_the_others_is_found_where_pooled_z_scores_cannot() -> 
     thick = Context("P", "F", 23.0, 1.7, 64.0, 90.0, 34.0, 1.4)
     values = np.array([one.ivsd_cm for one in (*healthy, thick)])
     assert abs((1.4 - values.mean()) / values.std()) < np.sqrt(5) + 1e-9
-    left_out, ranges = context_tests(thick, healthy, RANGES)
+    left_out, ranges = context_tests(thick, healthy, healthy, LEVEL)
     assert left_out.flagged
     assert "ivsd_cm = 1.4" in left_out.detail
     assert ranges.flagged
-    assert "ivsd_cm = 1.4 outside [0.6, 1]" in ranges.detail
-    assert not any(test.flagged for test in context_tests(healthy[2], (*healthy[:2], *healthy[3:]), RANGES))
+    assert "ivsd_cm = 1.4 lies outside 0.68 to 0.76" in ranges.detail
+    others = (*healthy[:2], *healthy[3:])
+    assert not any(test.flagged for test in context_tests(healthy[2], others, others, LEVEL))
 
 
-def test_few_others_leave_the_declared_ranges() -> None:
+def test_few_others_leave_the_reach_of_null_recordings() -> None:
     one = Context("A", "F", 23.0, 1.7, 64.0, 90.0, 34.0, 0.8)
-    assert [test.name for test in context_tests(one, (one, one), RANGES)] == ["context_ranges"]
+    assert [test.name for test in context_tests(one, (one, one), (one,), LEVEL)] == ["context_ranges"]
+
+
+def test_patients_of_the_population_lie_within_the_reach_of_the_shipped_null_recordings() -> None:
+    """A quarter of the null recordings spreads over the declared range: all groups have like hearts."""
+    population = speed_case.shipped().population_experiments["amortised"].population
+    rng = np.random.default_rng(5)
+    hearts = [draw_one(number, population, rng) for number in range(450)]
+    reached = read_nulls(SHIPPED_NULLS).contexts
+    by_group: dict[str, list[bool]] = {}
+    for heart in hearts:
+        reach = context_tests(heart.context, (), reached, LEVEL)[0]
+        by_group.setdefault(heart.group, []).append(reach.flagged)
+    assert set(by_group) == {"adults", "children", "hypertrophied", "dilated"}
+    assert all(np.mean(flagged) <= 0.02 for flagged in by_group.values())
 
 
 def test_leave_one_out_p_values_are_uniform() -> None:

@@ -94,8 +94,8 @@ class FreeRecording:
         if knowledge.nulls is None:
             raise ValueError("a free-running recording is judged by null distributions, and none are given")
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
-        null, rule, clinical = knowledge.nulls.pushes, settings.verdict, self.observation.clinical
-        return judge(exact, self.model, beats, null, knowledge.hearts, rule, seed, clinical, further)
+        nulls, rule, clinical = knowledge.nulls, settings.verdict, self.observation.clinical
+        return judge(exact, self.model, beats, nulls, knowledge.hearts, rule, seed, clinical, further)
 
     def with_pressures(self, settings: ClinicalSettings) -> None:
         """Return None: with pushes, pressures have no model yet."""

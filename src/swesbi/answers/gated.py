@@ -83,8 +83,8 @@ class GatedRecording:
         if knowledge.nulls is None:
             raise ValueError("a gated recording is judged by null distributions, and none are given")
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
-        null, rule, clinical = knowledge.nulls.gated, settings.verdict, self.observation.clinical
-        return judge(exact, self.model, beats, null, knowledge.hearts, rule, seed, clinical, further)
+        nulls, rule, clinical = knowledge.nulls, settings.verdict, self.observation.clinical
+        return judge(exact, self.model, beats, nulls, knowledge.hearts, rule, seed, clinical, further)
 
     def with_pressures(self, settings: ClinicalSettings) -> ClinicalModel | None:
         """Return the model with the pressures of a cuff; None where none were taken.

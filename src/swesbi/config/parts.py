@@ -128,15 +128,6 @@ def _prior_of_experiment(study: Study, wildcards: Wildcards) -> dict[str, Any]:
     return _prior(study, _of_experiment(study, wildcards, "prior"))
 
 
-def _rule_of_verdict(study: Study, wildcards: Wildcards) -> dict[str, Any]:
-    """Return the rule of the verdict; over a population, its context ranges are those of the population."""
-    rule: dict[str, Any] = _of_experiment(study, wildcards, "misspecification.rule")
-    if wildcards["experiment"] in study.config.population_experiments:
-        ranges = _population(study, wildcards).population.context_ranges()
-        rule["context"]["ranges"] = {name: list(limits) for name, limits in ranges.items()}
-    return rule
-
-
 def _draws_of_shard(study: Study, wildcards: Wildcards) -> list[int]:
     draws = study.config.simulations_per_subject(named(study, wildcards, "prior"))
     return _share(wildcard(wildcards, "shard"), study.config.resources.shards_per_subject, draws)
@@ -207,7 +198,6 @@ NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "prior_of_cmaes": lambda study, _: _prior(study, study.config.cmaes.prior),
     "prior_simulated": lambda study, by: _prior(study, named(study, by, "prior")),
     "reference_prior": lambda study, _: _prior(study, study.config.passive_reference_prior),
-    "rule_of_verdict": _rule_of_verdict,
     "name": lambda study, by: named(study, by, "experiment"),
     "name_of_population": _name_of_population,
     "refused": lambda study, by: study.refused(_name_of_population(study, by)),

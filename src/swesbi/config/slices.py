@@ -42,7 +42,8 @@ SOURCES: Final[Mapping[str, str]] = {
     "recording",
     "calibration_local": "experiment.exact experiment.calibration.local model with_chains",
     "calibration": "prior experiment.calibration.judgement experiment.misspecification.rule",
-    "verdict": "rule=rule_of_verdict experiment.misspecification.ejection_time clinical.lvet_sd_ms model",
+    "verdict": "experiment.misspecification.rule experiment.misspecification.ejection_time "
+    "clinical.lvet_sd_ms model",
     "population_calibration": "own=own_of_part acquired=acquired_of_part experiment.exact "
     "sizes=experiment.calibration.recordings fresh",
     "population_scores": "prior experiment.calibration.judgement population.calibration.strata "

@@ -227,12 +227,6 @@ class PopulationSettings(Settings):
             raise ValueError(f"the shares of the groups sum to {total:g}, they must sum to 1")
         return self
 
-    def context_ranges(self) -> dict[str, tuple[float, float]]:
-        """Return what a context of the population may be: the ages of its groups, and the declared range."""
-        ages = [age for group in self.groups.values() for age in group.age_years]
-        declared = {name: self.declared_range.limits(name) for name in DECLARED_NAMES}
-        return {"age_years": (min(ages), max(ages)), **declared}
-
 
 def of_group(population: PopulationSettings, name: str) -> PopulationSettings:
     """Return the population of which one group is all.

@@ -9,7 +9,6 @@ from typing import Annotated, Final, Self
 from pydantic import Field, model_validator
 
 from swesbi.base.settings import Settings
-from swesbi.context import CONTEXT_NAMES
 
 SHIPPED_NULLS: Final = Path(__file__).with_name("nulls.h5")
 """Null recordings that come with the package; `tools.nulls` makes the file."""
@@ -86,26 +85,6 @@ class EjectionTimeSettings(Settings):
         return strained_abs_z(self.strained_level, tests=1)
 
 
-class ContextCheckSettings(Settings):
-    """When a subject's context is strange: beside the other subjects', and by declared ranges."""
-
-    level: Level = Field(description="Level of the leave-one-subject-out test, all values together. Chosen.")
-    ranges: dict[str, tuple[float, float]] = Field(
-        description="Declared range of each context value, in its unit. They are of healthy adults at "
-        "rest, for whom the fixed parameters of the forward model are chosen. Volumes and septum have "
-        "both sexes' normal ranges together (Lang et al. 2015). The others are chosen."
-    )
-
-    @model_validator(mode="after")
-    def _check_ranges(self) -> Self:
-        for name, (low, high) in self.ranges.items():
-            if name not in CONTEXT_NAMES:
-                raise ValueError(f"ranges names {name!r}; known: {', '.join(CONTEXT_NAMES)}")
-            if not low < high:
-                raise ValueError(f"ranges.{name} = [{low:g}, {high:g}] holds nothing")
-        return self
-
-
 class RuleSettings(Settings):
     """The tests' own choices and the levels of the verdict."""
 
@@ -123,7 +102,9 @@ class RuleSettings(Settings):
         description="False-alarm rate of 'contradicted', over all tests. Chosen."
     )
     volumes: VolumeSettings = Field(description="The test of the volumes of the cavity.")
-    context: ContextCheckSettings = Field(description="The test of the context.")
+    context_level: Level = Field(
+        description="Level of the test of a context beside the others', all values together. Chosen."
+    )
 
     @model_validator(mode="after")
     def _check_levels(self) -> Self:

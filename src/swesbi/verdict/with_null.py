@@ -32,6 +32,7 @@ from swesbi.seeds import generator
 from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.checks import BOUNDS, TESTS, WITH_STRIPS, Checks, check_recording
 from swesbi.verdict.context import context_tests
+from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.nulls import Grade, grade_of, nearest, overall_p, p_values, single_level
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
 from swesbi.verdict.trust import ANSWER
@@ -87,7 +88,7 @@ def judge(
     exact: ExactPosterior,
     model: SpeedModel | FreeModel,
     beats: Beats,
-    null: Checks,
+    nulls: NullRecordings,
     others: Sequence[Context],
     settings: VerdictSettings,
     seed: int,
@@ -100,7 +101,7 @@ def judge(
         exact: The exact posterior of the recording.
         model: The recording and its model.
         beats: Of the posterior's draws.
-        null: What the tests look at in null recordings of its kind.
+        nulls: Null recordings.
         others: Contexts with which the subject's is compared.
         settings: Of the tests.
         seed: Of the factors of the errors, where these are not known.
@@ -113,10 +114,11 @@ def judge(
     predicted = model.predict_from(exact.phi, beats).rows(np.flatnonzero(works))
     rng = generator(seed, "verdict", context.subject)
     checks = check_recording(model, exact.phi, works / works.sum(), predicted, rng)
-    by_null = by_nulls(null, checks, rule)
+    free = isinstance(model, FreeModel)
+    by_null = by_nulls(nulls.pushes if free else nulls.gated, checks, rule)
     volumes = volume_tests(speeds, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
-    contextual = (*ejection, *context_tests(context, others, rule.context), *further)
+    contextual = (*ejection, *context_tests(context, others, nulls.contexts, rule.context_level), *further)
     status = grade(by_null.status, volumes, contextual, rule.volumes.contradicted_abs_z)
     tests = (*by_null.tests, *volumes, *contextual)
     farthest = _farthest(model, predicted)

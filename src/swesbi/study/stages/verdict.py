@@ -66,11 +66,11 @@ def verdict(
     Raises:
         ArtefactError: An input is no such artefact, or the contexts do not hold the subject's.
     """
-    others, null_gated = _others(contexts, origin.subject), read_nulls(null).gated
+    others, nulls = _others(contexts, origin.subject), read_nulls(null)
     model = read_speed_model(observation, noise, settings.model)
     clinical, exact = read_observation(observation).clinical, read_exact_posterior(posterior)
     beats = model.simulate(exact.phi)
-    result = judge(exact, model, beats, null_gated, others, settings, origin.seed, clinical)
+    result = judge(exact, model, beats, nulls, others, settings, origin.seed, clinical)
     write_json(verdict, result.to_json())
     LOGGER.info("subject %s: %s", origin.subject, result.sentence)
 
