@@ -79,22 +79,16 @@ def _leave_one_out_test(context: Context, others: Sequence[Context], level: floa
 
 def _reach_test(context: Context, reached: Sequence[Context]) -> VerdictTest:
     """Tell whether null recordings have hearts like this one; only what is simulated counts."""
-    limits = {name: [_value(other, name) for other in reached] for name in SIMULATED}
-    beyond = [
-        f"{name} = {_value(context, name):g} lies outside {min(values):.3g} to {max(values):.3g}"
-        for name, values in limits.items()
-        if not min(values) <= _value(context, name) <= max(values)
-    ]
-    reaches = "null recordings reach this heart"
+    beyond = outside(context, reached, margin_fraction=0.0)
     return VerdictTest(
         name="context_ranges",
         statistic=float(len(beyond)),
         p_value=None,
         threshold=0.0,
         flagged=bool(beyond),
-        detail=f"{', '.join(beyond)}, which null recordings reach: no test of them holds"
+        detail=f"no null recording has such a heart: {', '.join(beyond)}"
         if beyond
-        else reaches,
+        else "null recordings have such hearts",
     )
 
 
@@ -103,14 +97,14 @@ def _value(context: Context, name: str) -> float:
 
 
 def outside(context: Context, trained: Sequence[Context], margin_fraction: float) -> tuple[str, ...]:
-    """Return a sentence for each simulated value beyond those trained on; none if the network may answer.
+    """Return a sentence for each simulated value beyond those of other contexts; none where all lie within.
 
     A value may lie up to ``margin_fraction`` of the smallest one below it, and of the largest one above it:
     for one subject alone that is a range too.
 
     Args:
         context: The new subject's.
-        trained: Contexts of the n subjects that the network was trained on, at least one.
+        trained: The other contexts, at least one: of a network's training, of null recordings.
         margin_fraction: What is accepted beyond them.
     """
     known = np.stack([other.as_array() for other in trained])
