@@ -30,6 +30,7 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import weight_failures
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import k_hat_limit
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.settings import ExactSettings, asking
@@ -67,12 +68,12 @@ def timed(work: Callable[[], Result]) -> tuple[Result, float]:
 
 def compare(model: SpeedModel, flow: TrainedFlow, settings: ExactSettings) -> Row:
     """Sample one posterior both ways."""
-    proposal = flow_proposal(flow, model.recording)
-    adapted(model, asking(settings, 20), SEED, proposal)  # compiles and warms up
-    weighted, weighting_s = timed(lambda: adapted(model, settings, SEED, proposal).weighted)
+    proposal, heart = flow_proposal(flow, model.recording), HeartModel(model)
+    adapted(heart, asking(settings, 20), SEED, proposal)  # compiles and warms up
+    weighted, weighting_s = timed(lambda: adapted(heart, settings, SEED, proposal).weighted)
     draws = len(weighted.phi)
-    start = starting_points(model, weighted, settings.mcmc.start_points, np.random.default_rng(SEED))
-    sampled, mcmc_s = timed(lambda: sample_mcmc(model, start, settings.mcmc, SEED))
+    start = starting_points(heart, weighted, settings.mcmc.start_points, np.random.default_rng(SEED))
+    sampled, mcmc_s = timed(lambda: sample_mcmc(heart, start, settings.mcmc, SEED))
     return Row(
         subject=model.recording.subject,
         k_hat=weighted.k_hat,

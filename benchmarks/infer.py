@@ -41,6 +41,7 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.adaptive import adapted
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
@@ -72,11 +73,13 @@ def accuracy(folder: Path, model: SpeedModel, settings: CalibrationLocalStageSet
     """Return the accuracy of telling the reported draws from long Markov chains; NaN if these fail."""
     exact, mcmc = read_exact_posterior(folder / "posterior.h5"), settings.local.mcmc
     rng = np.random.default_rng(SEED)
-    chains = sample_mcmc(model, starting_points(model, exact.weighted, mcmc.start_points, rng), mcmc, SEED)
+    heart = HeartModel(model)
+    chains = sample_mcmc(heart, starting_points(heart, exact.weighted, mcmc.start_points, rng), mcmc, SEED)
     if not chains.converged:
         return float("nan")
     draws = settings.local.two_sample_draws
-    return classifier_accuracy(exact.phi[:draws], chains.thinned(draws, rng), model.settings.prior, SEED)
+    phi = heart.evaluated(chains.thinned(draws, rng)).phi
+    return classifier_accuracy(exact.phi[:draws], phi, model.settings.prior, SEED)
 
 
 def answered(study: Study, experiment: str, count: int, folder: Path) -> None:
@@ -166,7 +169,7 @@ def network_alone(
             context = case.context if shown == "as it is" else nearest_known(case.context, trained)
             found = [
                 adapted(
-                    replace(model, recording=one),
+                    HeartModel(replace(model, recording=one)),
                     settings,
                     SEED,
                     flow_proposal(flow, replace(one, context=context)),

@@ -13,6 +13,7 @@ from swesbi.virtual.hearts.stored import FILES, StoredHeart, load_hearts
 
 FOLDER = Path(__file__).parent
 WEAK = 0.35
+OF_VALIDATION = ("e", "f")
 
 
 def counts(letter: str, hearts: Sequence[StoredHeart]) -> Iterator[str]:
@@ -54,9 +55,9 @@ def _range(values: FloatArray, digits: int) -> str:
 
 
 def main() -> None:
-    """Print both files."""
-    for letter, (name, _) in FILES.items():
-        hearts = load_hearts(FOLDER / name)[0]
+    """Print both files of the validation."""
+    for letter in OF_VALIDATION:
+        hearts = load_hearts(FOLDER / FILES[letter][0])[0]
         print(*counts(letter, hearts), sep="\n")
         print(*ranges([heart for heart in hearts if heart.stream == VALIDATION_STREAM]), sep="\n")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
@@ -77,21 +77,6 @@ class People:
 
     population: PopulationSettings
     lvesv_fraction: float
-
-
-def draw_hearts(
-    source: Source, stream: Stream, count: int, people: People, seed: int
-) -> Iterator[StoredHeart]:
-    """Draw the hearts number 0 to ``count - 1`` of a stream; see :func:`draw_heart`."""
-    for number in range(count):
-        heart = draw_heart(source, stream, number, people, seed)
-        LOGGER.info(
-            "%s: ejection fraction %.2f, attains %.1f kPa",
-            heart.context.subject,
-            heart.beat.ejection_fraction,
-            heart.beat.active_kpa.max(),
-        )
-        yield heart
 
 
 def draw_heart(source: Source, stream: Stream, number: int, people: People, seed: int) -> StoredHeart:

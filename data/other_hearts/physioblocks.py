@@ -46,7 +46,7 @@ the reference heart ejects 34 % of its blood with a destruction of 12, and 54 % 
 REFERENCE_RADIUS_M: Final = 0.0340
 REFERENCE_PERIOD_S: Final = 1.0
 SIZED: Final = ("proximal_resistance_pa_s_m3", "distal_resistance_pa_s_m3")
-"""Of these the reference belongs to the size and rate of the reference heart; see :func:`_size`."""
+"""Of these the reference belongs to the size and rate of the reference heart; see :func:`size_of`."""
 WALL_PA: Final = (444.0, 2.9, 69.0, 6.5)  # C_0, C_1, C_2, C_3
 ATRIAL_PA: Final = {"min": 450.0, "max": 900.0}
 
@@ -77,7 +77,7 @@ class PhysioBlocksHearts:
         """Draw theta from the prior, and wall, atrium and circulation about the reference heart's."""
         theta = sample(1, self.prior, rng)[0]
         own = {name: value * log_uniform(VARIED, rng) for name, value in REFERENCE.items()}
-        return Drawn(theta, own | {name: own[name] * _size(context) for name in SIZED})
+        return Drawn(theta, own | {name: own[name] * size_of(context) for name in SIZED})
 
     def beat(self, context: Context, drawn: Drawn) -> Beat:
         """Return the periodic beat of a heart.
@@ -92,7 +92,7 @@ class PhysioBlocksHearts:
         return ""
 
 
-def _size(context: Context) -> float:
+def size_of(context: Context) -> float:
     """Return the resistance over the reference heart's: a smaller or slower heart meets the same pressure."""
     volume = (REFERENCE_RADIUS_M / context.radius_m) ** 3
     return volume * context.period_s / REFERENCE_PERIOD_S

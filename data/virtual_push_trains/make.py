@@ -52,7 +52,7 @@ with a hand-held probe they are not.
 | `recording.yaml` | the declared size of the errors |
 | `truth.csv` | the true parameters; no inference reads them |
 
-The volunteers' physiology is richer than the model's ([their README](../virtual_volunteers/README.md)).
+The volunteers' equations are not the model's ([their README](../virtual_volunteers/README.md)).
 So the model's best parameters need not equal these.
 
 `python data/virtual_push_trains/make.py` makes the files. A test makes them again and compares every byte.

@@ -92,10 +92,10 @@ The acquisition seed is {seed}. It was fixed before any inference was run on the
 ## Where they come from
 
 Each volunteer is one periodic beat of the spherical ventricle in a closed circulation. They were simulated
-with a *richer* model than the one we fit, so model error is part of the test. It has valve inertance, wall
-inertia, a slower activation ramp (30 ms instead of 20), and the parameters below, which differ between the
-volunteers. The total stiffness is `a exp(b (lambda^2 - 1)) + k_c` along the volunteer's own beat. The scale
-`a` is set so that the late-diastolic mean is the designed one.
+with *another* model than the one we fit, so model error is part of the test. It has valve inertance, wall
+inertia, an activation ramp of 30 ms, and other constants as in model version 3. Its atria do not contract.
+The parameters below differ between the volunteers. The total stiffness is `a exp(b (lambda^2 - 1)) + k_c`
+along the volunteer's own beat. The scale `a` is set so that the late-diastolic mean is the designed one.
 
 {truth}
 
@@ -197,7 +197,8 @@ OTHER_SEEDS: Final = """
 
 The same volunteers are recorded with other random errors (`record(truth, seed)`). Each recording is ingested
 and its passive baseline calibrated. The network of the study's main experiment judges it, without new
-training. Of {seeds} recordings each, the prior supports {supported}.
+training, under model version 3.
+Of {seeds} recordings each, the prior supports {supported}.
 The shipped seed stays {seed}, whatever the result.
 
 {table}

@@ -47,11 +47,11 @@ function recording({ name, bytes, context, settings, noise, errors }) {
   };
 }
 
-// The exact posterior of a recording from the prior on; `tell` hears of every round.
+// The exact posterior of a recording, from the prior of hearts on; `tell` hears of every round.
 function infer({ context, recording, seed }, tell) {
   const began = performance.now(), model = modelOf(context, recording), { exact } = physics;
   let last = null;
-  for (const adapted of physics.adaptive_rounds(model, exact, seed)) {
+  for (const adapted of physics.adaptive_rounds(new physics.HeartModel(model), exact, seed)) {
     last = adapted;
     tell(certificate(adapted));
   }

@@ -21,6 +21,7 @@ from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import resample
 
 ANSWERED = "Number(document.body.dataset.answered ?? 0)"
@@ -140,7 +141,7 @@ def test_the_posterior_of_a_recording_is_pythons(page: Browser, tmp_path: Path) 
     found = np.array(page.evaluate("state.inferred.phi"))
     observed, settings = explorer_case.observation("A"), speed_case.settings("calibrated")
     model = SpeedModel(measured_speeds(observed, explorer_case.NOISE), settings)
-    *_, last = adaptive_rounds(model, speed_case.exact(), 2)
+    *_, last = adaptive_rounds(HeartModel(model), speed_case.exact(), 2)
     own = resample(last.weighted, len(found), np.random.default_rng(1))
     error = 4.5 * np.sqrt(2.0 / speed_case.exact().min_effective_draws)
     spread = np.log(own).std(axis=0)

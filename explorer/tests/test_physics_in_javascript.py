@@ -16,6 +16,7 @@ from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.likelihood import SpeedModel
+from swesbi.posterior.hearts import HeartModel
 from swesbi.prior import sample
 
 # the cohort of the paper, a slow thick heart and a fast small one
@@ -45,14 +46,21 @@ for (const c of given.contexts) {{
   for (const name of given.curves) doubles(flat(beats[name]));
 }}
 """
-LIKELIHOOD = f"""{PARTS}
+MODEL = f"""{PARTS}
 const r = given.recording, a = (list) => np.array(list);
 const shared = r.columns ? a(r.shared) : np.empty([r.phase.length, 0]);
 const measured = [a(r.phase), a(r.speed_m_s), a(r.relative_se), shared];
 const recording = new physics.SpeedRecording(context(given.context), ...measured);
 const model = new physics.SpeedModel(recording, physics.settings);
-return model.log_likelihood(phi).tolist().map((x) => (x === -Infinity ? null : x));
 """
+LIKELIHOOD = f"{MODEL} doubles(flat(model.log_likelihood(phi)));"
+HEARTS = f"""{MODEL}
+const heart = new physics.HeartModel(model), points = heart.points(phi), found = heart.evaluated(points);
+for (const part of [found.log_likelihood, found.log_likelihood_of_phi, found.phi]) doubles(flat(part));
+"""
+MODELS = pytest.mark.parametrize(
+    "made", [speed_case.model(prior="calibrated"), speed_case.model_of_sweeps()], ids=["separate", "sweeps"]
+)
 
 
 @pytest.fixture(scope="module")
@@ -108,12 +116,9 @@ def test_a_thousand_beats_of_eight_hearts_are_those_of_python(program: str, tmp_
     assert_same_curves(compared(program, tmp_path, 1000, CONTEXTS), 1000)
 
 
-@pytest.mark.parametrize(
-    "made", [speed_case.model(prior="calibrated"), speed_case.model_of_sweeps()], ids=["separate", "sweeps"]
-)
-def test_likelihoods_are_those_of_python(made: SpeedModel, tmp_path: Path) -> None:
+def of_model(made: SpeedModel, folder: Path, body: str, phi: np.ndarray) -> np.ndarray:
+    """Return the numbers that JavaScript has of phi (n, d) in a model."""
     find_node()
-    phi = sample(40, made.settings.prior, np.random.default_rng(4))
     recording = made.recording
     given = {
         "phi": phi.tolist(),
@@ -126,11 +131,23 @@ def test_likelihoods_are_those_of_python(made: SpeedModel, tmp_path: Path) -> No
             "columns": recording.shared.shape[1],
         },
     }
-    found = evaluate(
-        tmp_path, physics(made.settings, speed_case.exact(), speed_case.rule()), LIKELIHOOD, given
-    )
-    expected = made.log_likelihood(phi)
-    np.testing.assert_allclose([-np.inf if x is None else x for x in found], expected, rtol=1e-9)
+    evaluate(folder, physics(made.settings, speed_case.exact(), speed_case.rule()), body, given)
+    return doubles(folder)
+
+
+@MODELS
+def test_likelihoods_are_those_of_python(made: SpeedModel, tmp_path: Path) -> None:
+    phi = sample(40, made.settings.prior, np.random.default_rng(4))
+    np.testing.assert_allclose(of_model(made, tmp_path, LIKELIHOOD, phi), made.log_likelihood(phi), rtol=1e-9)
+
+
+@MODELS
+def test_likelihoods_of_hearts_alone_are_those_of_python(made: SpeedModel, tmp_path: Path) -> None:
+    """The numbers of a row are the same, so that estimates are, and which draw is taken."""
+    phi = sample(40, made.settings.prior, np.random.default_rng(4))
+    own = HeartModel(made).evaluated(made.settings.prior.heart(phi))
+    expected = np.concatenate([own.log_likelihood, own.log_likelihood_of_phi, own.phi.ravel()])
+    np.testing.assert_allclose(of_model(made, tmp_path, HEARTS, phi), expected, rtol=1e-9)
 
 
 def test_other_equations_make_another_page(tmp_path: Path) -> None:

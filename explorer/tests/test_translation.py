@@ -39,6 +39,25 @@ def translated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> st
     return made.text()
 
 
+GENERIC = """
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar, runtime_checkable
+T = TypeVar("T")
+class N(Protocol):
+    @property
+    def h(self): "It."
+@runtime_checkable
+class P(N, Protocol):
+    def g(self): "It."
+class A(Generic[T]):
+    @property
+    def h(self):
+        raise NotImplementedError
+    def g(self):
+        return 2 * self.h
+"""
+
+
 @pytest.mark.parametrize(
     ("code", "given", "expected"),
     [
@@ -67,6 +86,13 @@ def translated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> st
             "        return 'whole'\n    return k",
             [5],
             3,
+        ),
+        (
+            f"{GENERIC}@dataclass\nclass B(A[int]):\n    x: int\n    @property\n    def h(self):\n"
+            "        return self.x\n@dataclass\nclass C:\n    g: int\n"
+            "def f(x):\n    b = B(x)\n    return [b.g(), isinstance(b, P), isinstance(C(x), P)]",
+            [4],
+            [8, True, False],
         ),
     ],
 )  # fmt: skip
@@ -97,6 +123,11 @@ def test_functions_give_what_python_gives(
             3,
             "a call by name behind arguments",
         ),
+        (
+            "def f(x):\n    return B(x)\nclass A:\n    y: int\nclass B(A[int]):\n    z: int",
+            6,
+            "A[int], a base with fields",
+        ),
     ],
 )
 def test_what_is_not_known_is_refused_with_file_and_line(
@@ -112,18 +143,26 @@ const array = (list) => np.array(list);
 const arrays = Object.entries(given).map(([name, list]) => [name, array(list)]);
 const { levels, x, nodes, rows } = Object.fromEntries(arrays);
 const closed = [...given.rows[0], given.rows[0][0]].map((y) => [y]), periodic = kw({ bc_type: "periodic" });
+const stacked = array(given.stacked), last = kw({ axis1: 1, axis2: 2 });
+const kept = kw({ axis: 1, keepdims: true });
 const spline = interpolate.CubicSpline(array([...given.nodes, given.nodes[0] + 1]), array(closed), periodic);
+const rows_of_two = getItem(rows, py.slice(null, 2), py.slice(null, 2));
 const shape = array([[1.2, 0.3], [0.3, 0.8]]);
 const student = new MultivariateT(array([0.1, -0.2]), shape, 8);
 return {
   ndtr: special.ndtr(x).tolist(), ndtri: special.ndtri(levels).tolist(),
+  gammaincinv: [0.3, 3].map((a) => special.gammaincinv(a, levels).tolist()),
   t: student.logpdf(array(given.pairs)).tolist(),
-  chi2: [special.chdtrc(3, 7.3), special.chdtrc(5, 0.2)],
+  chi2: [special.chdtrc(3, 7.3), special.chdtrc(5, 0.2)], gammaln: special.gammaln(array([0.5, 5])).tolist(),
   logsumexp: special.logsumexp(rows, kw({ axis: 0 })).tolist(),
   spline: np.reshape(spline(x_in), [-1]).tolist(), slope: np.reshape(spline(x_in, 1), [-1]).tolist(),
   pchip: interpolate.PchipInterpolator(nodes, rows, kw({ axis: 1 }))(x_in).tolist(),
   quantile: np.quantile(rows, array([0.05, 0.5, 0.95]), kw({ axis: 1 })).tolist(),
+  kept: special.logsumexp(rows, kept).tolist(), norm: np.linalg.norm(rows, kept).tolist(),
   solve: np.linalg.solve(array([[[2, 1], [1, 3]]]), array([[[1], [2]]])).tolist(),
+  inv: np.linalg.inv(stacked).tolist(), cholesky: np.linalg.cholesky(stacked).tolist(),
+  diagonal: np.diagonal(stacked, last).tolist(), trace: np.trace(stacked, last).tolist(),
+  dstack: np.dstack([stacked, rows_of_two]).tolist(),
 };
 """
 
@@ -131,6 +170,8 @@ return {
 def test_what_stands_for_libraries_gives_what_they_give(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     levels, x = np.linspace(0.001, 0.999, 21), np.linspace(-3.0, 3.0, 21)
+    levels[[0, -1]] = 1e-12, 1.0 - 1e-12
+    stacked = np.array([[[2.0, 1.0], [1.0, 3.0]], [[1.0, -0.2], [-0.2, 0.5]]])
     nodes = np.sort(rng.random(9)) * 0.9
     rows = rng.random((3, 9))
     pairs = rng.standard_normal((5, 2))
@@ -142,6 +183,7 @@ def test_what_stands_for_libraries_gives_what_they_give(tmp_path: Path) -> None:
         "rows": rows,
         "pairs": pairs,
         "inside": inside,
+        "stacked": stacked,
     }
     body = "const x_in = np.array(given.inside);" + LIBRARIES
     plain = {name: values.tolist() for name, values in given.items()}
@@ -150,14 +192,23 @@ def test_what_stands_for_libraries_gives_what_they_give(tmp_path: Path) -> None:
     expected = {
         "ndtr": ndtr(x),
         "ndtri": ndtri(levels),
+        "gammaincinv": [special.gammaincinv(a, levels) for a in (0.3, 3.0)],
         "t": stats.multivariate_t([0.1, -0.2], [[1.2, 0.3], [0.3, 0.8]], df=8).logpdf(pairs),
         "chi2": [special.chdtrc(3, 7.3), special.chdtrc(5, 0.2)],
+        "gammaln": special.gammaln([0.5, 5.0]),
         "logsumexp": logsumexp(rows, axis=0),
         "spline": spline(inside),
         "slope": spline(inside, 1),
         "pchip": PchipInterpolator(nodes, rows, axis=1)(inside),
         "quantile": np.quantile(rows, [0.05, 0.5, 0.95], axis=1),
+        "kept": logsumexp(rows, axis=1, keepdims=True),
         "solve": [[[0.2], [0.6]]],
+        "inv": np.linalg.inv(stacked),
+        "cholesky": np.linalg.cholesky(stacked),
+        "norm": np.linalg.norm(rows, axis=1, keepdims=True),
+        "diagonal": np.diagonal(stacked, axis1=1, axis2=2),
+        "trace": np.trace(stacked, axis1=1, axis2=2),
+        "dstack": np.dstack([stacked, rows[:2, :2]]),
     }
     for name, values in expected.items():
         np.testing.assert_allclose(found[name], values, rtol=1e-11, atol=1e-13, err_msg=name)

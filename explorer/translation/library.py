@@ -27,9 +27,10 @@ BUILTINS: Final = {
 NUMPY: Final = _listed(
     """abs add.at all any append arange argmax argmin argsort array array_equal asarray ascontiguousarray
     bincount bool_ broadcast_arrays broadcast_to cbrt ceil clip column_stack concatenate count_nonzero
-    cumsum delete diag diff einsum empty empty_like exp expm1 eye flatnonzero float64 floor frombuffer
-    full full_like hstack hypot inf int64 int8 interp isfinite isin isnan linalg.LinAlgError
-    linalg.cholesky linalg.solve linspace log log10 log1p logaddexp max maximum mean median min minimum
+    cumsum delete diag diagonal diff dstack einsum empty empty_like exp expm1 eye flatnonzero float64 floor
+    frombuffer full full_like hstack hypot inf int64 int8 interp isfinite isin isnan linalg.LinAlgError
+    linalg.cholesky linalg.inv linalg.norm linalg.solve linspace log log10 log1p logaddexp max maximum mean
+    median min minimum
     nan nan_to_num nanargmax nanmax nanmedian newaxis nextafter object_ ones ones_like pad pi power quantile
     random.default_rng repeat reshape rint roll round searchsorted sort sqrt square stack std str_ sum
     swapaxes tanh tile trace transpose unique vstack where zeros zeros_like"""
@@ -55,7 +56,7 @@ LIBRARY: Final = {
     "scipy.optimize.brentq": "optimize.brentq",
     **{
         f"scipy.special.{name}": f"special.{name}"
-        for name in _listed("chdtrc expit log_expit logsumexp ndtr ndtri")
+        for name in _listed("chdtrc expit gammaincinv gammaln log_expit logsumexp ndtr ndtri")
     },
     **{f"numpy.{name}": f"np.{name}" for name in NUMPY},
 }
@@ -67,7 +68,7 @@ METHODS: Final = {
         repeat reshape rvs split splitlines standard_normal startswith std strip sum swapaxes tobytes tolist
         transpose union update upper values var"""
     )
-} | {"join": "joined", "replace": "replaceAll", "fromkeys": "fromkeys"}
+} | {"get": "found", "join": "joined", "replace": "replaceAll", "fromkeys": "fromkeys"}
 """Methods of arrays, texts and collections, whatever they are called on."""
 RUNTIME: Final = (
     "runtime/arrays.js", "runtime/python.js", "runtime/numpy.js", "runtime/linear.js", "runtime/scipy.js",

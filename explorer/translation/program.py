@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from explorer.translation.calls import Signature
-from explorer.translation.classes import class_lines, constructor_names, methods
+from explorer.translation.classes import class_lines, constructor_names, methods, protocol_lines
 from explorer.translation.library import identifier, runtime
 from explorer.translation.loops import loop_lines
 from explorer.translation.modules import module, resolved, value_of
@@ -125,8 +125,10 @@ class Program:
         if name in self._parts:
             name = f"{chain[0].rsplit('.', maxsplit=1)[-1]}_{name}"
         self._names[chain] = name
-        self._parts[name] = []  # its place is before those that it leads to
-        self._parts[name] = self._lines(chain, name)
+        self._parts[name] = []  # the name is taken
+        lines = self._lines(chain, name)
+        del self._parts[name]
+        self._parts[name] = lines  # behind what it leads to: a class is made after the one that it extends
         return name
 
     def _lines(self, chain: syntax.Chain, name: str) -> list[str]:
@@ -136,7 +138,7 @@ class Program:
         if isinstance(node, ast.ClassDef):
             self._know(node)
             if TYPES & set(map(ast.unparse, node.bases)):
-                return [f"class {name} {{}}"]
+                return protocol_lines(node, home, name)
             return class_lines(node, home, self, name)
         assert isinstance(node, ast.FunctionDef)
         return function_lines(node, home, self, {}, name)

@@ -103,7 +103,7 @@ PHYSIOLOGY: Final = (
     ),
     Parameter(
         "activation_ramp_s", "s", "width of the activation's ramps", "$w$", "<i>w</i>", "w",
-        declared=(0.002, 0.2),
+        declared=(0.002, 0.25),
     ),
     Parameter(
         "destruction_alpha", "1", "bonds destroyed per unit of strain", r"$\alpha$", "<i>α</i>", "alpha",
@@ -162,9 +162,18 @@ SHOWN: Final = Parameter(
     "shown_kpa", "kPa", "shown active stiffness", r"$E_\mathrm{act}^\mathrm{max}$",
     "max <i>E</i><sub>act</sub>", "max E_act",
 )  # fmt: skip
-BONDS: Final = Parameter(
-    "bonds_kpa", "kPa", "stiffness of the bonds", r"$k_c^\mathrm{max}$", "max <i>k<sub>c</sub></i>", "max k_c"
-)
+HALF_ACTIVE: Final = Parameter(
+    "half_active_ms", "ms", "time after R at which the active part has halved", "$t_{1/2}$",
+    "<i>t</i><sub>1/2</sub>", "t_1/2",
+)  # fmt: skip
+ACTIVE_SHARE: Final = Parameter(
+    "active_share", "1", "active share of the peak", r"$E_\mathrm{act}/E$",
+    "<i>E</i><sub>act</sub>/<i>E</i>", "E_act/E",
+)  # fmt: skip
+ISOMETRIC_STIFFNESS: Final = Parameter(
+    ISOMETRIC, "kPa", "isometric stiffness", ISOMETRIC_SYMBOL,
+    "<i>k</i><sub>0</sub>(1 − exp(−<i>k</i><sub>ATP</sub><i>D<sub>T</sub></i>))", "k_0(1 - exp(-k_ATP D_T))",
+)  # fmt: skip
 CURVE: Final = (
     Parameter("duration_ms", "ms", "duration", r"$t_{50\,50}$", "<i>t</i><sub>50-50</sub>", "t_50-50"),
     Parameter("peak_kpa", "kPa", "peak stiffness", r"$E^\mathrm{max}$", "max <i>E</i>", "max E"),
@@ -181,7 +190,7 @@ CURVE: Final = (
 )  # fmt: skip
 """Told of the curve: full width at half of the rise, largest value, rate of the fall from 75 to 25 %, time
 from the peak to half, late-diastolic mean."""
-DERIVED: Final = (SHOWN, *CURVE, BONDS)
+DERIVED: Final = (SHOWN, *CURVE, HALF_ACTIVE, ACTIVE_SHARE, ISOMETRIC_STIFFNESS)
 DERIVED_NAMES: Final = tuple(quantity.name for quantity in DERIVED)
 _BY_NAME: Final = {quantity.name: quantity for quantity in (*PHI, *DERIVED)}
 TOLD: Final = tuple(
@@ -191,13 +200,14 @@ TOLD: Final = tuple(
         "peak_kpa",
         "late_diastole_kpa",
         "decay_rate_per_s",
-        "half_relaxation_ms",
+        "half_active_ms",
         "k_sr_per_s",
         "shown_kpa",
+        "active_share",
         "passive_stiffness_kpa",
+        ISOMETRIC,
         "k0_kpa",
         "k_atp_per_s",
-        "bonds_kpa",
     )
 )
 """All that an answer tells, in the order in which it can be relied on (``verdict.trust``)."""

@@ -18,7 +18,15 @@ from pydantic.config import JsonDict
 
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.settings import Settings
-from swesbi.parameters import NUISANCES, OPERATOR_NAMES, PHI_NAMES, PHYSIOLOGY_NAMES, THETA_NAMES
+from swesbi.parameters import (
+    NUISANCES,
+    OF_THETA,
+    OPERATOR_NAMES,
+    PHI_NAMES,
+    PHYSIOLOGY_NAMES,
+    STRETCHED,
+    THETA_NAMES,
+)
 
 VARIANCE_POINTS: Final = 100_000
 SOBOL_POWER: Final = 16
@@ -47,10 +55,10 @@ class NuisanceSettings(Settings):
     R_d and the time constant R_d C_s are independent, so that R_d and C_s are negatively correlated; the
     duration is that at the reference period, which a subject's heart rate scales.
 
-    No recording of speeds tells them; they are drawn with every simulation. Centres are those of
+    Recordings tell little of them; they are drawn with every simulation. Centres are those of
     `forward_model`, or round values about them. Widths are what is known of healthy adults, or a
     judgement that says so. Bounds lie at three standard deviations for `length_dependence`,
-    `passive_ratio` and `passive_middle_factor`, and at four for the others. Deleting a line fixes the
+    `passive_ratio` and `passive_middle_factor`, and at about four for the others. Deleting a line fixes the
     parameter: ratios, factors and scales at 1, others at `forward_model`.
     """
 
@@ -61,15 +69,17 @@ class NuisanceSettings(Settings):
     )
     activation_duration_s: ParameterPrior | None = Field(
         default=None,
-        description="Duration of activation at the reference period. QS2 has a standard deviation of 14 "
-        "ms at a given heart rate (Weissler et al., Circulation 1968;37:149). The QTc interval has about "
-        "20 ms of 410 (Mason et al., J Electrocardiol 2007;40:228). The duration follows heart rate by "
-        "the square root of the period, as in `forward_model`.",
+        description="Duration of activation at the reference period. At 75 beats a minute the second "
+        "heart sound follows the R peak by 350 ms, with a standard deviation of 14 ms between persons "
+        "(Weissler et al., Circulation 1968;37:149). How much of that is the duration is not known: from "
+        "0.26 to 0.42 s at two standard deviations (chosen). The duration follows heart rate by the "
+        "square root of the period, as in `forward_model`.",
     )
     activation_ramp_s: ParameterPrior | None = Field(
         default=None,
         description="Width of the ramps of activation. Calcium in human myocytes rises from 10 to 90 % "
-        "within 15 to 60 ms, by preparation and temperature (chosen).",
+        "within 15 to 60 ms, by preparation and temperature. The wall is activated one part after another "
+        "besides. From 10 to 100 ms at two standard deviations (chosen).",
     )
     destruction_alpha: ParameterPrior | None = Field(
         default=None,
@@ -78,14 +88,17 @@ class NuisanceSettings(Settings):
     )
     sigma_0_pa: ParameterPrior | None = Field(
         default=None,
-        description="Stress of the fully activated fibre. The greatest force of skinned human myocytes "
-        "varies by 10 to 15 % between donor hearts (chosen within it).",
+        description="Stress of the fully activated fibre. Strips of failing hearts develop half the "
+        "stress of healthy ones (Hasenfuss et al., Circ Res 1992;70:1225), whole hearts 70 % "
+        "(Efstratiadis and Michaels, J Card Fail 2008;14:577). A factor of 1.8 either way at two standard "
+        "deviations, so that failing hearts lie within (chosen).",
     )
     passive_wall_factor: ParameterPrior | None = Field(
         default=None,
-        description="Factor of the passive moduli of the wall. Passive moduli of healthy human hearts "
-        "differ by a quarter and more between persons (fits to MRI: Genet et al., J Appl Physiol "
-        "2014;117:142; chosen).",
+        description="Factor of the passive moduli of the wall. Moduli of healthy hearts differ by a "
+        "quarter and more between persons (fits to MRI: Genet et al., J Appl Physiol 2014;117:142). With "
+        "patients they differ by a factor of four (Bortone et al., J Am Coll Cardiol 1989;14:613). A wall "
+        "a third as stiff as in `forward_model` is PhysioBlocks' (chosen to hold all of these).",
     )
     distal_resistance_pa_s_m3: ParameterPrior | None = Field(
         default=None,
@@ -100,8 +113,11 @@ class NuisanceSettings(Settings):
     )
     stressed_volume_factor: ParameterPrior | None = Field(
         default=None,
-        description="Factor of the stressed volume. It is free with cuff pressures alone, by "
-        "clinical.stressed_volume_factor.",
+        description="Factor of the stressed volume, by which the heart is filled. Blood volume of persons "
+        "of one size varies by a tenth (Feldschuh and Enson, Circulation 1977;56:605). Its stressed share "
+        "and the filling pressure vary more: wedge pressures reach 13 mmHg in the healthy (Zeder et al., "
+        "Eur Respir J 2024;64:2400967) and 22 in patients (Bortone et al. 1989). A factor of 1.6 either "
+        "way at two standard deviations (chosen).",
     )
     length_dependence: ParameterPrior | None = Field(
         default=None,
@@ -110,11 +126,16 @@ class NuisanceSettings(Settings):
     )
     atrial_kick_pa: ParameterPrior | None = Field(
         default=None,
-        description="Rise of the atrial pressure by atrial contraction.",
+        description="Rise of the atrial pressure by atrial contraction. Healthy left atria reach 10.4 "
+        "mmHg in the a wave, over a mean of 7.9 (Braunwald et al., Circulation 1961;24:267). Some hardly "
+        "contract, others raise it by 15 mmHg (chosen). The source lies behind the pulmonary capacitance, "
+        "so that the atrium shows about seven tenths of it.",
     )
     atrial_delay_s: ParameterPrior | None = Field(
         default=None,
-        description="Start of atrial contraction, from 0.26 s before the R peak.",
+        description="Start of atrial contraction, from 0.26 s before the R peak. The mitral annulus moves "
+        "54 ms after the P wave begins (Akamatsu et al., Cardiovasc Ultrasound 2020), and PR is about 160 "
+        "ms. At the centre it lasts from 0.13 s before the R peak to 0.01 s after it (chosen).",
     )
     passive_ratio: ParameterPrior | None = Field(
         default=None,
@@ -194,6 +215,11 @@ class SimulatedPrior(Settings):
         """The priors of theta, then of physiology."""
         return (*self.theta.parameters, *self.theta.nuisances.freed(PHYSIOLOGY_NAMES).values())
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the 3 + k parameters."""
+        return (*THETA_NAMES, *self.theta.physiology_names)
+
 
 class OperatorPrior(Settings):
     """What the measurement takes: the passive stiffness, and the free parameters of the measurement."""
@@ -205,6 +231,11 @@ class OperatorPrior(Settings):
     def parameters(self) -> tuple[ParameterPrior, ...]:
         """The prior of the passive stiffness, then of the others."""
         return (self.passive, *self.nuisances.freed(OPERATOR_NAMES).values())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the o parameters."""
+        return (PHI_NAMES[STRETCHED], *self.nuisances.freed(OPERATOR_NAMES))
 
 
 class JointPriorSettings(Settings):
@@ -231,6 +262,11 @@ class JointPriorSettings(Settings):
         return tuple(self._nuisances)
 
     @property
+    def simulated(self) -> SimulatedPrior:
+        """The prior of what the simulation takes."""
+        return SimulatedPrior(theta=self.theta)
+
+    @property
     def operator(self) -> OperatorPrior:
         """The prior of what the measurement takes."""
         return OperatorPrior(passive=self.passive_stiffness_kpa, nuisances=self.theta.nuisances)
@@ -248,6 +284,10 @@ class JointPriorSettings(Settings):
         """Return the k columns of phi (..., d) that the simulation takes beside theta; (..., k)."""
         start = len(PHI_NAMES)
         return phi[..., start : start + len(self.theta.physiology_names)]
+
+    def heart(self, phi: FloatArray) -> FloatArray:
+        """Return the 3 + k columns of phi (n, d) that the simulation takes; (n, 3 + k)."""
+        return np.hstack([phi[:, OF_THETA], self.physiology(phi)])
 
     def joined(self, theta: FloatArray, physiology: FloatArray, operator: FloatArray) -> FloatArray:
         """Join theta (n, 3), physiology (n, k) and operator (n, d - 3 - k), a first, to phi (n, d)."""
@@ -320,6 +360,19 @@ def level(theta: FloatArray, prior: BoxPrior) -> FloatArray:
 
     of = _log_normals(prior)
     return np.clip((ndtr((np.log(theta) - of.mean) / of.sd) - of.level_low) / of.mass, 0.0, 1.0)
+
+
+def log_of_scores(scores: FloatArray, prior: BoxPrior) -> tuple[FloatArray, FloatArray]:
+    """Return the logarithms of parameters of normal scores (n, d), under which the prior is N(0, I).
+
+    Returns:
+        log F^-1(Phi(scores)), and its slope along each score; (n, d) each.
+    """
+    from scipy.special import ndtr, ndtri
+
+    of = _log_normals(prior)
+    z = ndtri(of.level_low + ndtr(scores) * of.mass)
+    return of.mean + of.sd * z, np.asarray(of.sd * of.mass * np.exp(0.5 * (z**2 - scores**2)))
 
 
 def sample(count: int, prior: BoxPrior, rng: np.random.Generator) -> FloatArray:

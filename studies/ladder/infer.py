@@ -26,6 +26,7 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
@@ -59,7 +60,9 @@ class Rung:
     def infer(self, model: SpeedModel, answer: str) -> tuple[LadderPosterior, FloatArray]:
         """Return the posterior of one recording, and its draws phi (n, d)."""
         subject, proposal = model.recording.subject, self.first(model.recording)
-        exact, _ = exact_posterior(model, proposal, self.exact, self.seed, STREAM, answer, subject)
+        exact, _ = exact_posterior(
+            HeartModel(model), proposal, self.exact, self.seed, STREAM, answer, subject
+        )
         return _summary(model, exact, answer), exact.phi
 
     def score_pairs(
@@ -166,5 +169,5 @@ def second_recording(
         draws: Draws behind the median.
     """
     stream = integer_seed(seed, STREAM, "person", base.recording.subject)
-    person = np.median(network.draw(draws, stream), axis=0)
+    person = np.median(HeartModel(base).evaluated(network.draw(draws, stream)).phi, axis=0)
     return changed_recording(base, person, effort.change)

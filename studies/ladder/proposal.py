@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from swesbi.base.arrays import FloatArray
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.space import PlacedProposal
-from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+from swesbi.prior import SimulatedPrior, from_logit, log_jacobian, to_logit
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,11 @@ class MovedProposal:
     """
 
     flow: FlowProposal
-    home: JointPriorSettings
-    prior: JointPriorSettings
+    home: SimulatedPrior
+    prior: SimulatedPrior
 
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi; shape (draws, d)."""
+        """Draw hearts; shape (draws, k)."""
         return self._there(self.flow.draw(draws, seed))
 
     def log_density(self, phi: FloatArray) -> FloatArray:
@@ -49,7 +49,7 @@ class MovedProposal:
         return from_logit(eta, self.home), log_jacobian(eta, self.home) - log_jacobian(eta, self.prior)
 
 
-def first_proposal(flow: FlowProposal, prior: JointPriorSettings) -> PlacedProposal:
+def first_proposal(flow: FlowProposal, prior: SimulatedPrior) -> PlacedProposal:
     """Return the flow's posterior as a proposal under a prior that has the same parameters.
 
     Raises:

@@ -60,7 +60,7 @@ def ladder_run(
     flow, _ = load_flow(estimator)
 
     def first(recording: SpeedRecording) -> PlacedProposal:
-        return first_proposal(flow_proposal(flow, recording), settings.model.prior)
+        return first_proposal(flow_proposal(flow, recording), settings.model.prior.simulated)
 
     own = read_speed_models(observations, noise, settings.base)
     models = read_speed_models(observations, noise, settings.model)

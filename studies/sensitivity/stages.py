@@ -27,6 +27,7 @@ from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
 from swesbi.parameters import REPORTED
 from swesbi.posterior import exact as posteriors
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import ParameterPrior
 from swesbi.report.figures.style import save_figure
@@ -105,7 +106,8 @@ def _infer(
     proposal = None if held else flow_proposal(flow, model.recording)
     if held:
         model = _with_scale(model, scales[subject])
-    exact, _ = posteriors.exact_posterior(model, proposal, settings.exact, settings.seed, "exact", subject)
+    heart = HeartModel(model)
+    exact, _ = posteriors.exact_posterior(heart, proposal, settings.exact, settings.seed, "exact", subject)
     by_mcmc = exact.sampler == "mcmc"
     phi = exact.phi[:, REPORTED]
     return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)

@@ -36,6 +36,7 @@ from swesbi.draws import resampled_rows
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, residuals
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import asking
 from swesbi.prior import ParameterPrior
 from swesbi.recording.speed import NoiseComponents
@@ -140,7 +141,8 @@ class Answers:
     def answer(self, heart: OtherHeart, model: SpeedModel | FormerLaw, name: str) -> dict[str, Any]:
         """Return what the posterior of a heart says, beside the truth."""
         seed = integer_seed(self.study.config.seed, "development", name, heart.context.subject)
-        *_, adapted = adaptive_rounds(model, self.exact, seed)
+        seen = model if isinstance(model, FormerLaw) else HeartModel(model)
+        *_, adapted = adaptive_rounds(seen, self.exact, seed)
         weighted = adapted.weighted
         rows = resampled_rows(weighted.weight, DRAWS, stream_of(seed, "draws"))
         phi = weighted.phi[rows]

@@ -15,7 +15,7 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.simulate import ActiveBeats, Beats, simulate, simulate_active
-from swesbi.measurement.likelihood import SpeedModelSettings, log_likelihood
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_likelihood
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.parameters import OF_THETA, STRETCHED
@@ -95,6 +95,10 @@ class FormerLaw:
         log_speed = 0.5 * np.log(squared_speed_m2_s2(np.maximum(total, 1e-3), others.density_kg_m3))
         log_speed = log_speed + np.log(self.speed_scale(phi))[:, None]
         return PredictedSpeeds(log_speed, np.zeros_like(log_speed))
+
+    def activation_duration_s(self, phi: FloatArray) -> FloatArray:
+        """Return the duration D_T of activation at the subject's heart rate, of phi (n, d); shape (n,)."""
+        return SpeedModel(self.recording, self.settings.others).activation_duration_s(phi)
 
     def speed_scale(self, phi: FloatArray) -> FloatArray:
         """Return the scale of the speeds of phi (n, d); shape (n,)."""

@@ -44,6 +44,7 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal, free_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import asking
 from swesbi.recording.free_observation import ingest_free
 from swesbi.recording.free_samples import read_free_samples
@@ -116,10 +117,22 @@ class BothDoors:
         asked, subject = self.settings.exact_posterior.exact, gated.recording.subject
         exact = asking(asked, 4 * asked.draws).model_copy(update={"max_rounds": 60})
         first, _ = exact_posterior(
-            gated, flow_proposal(self.flow, gated.recording), exact, self.seed, STREAM, "gated", subject
+            HeartModel(gated),
+            flow_proposal(self.flow, gated.recording),
+            exact,
+            self.seed,
+            STREAM,
+            "gated",
+            subject,
         )
         second, _ = exact_posterior(
-            pushes, free_proposal(self.flow, pushes), exact, self.seed, STREAM, "pushes", subject
+            HeartModel(pushes),
+            free_proposal(self.flow, pushes),
+            exact,
+            self.seed,
+            STREAM,
+            "pushes",
+            subject,
         )
         accuracy = classifier_accuracy(
             first.phi[: self.draws], second.phi[: self.draws], gated.settings.prior,

@@ -43,6 +43,7 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import ExactPosterior
@@ -126,7 +127,8 @@ class Answerer:
         chains, chains_s = timed(lambda: self._long_chains(model, exact))
         c2st = float("nan")
         if chains.converged:
-            phi = chains.thinned(draws, generator(self.seed, STREAM, "thinned", subject))
+            kept = chains.thinned(draws, generator(self.seed, STREAM, "thinned", subject))
+            phi = HeartModel(model).evaluated(kept).phi
             stream = integer_seed(self.seed, STREAM, "c2st", subject)
             c2st = classifier_accuracy(exact.phi[:draws], phi, prior, stream)
         return Row(
@@ -137,18 +139,19 @@ class Answerer:
     def _answered(self, model: SpeedModel) -> tuple[ExactPosterior, tuple[float, ...]]:
         network, exact = flow_proposal(self.flow, model.recording), self.settings.exact_posterior.exact
         return exact_posterior(
-            model, network, exact, self.seed, GatedRecording.stream, model.recording.subject
+            HeartModel(model), network, exact, self.seed, GatedRecording.stream, model.recording.subject
         )
 
     def _long_chains(self, model: SpeedModel, exact: ExactPosterior) -> McmcDraws:
         mcmc, subject = self.local.mcmc, model.recording.subject
         rng = generator(self.seed, STREAM, "start", subject)
-        start = starting_points(model, exact.weighted, mcmc.start_points, rng)
+        heart = HeartModel(model)
+        start = starting_points(heart, exact.weighted, mcmc.start_points, rng)
         stream = integer_seed(self.seed, STREAM, "mcmc", subject)
         # as `reference_draws` does it, but a heart whose chains do not converge ends no run
         least = 2 * self.local.two_sample_draws
         network = flow_proposal(self.flow, model.recording)
-        return sample_mcmc(model, start, mcmc, stream, least_effective=least, space=network)
+        return sample_mcmc(heart, start, mcmc, stream, least_effective=least, space=network)
 
 
 def timed(work: Callable[[], Result]) -> tuple[Result, float]:

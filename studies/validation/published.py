@@ -26,7 +26,11 @@ import pandas as pd
 
 from studies.validation.published_figure import draw_published
 from studies.validation.published_values import (
+    CONTRACTION,
     DECAY_SLOPE,
+    EJECTION,
+    FILLING,
+    FRACTION,
     HALF_RELAXATION,
     LATE_SHEAR,
     LATE_SPEED,
@@ -45,6 +49,7 @@ from swesbi.config.read import read_merged
 from swesbi.config.slices import fields_of
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
+from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.derived import LATE_DIASTOLE, curve_quantities
 from swesbi.measurement.landmarks import Peak, find_peak, first_crossing_after
@@ -70,6 +75,8 @@ POSTERIOR_DRAWS: Final = 200
 """Of each volunteer's posterior."""
 STIFFNESS_DECAY: Final = "stiffness_decay_ms"
 PRESSURE_DECAY: Final = "pressure_decay_ms"
+ATRIA_S: Final = 0.15
+"""Before the R peak, in which the mitral flow is of the atria."""
 LEVELS: Final = {"5": 0.05, "50": 0.5, "95": 0.95}
 
 
@@ -112,9 +119,24 @@ def quantities_of_beats(
         HALF_RELAXATION.name: curve["half_relaxation_ms"],
         STIFFNESS_DECAY: decay_ms(beats, stiffness_kpa, context.period_s),
         PRESSURE_DECAY: decay_ms(beats, beats.ventricular_pressure_mmhg, context.period_s),
+        **quantities_of_flows(beats, context.period_s),
     }
     who = {"subject": context.subject, "age_years": context.age_years, "draw": range(len(late))}
     return pd.DataFrame({**who, **values})
+
+
+def quantities_of_flows(beats: Beats, period_s: float) -> dict[str, FloatArray]:
+    """Return ejection, isovolumic contraction and filling of n beats, by name; NaN where one failed."""
+    times = systolic_intervals(beats, period_s)
+    of_atria = period_s * (1.0 - beats.cycle_phase) < ATRIA_S
+    flow = beats.mitral_flow_ml_s
+    early, late = flow[:, ~of_atria].max(axis=1), flow[:, of_atria].max(axis=1)
+    return {
+        EJECTION.name: 1e3 * times.ejection_s,
+        CONTRACTION.name: 1e3 * times.isovolumic_contraction_s,
+        FRACTION.name: beats.ejection_fraction,
+        FILLING.name: np.divide(early, late, out=np.full_like(early, np.nan), where=late > 0.0),
+    }
 
 
 def decay_ms(beats: Beats, curves: FloatArray, period_s: float) -> FloatArray:

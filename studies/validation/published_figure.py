@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from studies.validation.published_values import OVER_HEARTS, QUANTITIES, RATIO, Quantity
+from studies.validation.published_values import FILLING, OVER_HEARTS, QUANTITIES, RATIO, Quantity
 from swesbi.report.figures.style import (
     OBSERVED,
     POSTERIOR,
@@ -30,7 +30,7 @@ PANEL_HEIGHT_IN: Final = 0.55
 COLUMNS: Final = 2
 GAP: Final = 0.6
 """Between hearts of different ages, in bars."""
-LOGARITHMIC: Final = (RATIO,)
+LOGARITHMIC: Final = (RATIO, FILLING)
 MEANINGS: Final = {
     "published: mean +- sd or range, as stated": OBSERVED,
     "prior: median, 5 to 95 %": PRIOR,

@@ -37,10 +37,15 @@ PEAK_SPEED: Final = Quantity("peak_speed_m_s", "m/s", "Largest speed of the beat
 PEAK_TIME: Final = Quantity("peak_time_ms", "ms", "Time of the largest speed after R")
 RATIO: Final = Quantity("ratio", "1", "Stiffness, peak over late diastole")
 HALF_RELAXATION: Final = Quantity("half_relaxation_ms", "ms", "Time from the peak to half of the fall")
-DECAY_SLOPE: Final = Quantity("decay_slope", "1", "Stiffness decay on pressure decay, slope")
-DECAY_R: Final = Quantity("decay_r", "1", "Stiffness and pressure decay, correlation")
+DECAY_SLOPE: Final = Quantity("decay_slope", "1", "Stiffness decay on pressure, slope")
+DECAY_R: Final = Quantity("decay_r", "1", "Stiffness and pressure, correlation")
+EJECTION: Final = Quantity("ejection_ms", "ms", "Ejection time")
+CONTRACTION: Final = Quantity("isovolumic_contraction_ms", "ms", "Isovolumic contraction time")
+FRACTION: Final = Quantity("ejection_fraction", "1", "Ejection fraction")
+FILLING: Final = Quantity("filling_ratio", "1", "Mitral flow, early over atrial")
 QUANTITIES: Final = (
     LATE_SPEED, RATIO, LATE_YOUNG, LATE_SHEAR, PEAK_SPEED, PEAK_TIME, HALF_RELAXATION, DECAY_SLOPE, DECAY_R,
+    EJECTION, CONTRACTION, FRACTION, FILLING,
 )  # fmt: skip
 """In the order of the figure."""
 OVER_HEARTS: Final = (DECAY_SLOPE, DECAY_R)
@@ -105,6 +110,10 @@ CAENEN: Final = "Caenen 2023, Sci Rep"
 ELGETI: Final = "Elgeti 2010, J Cardiovasc Magn Reson"
 RABBITS_2016: Final = "Vejdani-Jahromi 2016, IEEE Trans Ultrason Ferroelectr Freq Control"
 RABBITS_2018: Final = "Vejdani-Jahromi 2018, Ultrasound Med Biol"
+COPENHAGEN: Final = "Copenhagen, City Heart Study"
+LANG: Final = "Lang 2015, J Am Soc Echocardiogr"
+FRAMINGHAM: Final = "Framingham 1992, Am J Cardiol"
+OF_VELOCITIES: Final = "of flows, of velocities in persons: the same where the valve opens alike"
 SAME: Final = "same quantity"
 ANISOTROPY: Final = "same quantity; the model has one speed for all directions"
 AMPLITUDES: Final = "other quantity: from amplitudes of waves from outside, by a model of them"
@@ -179,5 +188,19 @@ PUBLISHED: Final = (
         "same quantity, if it is of stiffness on pressure", "abstract, which does not say which on which",
     ),
     single(0.80, DECAY_R, RABBITS_2018, "rabbits", "11 isolated hearts of rabbits", SAME, ABSTRACT),
+    mean_and_sd(292.0, 23.0, EJECTION, COPENHAGEN, "healthy", "1,969 healthy adults", SAME, ABSTRACT),
+    mean_and_sd(
+        40.0, 10.0, CONTRACTION, COPENHAGEN, "healthy", "1,969 healthy adults",
+        "same quantity; the model's begins with the first bonds where the valve has closed before", ABSTRACT,
+    ),
+    mean_and_sd(0.63, 0.05, FRACTION, LANG, "healthy", "healthy adults, both sexes", SAME, "guideline"),
+    mean_and_sd(
+        2.08, 0.55, FILLING, FRAMINGHAM, "20 to 29 years", "healthy adults", OF_VELOCITIES, ABSTRACT,
+        (20.0, 30.0),
+    ),
+    mean_and_sd(
+        0.84, 0.29, FILLING, FRAMINGHAM, "70 to 79 years", "healthy adults", OF_VELOCITIES, ABSTRACT,
+        (70.0, 80.0),
+    ),
 )  # fmt: skip
 """In the order of the table."""

@@ -38,6 +38,7 @@ from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, free_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.recording.columns import SPEED
 from swesbi.recording.problems import RecordingError
@@ -98,9 +99,8 @@ def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSetting
     table = record_train(heart.curve, context, rng)
     table[SPEED] *= np.exp(settings.acquisition.scale_fraction * rng.standard_normal())
     model = recording_of_table(table, context, DECLARED, settings).model
-    exact, _ = exact_posterior(
-        model, free_proposal(flow, model), settings.exact_posterior.exact, seed, STREAM, context.subject
-    )
+    sizes, of_heart = settings.exact_posterior.exact, HeartModel(model)
+    exact, _ = exact_posterior(of_heart, free_proposal(flow, model), sizes, seed, STREAM, context.subject)
     found = intervals(model.model, exact.phi, settings.exact_posterior.exact.interval)
     return Answered(truths(heart), found, exact.efficiency, exact.sampler == "mcmc")
 

@@ -14,8 +14,8 @@ from swesbi import artefacts
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
-from swesbi.measurement.derived import StiffnessModel, curve_quantities, derived
-from swesbi.parameters import BONDS, SHOWN, THETA_NAMES
+from swesbi.measurement.derived import StiffnessModel, curve_quantities, derived, half_active_ms
+from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, SHOWN, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.answers import REFUSED
 from swesbi.verdict.verdict import Status
@@ -84,7 +84,9 @@ def truths(heart: OtherHeart) -> FloatArray:
     curve = curve_quantities(phase, stiffness, heart.context.period_s)
     known = {name: float(values[0]) for name, values in curve.items()}
     known |= dict(zip(THETA_NAMES, theta, strict=True)) | {THETA_NAMES[K_SR]: k_sr}
-    known |= {SHOWN.name: heart.shown_kpa, BONDS.name: heart.bonds_kpa}
+    isometric = np.nan if heart.isometric_kpa is None else heart.isometric_kpa
+    half_ms = half_active_ms(phase, heart.active_kpa[None], heart.context.period_s)[0]
+    known |= {SHOWN.name: heart.shown_kpa, HALF_ACTIVE.name: float(half_ms), ISOMETRIC: isometric}
     return np.array([known[name] for name in QUANTITIES])
 
 

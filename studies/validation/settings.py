@@ -14,7 +14,7 @@ from swesbi.config.study import Study
 from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM
 
 CONFIGURED: Final = Path(__file__).with_name("config.yaml")
-Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "u", "v", "w", "x", "y", "z"]
+Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "p", "u", "v", "w", "x", "y", "z"]
 Hearts = Annotated[int, Field(ge=1)]
 
 

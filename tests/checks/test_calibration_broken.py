@@ -34,6 +34,7 @@ from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.networks.flow.pool import at_phases
 from swesbi.networks.flow.training import train_over_subjects
 from swesbi.population.synthetic import own_recordings
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
 
@@ -90,7 +91,7 @@ class Case:
 
     def scores(self) -> dict[str, RankScores]:
         model, proposal = self.model, flow_proposal(flow(), self.model.recording)
-        weighted = exact_case.weigh(model, proposal, DRAWS, 0.1, self.seed)
+        weighted = exact_case.weigh(HeartModel(model), proposal, DRAWS, 0.1, self.seed)
         log_likelihood = weighted.log_likelihood
         small = quieter(model, 0.8).log_likelihood(weighted.phi)
         found = {
@@ -173,7 +174,7 @@ def local_scores(count: int, widened: bool) -> tuple[RankScores, FloatArray]:
     """Posterior SBC of the exact posterior, or of one that is half as wide again in log phi."""
     model = speed_case.model()
     propose = partial(flow_proposal, flow())
-    weighted = exact_case.weigh(model, propose(model.recording), 20_000, 0.1, 5)
+    weighted = exact_case.weigh(HeartModel(model), propose(model.recording), 20_000, 0.1, 5)
     phi = resample(weighted, 4 * count, np.random.default_rng(6))
     judged = phi[: 2 * count]
     if widened:
@@ -191,6 +192,4 @@ def test_local_calibration_passes_the_exact_posterior(count: int) -> None:
 
 @OF_LOCAL_SIZES
 def test_local_calibration_catches_a_posterior_too_wide(count: int) -> None:
-    assert flagged(
-        check_scores(*local_scores(count, widened=True), QUANTITY_NAMES, 0.05, 0.1), COVERAGE, TARP
-    )
+    assert flagged(check_scores(*local_scores(count, widened=True), QUANTITY_NAMES, 0.05, 0.1)) != ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,6 @@ from recordings import RECORDING, make_samples
 from swesbi.artefacts import ArtefactError, Origin
 from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of, quantities
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
-from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import SHOWN
 from swesbi.posterior.result import ExactPosterior
@@ -30,10 +30,7 @@ from swesbi.study.stages.pressures_shown import (
     pressures_table,
 )
 
-FACTOR = speed_case.shipped().clinical.stressed_volume_factor
 MODEL: SpeedModelSettings = speed_case.settings("calibrated")
-PRIOR = with_stressed_volume(MODEL.prior, FACTOR)
-MODEL_WITH = MODEL.model_copy(update={"prior": PRIOR})
 RESISTANCE = "distal_resistance_pa_s_m3"
 
 
@@ -59,9 +56,8 @@ def compared() -> Compared:
         experiment="amortised",
         observation=observation(),
         model=MODEL,
-        model_with=MODEL_WITH,
         without=result(draws(MODEL, {RESISTANCE: 0.4})),
-        with_them=result(draws(MODEL_WITH, {RESISTANCE: 0.2}, shift=0.1)),
+        with_them=result(draws(MODEL, {RESISTANCE: 0.2}, shift=0.1)),
     )
 
 
@@ -77,12 +73,12 @@ def test_widths_and_shifts_are_logarithms_in_widths_of_the_interval_without() ->
     assert (row["sbp_mmhg"], row["dbp_mmhg"], row["sampler"]) == (126.0, 83.0, "importance")
 
 
-def test_the_stressed_volume_has_no_interval_without_pressures() -> None:
-    table = pressures_table_of([compared()]).set_index("quantity")
-    row = table.loc[VOLUME_FACTOR]
-    assert np.isfinite(row["with_median"])
-    assert row[["without_median", "width_ratio", "shift_in_widths"]].isna().all()
-    assert table.drop(index=VOLUME_FACTOR)["width_ratio"].notna().all()
+def test_every_parameter_is_compared_and_the_stressed_volume_like_all_others() -> None:
+    narrower = replace(compared(), with_them=result(draws(MODEL, {VOLUME_FACTOR: 0.005})))
+    table = pressures_table_of([narrower]).set_index("quantity")
+    assert set(MODEL.prior.names) <= set(table.index)
+    assert table.loc[VOLUME_FACTOR, "width_ratio"] == pytest.approx(0.25)
+    assert table[["without_median", "width_ratio", "shift_in_widths"]].notna().all(axis=None)
 
 
 def test_compliance_and_attained_stiffness_follow_from_the_draws() -> None:

@@ -389,7 +389,6 @@ AFFECTED = {
         "population_answers",
     },
     "clinical__sbp_sd_mmhg": {"pressures"},
-    "clinical__stressed_volume_factor__log_sd": {"pressures"},
     "population_experiments__amortised__population__broad_share": {
         "population_simulate",
         "population_calibration",
@@ -554,16 +553,6 @@ def test_a_bank_depends_on_what_is_planned_and_on_what_answers_do() -> None:
 def test_a_plan_that_cannot_be_is_refused(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         load_study(changed(**changes))
-
-
-def test_the_stressed_volume_is_free_with_pressures_alone() -> None:
-    factor = SHIPPED["clinical"]["stressed_volume_factor"]
-    with pytest.raises(
-        ConfigError, match=r"priors.calibrated.nuisances.stressed_volume_factor: is free with"
-    ):
-        load_study(changed(priors__calibrated__nuisances__stressed_volume_factor=factor))
-    with pytest.raises(ConfigError, match=r"bounds 0.549 to 9 leave \[0.3, 3\]"):
-        load_study(changed(clinical__stressed_volume_factor__high=9.0))
 
 
 def test_who_has_pressures_is_answered_with_them(tmp_path: Path) -> None:

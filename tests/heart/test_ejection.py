@@ -27,18 +27,25 @@ def open_at(*stretches: tuple[int, int]) -> NDArray[np.float64]:
     return flow[None]
 
 
-def with_flows(aortic: NDArray[np.float64], mitral: NDArray[np.float64]) -> Beats:
-    return replace(BEAT, aortic_flow_ml_s=aortic, mitral_flow_ml_s=mitral)
+def with_flows(aortic: NDArray[np.float64], mitral: NDArray[np.float64], bonds: int = 0) -> Beats:
+    """A beat with these flows, whose bonds form from this sample on for half of the cycle."""
+    active = 1.0 - np.abs((np.arange(SAMPLES) - bonds) % SAMPLES / SAMPLES * 2.0 - 1.0)
+    return replace(BEAT, aortic_flow_ml_s=aortic, mitral_flow_ml_s=mitral, active_stiffness_kpa=active[None])
 
 
+@pytest.mark.parametrize(("bonds", "contraction_ms"), [(-10, 10.0), (5, 10.0), (13, 7.0)])
 @pytest.mark.parametrize("shift", [0, 45, 130])
-def test_ejection_lasts_until_the_valve_closes_for_good(shift: int) -> None:
+def test_ejection_lasts_until_the_valve_closes_for_good(
+    shift: int, bonds: int, contraction_ms: float
+) -> None:
+    """Contraction begins with the later of the mitral valve's closing, at 10, and the first bonds."""
     stretches = [(20, 30), (33, 60), (61, 80)]
     moved = open_at(*((start + shift, end + shift) for start, end in stretches))
-    times = systolic_intervals(with_flows(moved, open_at((90 + shift, 210 + shift))), PERIOD_S)
+    beat = with_flows(moved, open_at((90 + shift, 210 + shift)), bonds + shift)
+    times = systolic_intervals(beat, PERIOD_S)
     assert 1e3 * times.ejection_s[0] == pytest.approx(60.0)
     assert 1e3 * times.isovolumic_relaxation_s[0] == pytest.approx(10.0)
-    assert 1e3 * times.isovolumic_contraction_s[0] == pytest.approx(10.0)
+    assert 1e3 * times.isovolumic_contraction_s[0] == pytest.approx(contraction_ms)
 
 
 def test_an_ejection_without_interruption_is_the_share_of_the_cycle_with_flow() -> None:

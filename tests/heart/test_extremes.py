@@ -60,7 +60,7 @@ SOFT = {"passive_c0_pa": 0.1, "passive_c1": 0.1, "passive_c2_pa": 50.0, "passive
 @pytest.mark.parametrize(
     ("update", "status"),
     [
-        (SOFT | {"initial_pulmonary_pressure_pa": 1e4}, Status.OUT_OF_RANGE),
+        (SOFT | {"initial_pulmonary_pressure_pa": 2e4}, Status.OUT_OF_RANGE),
         ({"sigma_0_pa": 2e6}, Status.NON_FINITE),
         ({"maximum_beats": 2}, Status.NOT_PERIODIC),
     ],

@@ -13,13 +13,12 @@ import speed_case
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
-from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.adaptive import adapted
-from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws
+from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, points_of
 from swesbi.posterior.settings import ExactSettings, McmcSettings
 from swesbi.posterior.space import LogitSpace
-from swesbi.prior import JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
+from swesbi.prior import BoxPrior, JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
 
 FloatArray = NDArray[np.float64]
 LOG_SD = 0.4
@@ -179,7 +178,7 @@ class LogitNormal:
 
     mean: FloatArray
     covariance: FloatArray
-    prior: JointPriorSettings
+    prior: BoxPrior
 
     def draw(self, draws: int, seed: int) -> FloatArray:
         eta = np.random.default_rng(seed).multivariate_normal(self.mean, self.covariance, draws)
@@ -197,13 +196,14 @@ class LogitNormal:
         return LogitSpace(self.prior).at(u)
 
 
-def fitted(model: SpeedModel, start: FloatArray = speed_case.PHI, draws: int = 2000) -> LogitNormal:
-    """Return a normal fitted to the posterior of a recording in two steps from a wide one."""
+def fitted(model: LikelihoodModel, start: FloatArray = speed_case.PHI, draws: int = 2000) -> LogitNormal:
+    """Return a normal fitted to the posterior of a recording, or of its heart, in two steps."""
     prior = model.settings.prior
-    current = LogitNormal(to_logit(start, prior), np.diag([0.5, 0.5, 0.5, 0.2]), prior)
+    (eta,) = to_logit(points_of(model, start[None]), prior)
+    current = LogitNormal(eta, np.diag([0.5, 0.5, 0.5, 0.2][: len(eta)]), prior)
     for step in range(2):
         weighted = weigh(model, current, draws, 0.1, step)
-        eta = to_logit(weighted.phi, prior)
+        eta = to_logit(points_of(model, weighted.phi), prior)
         mean = weighted.weight @ eta
         covariance = (eta - mean).T @ ((eta - mean) * weighted.weight[:, None])
         current = LogitNormal(mean, 1.2 * covariance, prior)

@@ -29,8 +29,8 @@ HEART: Final = OtherHeart(
     TruthCurve(PHASE, 4.0 + 46.0 * np.exp(-0.5 * ((PHASE - 0.4) / 0.1) ** 2)),
     np.array([60.0, 6.0, 30.0]),
     30.0,
-    40.0,
-    45.0,
+    40.0 * np.exp(-0.5 * ((PHASE - 0.4) / 0.1) ** 2),
+    None,
     0.4,
 )
 

@@ -1,4 +1,4 @@
-"""The likelihood with cuff pressures: its terms against closed form, its prior, what is refused."""
+"""The likelihood with cuff pressures: its terms against closed form, what is refused."""
 
 from __future__ import annotations
 
@@ -11,18 +11,12 @@ import speed_case
 from scipy.stats import norm
 
 from swesbi.heart.aorta import aortic_pressure_mmhg
-from swesbi.heart.physiology import VOLUME_FACTOR
-from swesbi.measurement.clinical import (
-    ClinicalModel,
-    log_pressure_density,
-    with_pressures,
-    with_stressed_volume,
-)
-from swesbi.measurement.settings import ClinicalSettings
+from swesbi.measurement.clinical import ClinicalModel, log_pressure_density, with_pressures
+from swesbi.posterior.hearts import HeartModel
 from swesbi.prior import draw_prior
 from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
 
-SETTINGS: ClinicalSettings = speed_case.shipped().clinical
+SETTINGS: ClinicalErrors = speed_case.shipped().clinical
 CUFF = ClinicalMeasures(126.0, 83.0)
 UNEVEN = ClinicalErrors(
     sbp_bias_mmhg=2.0, sbp_sd_mmhg=7.0, dbp_bias_mmhg=-3.0, dbp_sd_mmhg=4.0, lvet_sd_ms=10.0
@@ -59,35 +53,17 @@ def test_the_likelihood_is_that_of_the_speeds_times_that_of_the_pressures() -> N
     aortic = aortic_pressure_mmhg(beats, made.settings.forward_model)
     pressures = norm.logpdf(126.0 - 0.3, aortic.max(axis=1), 10.0)
     pressures += norm.logpdf(83.0 - 4.5, aortic.min(axis=1), 8.0)
-    np.testing.assert_allclose(
-        made.log_likelihood(phi), made.speeds.log_likelihood(phi) + pressures, rtol=1e-12
-    )
-    assert np.ptp(pressures) > 1.0
-
-
-def test_at_the_settings_own_volume_the_speeds_say_what_they_say_alone() -> None:
-    """With the factor at one, the other parameters are those of the model without it, to the bit."""
-    alone, made = speed_case.model(prior="calibrated"), model()
-    names = made.settings.prior.names
-    phi = draw_prior(alone.settings.prior, 40, np.random.default_rng(2))
-    with_factor = np.insert(phi, names.index(VOLUME_FACTOR), 1.0, axis=1)
-    np.testing.assert_array_equal(made.speeds.log_likelihood(with_factor), alone.log_likelihood(phi))
-    assert names == (*alone.settings.prior.names[:12], VOLUME_FACTOR, *alone.settings.prior.names[12:])
+    alone, both = HeartModel(made.speeds), HeartModel(made.speeds, made)
+    hearts = alone.points(phi)
+    found = both.log_likelihood(hearts)
+    np.testing.assert_allclose(found, alone.log_likelihood(hearts) + pressures, rtol=1e-9)
+    np.testing.assert_array_equal(both.evaluated(hearts).phi, alone.evaluated(hearts).phi)
+    assert np.ptp(pressures[np.isfinite(pressures)]) > 1.0
 
 
 def test_a_beat_that_failed_has_no_likelihood() -> None:
     aortic = np.array([[80.0, 120.0], [math.nan, math.nan]])
     assert log_pressure_density(aortic, CUFF, UNEVEN)[1] == -math.inf
-
-
-def test_the_prior_is_that_of_the_speeds_and_the_factor_s() -> None:
-    prior = model().settings.prior
-    assert prior.theta.nuisances.stressed_volume_factor == SETTINGS.stressed_volume_factor
-    assert len(prior.names) == 17
-    assert len(speed_case.settings("calibrated").prior.names) == 16  # and the other has not changed
-    assert SETTINGS.errors == ClinicalErrors(
-        sbp_bias_mmhg=0.3, sbp_sd_mmhg=10.0, dbp_bias_mmhg=4.5, dbp_sd_mmhg=8.0, lvet_sd_ms=10.0
-    )
 
 
 @pytest.mark.parametrize("clinical", [ClinicalMeasures(), ClinicalMeasures(lvet_ms=290.0)])
@@ -104,9 +80,3 @@ def test_an_open_circulation_is_refused() -> None:
     changed = replace(alone, settings=alone.settings.model_copy(update={"forward_model": forward}))
     with pytest.raises(ValueError, match="pressures need forward_model.circulation: closed"):
         with_pressures(changed, CUFF, SETTINGS)
-
-
-def test_a_prior_that_frees_the_factor_already_is_refused() -> None:
-    prior = model().settings.prior
-    with pytest.raises(ValueError, match="is free already; its prior belongs to `clinical`"):
-        with_stressed_volume(prior, SETTINGS.stressed_volume_factor)

@@ -9,10 +9,10 @@ import pytest
 import speed_case
 
 from swesbi.base.arrays import FloatArray
-from swesbi.measurement.derived import curve_quantities, derived
+from swesbi.measurement.derived import active_share, curve_quantities, derived, half_active_ms
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
-from swesbi.parameters import BONDS, CURVE, DERIVED_NAMES, SHOWN
+from swesbi.parameters import ACTIVE_SHARE, CURVE, DERIVED_NAMES, HALF_ACTIVE, ISOMETRIC, SHOWN
 
 PHASE = np.arange(20_000) / 20_000
 PERIOD_S = 0.9
@@ -91,15 +91,34 @@ def test_what_is_told_of_a_heart_is_its_own_stiffness_without_the_scale_of_the_s
     for value in told.values():
         assert value[1] == value[0]
     bonds = beats.active_stiffness_kpa[0].max()
-    assert told[BONDS.name][0] == bonds
     assert told[SHOWN.name][0] == pytest.approx(bonds * SERIES_MODULUS_KPA / (bonds + SERIES_MODULUS_KPA))
     total = np.add(*model.parts(phi, beats))[0]
     assert told["peak_kpa"][0] == total.max()
     np.testing.assert_allclose(model.stiffness(phi, beats)[0], total, rtol=1e-12)
 
 
-def test_an_identity_shows_what_the_bonds_have() -> None:
-    model = with_map("identity")
+def test_the_active_part_halves_by_its_own_peak_and_not_by_the_curve_s() -> None:
+    rate = 25.0
+    active = curve(np.exp(-rate * PERIOD_S * (PHASE - PEAK))) - BASE
+    found_ms = half_active_ms(PHASE, np.array([active, 3.0 * active, np.full(PHASE.size, np.nan)]), PERIOD_S)
+    assert found_ms[0] == pytest.approx(1e3 * (PEAK * PERIOD_S + np.log(2.0) / rate), rel=1e-3)
+    assert found_ms[1] == found_ms[0] and np.isnan(found_ms[2])
+
+
+def test_the_active_share_is_that_at_the_peak_of_the_whole() -> None:
+    passive, active = np.array([[1.0, 5.0, 9.0]]), np.array([[7.0, 5.0, 0.0]])
+    assert active_share(passive, active) == pytest.approx([0.5])
+
+
+def test_what_is_told_of_a_beat_follows_from_its_parts() -> None:
+    model = speed_case.model(prior="calibrated")
     phi = speed_case.central_phi(model)[None]
-    told = derived(model, phi, model.simulate(phi))
-    assert told[SHOWN.name][0] == told[BONDS.name][0]
+    beats = model.simulate(phi)
+    told, (passive, active) = derived(model, phi, beats), model.parts(phi, beats)
+    top = int((passive + active)[0].argmax())
+    assert told[ACTIVE_SHARE.name][0] == pytest.approx(active[0, top] / (passive + active)[0, top])
+    after = beats.cycle_phase * 1e3 * model.recording.context.period_s > told[HALF_ACTIVE.name][0]
+    assert active[0, after].max() <= 0.5 * active.max()
+    k_0, k_atp = phi[0, :2]
+    duration_s = model.activation_duration_s(phi)[0]
+    assert told[ISOMETRIC][0] == pytest.approx(k_0 * (1.0 - np.exp(-k_atp * duration_s)))

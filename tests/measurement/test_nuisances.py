@@ -10,29 +10,20 @@ import speed_case
 from pydantic import ValidationError
 
 from swesbi.heart.model import activation_duration_s
-from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.heart.simulate import simulate
-from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import NUISANCES, OF_THETA, PHI_NAMES
-from swesbi.prior import NuisanceSettings, ParameterPrior, PriorSettings, draw_prior, log_density, quantile
+from swesbi.prior import NuisanceSettings, PriorSettings, draw_prior, log_density, quantile
 
 KNOWN = tuple(parameter.name for parameter in NUISANCES)
-ATRIUM = {
-    "atrial_kick_pa": ParameterPrior(centre=600.0, log_sd=0.6, low=30.0, high=4000.0),
-    "atrial_delay_s": ParameterPrior(centre=0.13, log_sd=0.25, low=0.05, high=0.26),
-}
-ALL = tuple(name for name in KNOWN if name != VOLUME_FACTOR and name not in ATRIUM)
-"""Those that the shipped prior frees: the stressed volume is free with cuff pressures alone."""
 
 
 def model_with(*names: str) -> SpeedModel:
     """Return the shipped model with these nuisance parameters alone free."""
     made = speed_case.model(prior="calibrated")
-    every = with_stressed_volume(made.settings.prior, speed_case.shipped().clinical.stressed_volume_factor)
-    theta = every.theta
+    theta = made.settings.prior.theta
     fixed = {name: None for name in KNOWN if name not in names}
-    nuisances = theta.nuisances.model_copy(update=ATRIUM | fixed)
+    nuisances = theta.nuisances.model_copy(update=fixed)
     prior = made.settings.prior.model_copy(
         update={"theta": theta.model_copy(update={"nuisances": nuisances})}
     )
@@ -43,10 +34,10 @@ def model_with(*names: str) -> SpeedModel:
     return replace(made, settings=settings)
 
 
-def test_the_shipped_table_frees_all_but_the_volume_and_the_prior_of_the_paper_none() -> None:
+def test_the_shipped_table_frees_all_and_the_prior_of_the_paper_none() -> None:
     prior = speed_case.settings("calibrated").prior
-    assert prior.names == (*PHI_NAMES, *ALL)
-    assert prior.nuisance_names == ALL
+    assert prior.names == (*PHI_NAMES, *KNOWN)
+    assert prior.nuisance_names == KNOWN
     assert speed_case.settings().prior.nuisance_names == ()
 
 
@@ -64,11 +55,12 @@ def test_at_the_settings_own_values_nothing_changes() -> None:
     own = {
         "arterial_time_constant_s": forward.distal_resistance_pa_s_m3 * forward.systemic_capacitance_m3_pa,
         "passive_wall_factor": 1.0,
+        "stressed_volume_factor": 1.0,
         "passive_ratio": 1.0,
         "passive_middle_factor": 1.0,
         "speed_scale": 1.0,
     }
-    values = [own[name] if name in own else getattr(forward, name) for name in ALL]
+    values = [own[name] if name in own else getattr(forward, name) for name in KNOWN]
     joined = np.hstack([phi, np.tile(values, (len(phi), 1))])
     expected, found = fixed.predict(phi), free.predict(joined)
     np.testing.assert_allclose(found.log_speed, expected.log_speed, atol=1e-9)

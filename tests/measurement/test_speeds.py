@@ -76,11 +76,11 @@ def test_speeds_have_the_stiffness_of_passive_plus_active_part() -> None:
 def test_the_passive_part_runs_along_each_simulations_own_stretch() -> None:
     """Its ends are those of the own beat: hearts that shorten by different amounts have them all the same."""
     model = speed_case.model()
-    beats = model.simulate(np.vstack([PHI * [1.0, 1.0, 0.5, 1.0], PHI * [3.0, 2.0, 1.6, 1.0]]))
+    beats = model.simulate(np.vstack([PHI * [1.0, 0.4, 1.0, 1.0], PHI * [3.0, 2.0, 1.6, 1.0]]))
     by = MeasuredBy(np.full(2, 4.0), 0.3, 0.8)
     passive = by.passive_kpa(shortening(beats.stretch))
     rows, excursion = np.arange(2), np.ptp(beats.stretch, axis=1)
-    assert abs(np.log(excursion[1] / excursion[0])) > 0.05
+    assert abs(np.log(excursion[1] / excursion[0])) > 0.4
     np.testing.assert_allclose(passive[rows, beats.stretch.argmax(axis=1)], 4.0, rtol=1e-12)
     np.testing.assert_allclose(passive[rows, beats.stretch.argmin(axis=1)], 0.3 * 4.0, rtol=1e-12)
 

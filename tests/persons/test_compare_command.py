@@ -33,7 +33,7 @@ from swesbi.persons.change.words import change_lines
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.study import compare as command
 from swesbi.study.answering import Answerer
-from swesbi.study.finished import finished_population
+from swesbi.study.finished import finished_population, finished_study
 from swesbi.study.other_network import OtherNetworkError
 from swesbi.study.stages.change_groups import ChangeGroupsStageSettings
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from swesbi.verdict.verdict import Verdict
 
 TRIAL = ROOT / "data" / "virtual_trial"
+OTHER_MODEL = "forward_model: {maximum_step_s: 2.6e-3}"  # than that of what comes with the package
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +56,17 @@ def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(trial
     assert (pair.visits, pair.subjects) == (("before", "after"), ("P01-before", "P01-after"))
     assert visit_pair(trial, "P01", "after", "before").subjects == ("P01-after", "P01-before")
     assert len(pairs_of(trial)) == 24
+
+
+def test_the_network_of_the_package_compares_where_no_study_has_been_run(tmp_path: Path) -> None:
+    raw = read_merged(ROOT / "config.yaml") | {"results": str(tmp_path)}
+    study = load_study(raw, new_cohort=TRIAL)
+    assert command.experiment_with_network(study, None) == "amortised"
+    assert command.experiment_with_network(study, "calibrated") == "calibrated"
+    for path in finished_study(tmp_path, "calibrated", study.subjects_of("calibrated")).files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    assert command.experiment_with_network(study, None) == "calibrated"
 
 
 @pytest.mark.parametrize(
@@ -82,6 +94,20 @@ def test_a_person_who_came_once_has_not_changed(trial: Study) -> None:
     assert "P02" not in {pair.person for pair in pairs_of(alone)}
 
 
+def overlay(folder: Path) -> Path:
+    path = folder / "overlay.yaml"
+    path.write_text(f"results: {folder / 'results'}\n{OTHER_MODEL}\n", encoding="utf-8")
+    return path
+
+
+def finish(results: Path) -> None:
+    """Make empty files of what answers: the study's own network and null recordings."""
+    null = results / "amortised" / "null.h5"
+    null.parent.mkdir(parents=True)
+    for path in (*finished_population(results, "amortised", null).files, null):
+        path.touch()
+
+
 @pytest.fixture
 def typed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -89,11 +115,9 @@ def typed(
     """Run the command on the virtual trial, refused in part at least, and return what it says."""
 
     def run(*arguments: str, cohort: Path = TRIAL) -> str:
-        results = tmp_path / "results"
-        (tmp_path / "overlay.yaml").write_text(f"results: {results}\n", encoding="utf-8")
         monkeypatch.chdir(ROOT)
         chosen = ("--cohort", str(cohort), "--experiment", "amortised", *arguments)
-        code = main(["compare", "--overlay", str(tmp_path / "overlay.yaml"), *chosen])
+        code = main(["compare", "--overlay", str(overlay(tmp_path)), *chosen])
         assert code == 2
         return "".join(capsys.readouterr())
 
@@ -128,10 +152,7 @@ def test_what_is_wrong_with_a_person_s_visit_stops_that_person_alone(
 def test_a_refused_visit_is_named_and_nothing_is_written(
     typed: Callable[..., str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for path in finished_population(tmp_path / "results", "amortised").files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch()
-
+    finish(tmp_path / "results")
     instead = Instead()
     instead.raised = {"P01-after": ValueError("hr_bpm = 250 lies outside 40 to 130")}
     monkeypatch.setattr(Answerer, "asked", lambda _, subject: instead.asked(subject))
@@ -189,9 +210,7 @@ class Instead:
 
 @pytest.fixture
 def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
-    for path in finished_population(tmp_path / "results", "amortised").files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.touch()
+    finish(tmp_path / "results")
     made = Instead()
     monkeypatch.setattr(Answerer, "asked", lambda _, subject: made.asked(subject))
     monkeypatch.setattr(command, "save_change", made.save_change)
@@ -278,10 +297,9 @@ def test_stopped_among_all_it_leaves_those_who_were_compared(
     instead: Instead, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(ROOT)
-    (tmp_path / "overlay.yaml").write_text(f"results: {tmp_path / 'results'}\n", encoding="utf-8")
     instead.raised = {"P03-after": InterruptedBySignal(signal.SIGINT)}
     given = ("--cohort", str(TRIAL), "--experiment", "amortised", "--out", str(tmp_path / "out"))
-    assert main(["compare", "--overlay", str(tmp_path / "overlay.yaml"), *given, "--all"]) == 130
+    assert main(["compare", "--overlay", str(overlay(tmp_path)), *given, "--all"]) == 130
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"P01", "P02"}
     assert {path.name for path in tmp_path.iterdir()} == {"overlay.yaml", "out", "results"}
 

@@ -11,16 +11,23 @@ import pytest
 import speed_case
 
 from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.persons.change.hearts import VisitsHearts
 from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
 from swesbi.persons.change.settings import ChangeRuleSettings, ChangeSettings, SharesSettings
+from swesbi.persons.change.transport import DEGREES_OF_FREEDOM, joined_proposal
 from swesbi.persons.change.visits import visits_model
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.space import LogitSpace
+from swesbi.posterior.student import WIDENING, StudentProposal
 
 NOTHING = dict.fromkeys(SharesSettings.model_fields, 0.0)
 RULE = ChangeRuleSettings(threshold=0.1, probability=0.95, power=0.8, one_person_level=0.05, null_draws=500)
 PHASES = 20
 FACTOR = 1.15  # of all speeds of the later visit
+TIMING = 0.015
 
 
 def settings(**shares: float) -> ChangeSettings:
@@ -30,21 +37,24 @@ def settings(**shares: float) -> ChangeSettings:
 
 
 @cache
-def models() -> tuple[SpeedModel, SpeedModel]:
-    first = speed_case.model(PHASES)
+def models(timing_cycle: float = TIMING) -> tuple[SpeedModel, SpeedModel]:
+    plain = speed_case.model(PHASES)
+    discrepancy = DiscrepancySettings(speed_fraction=0.02, timing_cycle=timing_cycle)
+    first = replace(plain, settings=plain.settings.model_copy(update={"discrepancy": discrepancy}))
     faster = replace(first.recording, speed_m_s=FACTOR * first.recording.speed_m_s)
     return first, replace(first, recording=faster)
 
 
 @cache
-def own() -> tuple[OwnPosterior, ...]:
+def own(timing_cycle: float = TIMING) -> tuple[OwnPosterior, ...]:
     found = []
     starts = (speed_case.PHI, speed_case.PHI * [FACTOR**2, 1.0, 1.0, FACTOR**2])
-    for model, start in zip(models(), starts, strict=True):
-        exact, _ = exact_posterior(model, exact_case.fitted(model, start), exact_case.SETTINGS, 1)
+    for model, start in zip(models(timing_cycle), starts, strict=True):
+        heart = HeartModel(model)
+        exact, _ = exact_posterior(heart, exact_case.fitted(heart, start), exact_case.SETTINGS, 1)
         assert exact.sampler == "importance"
         effective = exact.efficiency * len(exact.weighted.phi)
-        space = LogitSpace(model.settings.prior)
+        space = LogitSpace(heart.settings.prior)
         found.append(OwnPosterior(exact.phi, effective, exact.log_evidence, space))
     return tuple(found)
 
@@ -78,6 +88,31 @@ def test_an_error_that_both_share_narrows_the_ratios_and_a_change_of_all_speeds_
     assert found.ratios.low[shown] < stiffer < found.ratios.high[shown]
     assert found.ratios.risen[shown] > RULE.probability
     assert (found.ratios.sd_log < apart.ratios.sd_log).all()
+
+
+def alone(model: SpeedModel, posterior: OwnPosterior) -> float:
+    """Return the effective share of the draws of a proposal fitted to the posterior of one visit."""
+    heart = HeartModel(model)
+    u, _ = posterior.space.place(heart.points(posterior.phi))
+    student = StudentProposal(u.mean(axis=0), WIDENING * np.cov(u.T), DEGREES_OF_FREEDOM)
+    return exact_case.weigh(heart, FittedProposal(student, posterior.space), 2000, 0.1, 1).efficiency
+
+
+@pytest.mark.parametrize(
+    ("tied", "discrepancy"), [({}, 0.0), ({}, 1.0), ({"passive_stiffness_kpa": 0.9, "k0_kpa": 0.8}, 0.9)]
+)
+def test_the_first_proposal_of_both_is_as_good_as_those_of_each(
+    tied: dict[str, float], discrepancy: float
+) -> None:
+    """Whatever ties them, the passive stiffness too, which is integrated out."""
+    pair, posteriors = models(0.0), own(0.0)
+    shares = np.array([tied.get(name, 0.0) for name in pair[0].settings.prior.names])
+    hearts = VisitsHearts(visits_model(pair, [np.arange(PHASES)] * 2, shares, discrepancy))
+    first = joined_proposal(hearts, [each.phi for each in posteriors], [each.space for each in posteriors])
+    found = exact_case.weigh(hearts, first, 2000, 0.1, 1).efficiency
+    independent = np.prod([alone(*each) for each in zip(pair, posteriors, strict=True)])
+    assert independent > 0.4
+    assert found > 0.8 * independent
 
 
 def test_three_visits_are_no_pair_to_compare() -> None:

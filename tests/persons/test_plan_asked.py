@@ -50,6 +50,9 @@ def test_repeats_are_numbers_of_which_errors_can_be_told() -> None:
         parse_repeats("three", 2)
 
 
+OTHER_MODEL = "forward_model: {maximum_step_s: 2.6e-3}"  # than that of what comes with the package
+
+
 @pytest.fixture
 def typed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -57,7 +60,8 @@ def typed(
     """Run the command where no study has been run, and return what it says as an error."""
 
     def run(*arguments: str) -> str:
-        (tmp_path / "overlay.yaml").write_text(f"results: {tmp_path / 'results'}\n", encoding="utf-8")
+        overlay = f"results: {tmp_path / 'results'}\n{OTHER_MODEL}\n"
+        (tmp_path / "overlay.yaml").write_text(overlay, encoding="utf-8")
         monkeypatch.chdir(ROOT)
         assert main(["plan", "--overlay", str(tmp_path / "overlay.yaml"), *arguments]) == 2
         return capsys.readouterr().err

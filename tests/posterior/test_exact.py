@@ -22,6 +22,7 @@ from exact_case import (
     check_posterior,
     fitted,
     proposal,
+    weigh,
 )
 from pydantic import ValidationError
 
@@ -31,6 +32,7 @@ from swesbi.checks.calibration.ranks import standardised
 from swesbi.parameters import PHI_NAMES, TOLD_NAMES
 from swesbi.posterior.adaptive import PriorProposal
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior, exact_to_groups, read_exact_posterior
 from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.truncated import POSTERIOR, read_posterior
@@ -168,7 +170,7 @@ def test_draws_of_the_prior_have_a_name_of_their_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("settings", "sampler"), [(FEW, "importance"), (BY_MCMC, "mcmc")])
-@pytest.mark.parametrize(("name", "nuisances"), [("paper", 0), ("calibrated", 12)])
+@pytest.mark.parametrize(("name", "nuisances"), [("paper", 0), ("calibrated", 15)])
 def test_nuisances_are_kept_beside_what_is_reported(
     tmp_path: Path, name: str, nuisances: int, settings: ExactSettings, sampler: str
 ) -> None:
@@ -216,6 +218,24 @@ def test_the_artefact_is_a_posterior_like_any_other(tmp_path: Path) -> None:
     opened = arviz.from_netcdf(str(path), engine="h5netcdf")
     assert opened.posterior["passive_stiffness_kpa"].shape == (1, SETTINGS.draws)
     assert opened.posterior["passive_stiffness_kpa"].attrs["units"] == "kPa"
+
+
+def test_what_is_integrated_out_is_drawn_beside_mcmc_and_has_no_ensembles() -> None:
+    """Of a recording without nuisances that is the passive stiffness, here as told by all four parameters."""
+    model, short = speed_case.model(), {"steps": 120, "max_steps": 120, "min_effective_draws": 1}
+    mcmc = SETTINGS.mcmc.model_copy(update=short | {"max_r_hat": 1.1})
+    settings = NEVER.model_copy(update={"min_effective_draws": 1001, "mcmc": mcmc})
+    exact = exact_posterior(HeartModel(model), PriorProposal(model.settings.prior.simulated), settings, 1)[0]
+    assert (exact.sampler, exact.phi.shape) == ("mcmc", (settings.draws, 4))
+    assert exact.converged and (exact.r_hat[:3] < 1.1).all() and np.isnan(exact.r_hat[3])
+    assert exact.effective_draws[3] == exact.effective_draws[:3].min()
+    known, log_phi = weigh(model, fitted(model), 8000, 0.1, 1), np.log(exact.phi)
+    mean = known.weight @ np.log(known.phi)
+    sd = np.sqrt(known.weight @ (np.log(known.phi) - mean) ** 2)
+    error = sd * np.sqrt(1.0 / exact.effective_draws + 1.0 / (known.efficiency * 8000))
+    assert (error < 0.1 * sd).all()
+    assert (np.abs(log_phi.mean(axis=0) - mean) < 4.5 * error).all()
+    np.testing.assert_allclose(log_phi.std(axis=0), sd, rtol=0.15)
 
 
 def test_an_answer_is_read_from_its_verdict_alone(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from exact_case import SETTINGS, ToySettings
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.instants import FreeModel
 from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.laplace import WIDER, ResidualModel, laplace_proposal
 from swesbi.posterior.space import ScoreSpace
 from swesbi.posterior.student import StudentMixture
@@ -68,15 +69,15 @@ def test_each_of_two_modes_has_a_part() -> None:
     assert proposal.share[np.abs(np.abs(first) - 1.0) < 0.1].sum() > 0.8
 
 
-def test_gated_recordings_and_pushes_have_residuals() -> None:
+def test_hearts_of_gated_recordings_and_of_pushes_have_residuals() -> None:
     gated = speed_case.model(prior="calibrated")
     for model in (gated, FreeModel(gated, np.arange(20), 0.0)):
-        assert isinstance(model, ResidualModel)
+        assert isinstance(HeartModel(model), ResidualModel)
 
 
 def test_it_begins_nearer_to_the_posterior_than_the_prior_and_than_a_wrong_mode() -> None:
     """Of the draws of the first round many times as many are effective."""
-    model = speed_case.model(prior="calibrated")
+    model = HeartModel(speed_case.model(prior="calibrated"))
     found = laplace_proposal(model, 1)
     assert isinstance(found.student, StudentMixture)
     parts = tuple(replace(part, mean=part.mean + 1.0) for part in found.student.parts)
@@ -90,7 +91,7 @@ def test_it_begins_nearer_to_the_posterior_than_the_prior_and_than_a_wrong_mode(
 
 
 def test_it_depends_on_its_seed_alone() -> None:
-    model = speed_case.model(prior="calibrated")
+    model = HeartModel(speed_case.model(prior="calibrated"))
     one, again = (laplace_proposal(model, 1).student for _ in range(2))
     assert isinstance(one, StudentMixture)
     assert isinstance(again, StudentMixture)

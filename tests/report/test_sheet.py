@@ -12,7 +12,7 @@ from posterior_case import exact_of
 from swesbi.checks.identifiability.more_repeats import MoreRepeats
 from swesbi.checks.scores import Band
 from swesbi.context import Context
-from swesbi.parameters import PHI_NAMES, TOLD_NAMES
+from swesbi.parameters import ISOMETRIC, PHI_NAMES, TOLD_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.report.figures.sheet import draw_sheet
@@ -26,7 +26,7 @@ CONTEXT = Context("S-1", "F", 31.0, 1.7, 66.0, 95.0, 36.0, 0.82)
 OF_NAME = {"k0_kpa": 60.0, "k_atp_per_s": 5.0, "k_sr_per_s": 40.0, "passive_stiffness_kpa": 2.0}
 MEDIANS = np.array([OF_NAME.get(name, 50.0) for name in TOLD_NAMES])
 Q = len(TOLD_NAMES)
-LAST = ("k0_kpa", "k_atp_per_s", "bonds_kpa")
+LAST = (ISOMETRIC, "k0_kpa", "k_atp_per_s")
 VERDICT = Verdict(
     1.0, "", 10, 10, {}, "not contradicted", "not contradicted: no test contradicts the model", (),
     k_hat=0.3, efficiency=0.4, sampler="importance",
@@ -73,13 +73,13 @@ def sheet() -> Sheet:
 
 
 def test_every_line_says_what_it_is_conditional_on_and_the_best_known_stand_first(sheet: Sheet) -> None:
-    """Duration and peak hold whatever the structure; k_0 and k_ATP are parameters of this model, and last."""
+    """Duration and peak hold whatever the structure; the rest is valid under conditions, k_ATP's last."""
     labels = [row[0] for row in rows(sheet)]
     assert labels[0].startswith("duration") and labels[1].startswith("peak stiffness")
-    of_model = next(note for note in notes(sheet) if note.startswith("Parameters of this model"))
+    valid_if = next(note for note in notes(sheet) if note.startswith("Valid only if"))
     for line in ANSWER:
         assert line.condition
-        assert (line.parameter.meaning in of_model) == (line.parameter.name in LAST)
+        assert (f"{line.short} (" in valid_if) == (line.trust == "conditional")
     assert [line.parameter.name for line in ANSWER][-len(LAST) :] == list(LAST)
     informed = [Informed(ClinicalMeasures(120.0, 80.0), _result())]
     told = next(note for note in notes(replace(sheet, informed=informed)) if "cuff" in note)

@@ -76,8 +76,8 @@ MUTATIONS = (
     ),
     Mutation(
         "prior lost in the importance weights",
-        "log_parts[0] + log_likelihood - logsumexp",
-        "log_likelihood - logsumexp",
+        "log_parts[0] + drawn.log_likelihood - logsumexp",
+        "drawn.log_likelihood - logsumexp",
         (EXACT_OF_A,),
         "posterior/log_evidence",
     ),

@@ -63,9 +63,11 @@ def cohort(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def study(cohort: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
+def study(cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
+    """Return the configuration where no study has been run."""
     monkeypatch.chdir(ROOT)
-    return load_study(read_merged(ROOT / "config.yaml"), new_cohort=cohort)
+    raw = read_merged(ROOT / "config.yaml") | {"results": str(tmp_path / "no-study")}
+    return load_study(raw, new_cohort=cohort)
 
 
 def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) -> None:
@@ -171,12 +173,10 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
     experiments = experiments_to_ask(study, None)
     assert experiments == ("calibrated", "amortised")
     answerer = Answerer(study, experiments, "")
-    assert answerer._network(GOOD, free=False)[0] == ""  # no study has been run
-    assert (
-        Answerer(study, ("amortised",), "")._network(GOOD, free=False)[0] == ""
-    )  # one runs, none must answer
+    assert answerer._network(GOOD, free=False)[0] == "amortised"  # of the package: no study has been run
+    assert Answerer(study, ("calibrated",), "")._network(GOOD, free=False)[0] == ""  # none must answer
     with pytest.raises(FileNotFoundError, match="has not been run this far"):
-        Answerer(study, ("amortised",), "", required=True)._network(GOOD, free=False)
+        Answerer(study, ("calibrated",), "", required=True)._network(GOOD, free=False)
     monkeypatch.setattr(FinishedStudy, "is_there", True)
     monkeypatch.setattr(FinishedPopulation, "is_there", True)
     assert answerer._network(GOOD, free=False) == ("calibrated", "")

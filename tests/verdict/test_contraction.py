@@ -31,9 +31,10 @@ def test_one_that_is_narrower_or_elsewhere_is_not() -> None:
     assert not told(0.6, 0.4)
 
 
-def test_draws_without_a_beat_are_left_out() -> None:
+@pytest.mark.parametrize("value", [np.nan, 0.0])
+def test_draws_without_a_beat_or_a_logarithm_are_left_out(value: float) -> None:
     some = PRIOR["k_atp_per_s"].copy()
-    some[:300] = np.nan
+    some[:300] = value
     (found,) = contractions({"k_atp_per_s": some}, PRIOR, RULE).of_each
     assert found.uninformative
 

@@ -121,7 +121,7 @@ def test_a_person_keeps_the_physiology_and_the_body_but_for_what_is_of_the_day()
     of_day = {*THETA_NAMES, SHOWN.name, "ejection_fraction", "passive_stiffness_kpa", *LOADING, SPEED_SCALE}
     first, second = (truth[truth["visit"] == visit].reset_index(drop=True) for visit in (BEFORE, AFTER))
     kept = [name for name in source().bounds.names if name not in of_day]
-    assert len(kept) == 9
+    assert len(kept) == 12
     pd.testing.assert_frame_equal(first[kept], second[kept])
     assert (first[sorted(of_day)] != second[sorted(of_day)]).all(axis=None)
     first, second = (subjects[subjects["visit"] == visit].reset_index(drop=True) for visit in (BEFORE, AFTER))

@@ -16,6 +16,8 @@ from tools.docs.directives import PART, PageError, Place, filled, line_of
 
 NO_PRODUCT: Final = frozenset({"settings", "scaling", "study_cost"})
 """Stored tables that are no product of the model: settings and costs."""
+PAGES: Final = ("README.md", "docs/*.md", "studies/*/README.md")
+"""Where tables are named: by paths that end with tables/NAME.csv."""
 REMEDY: Final = "make it again, then python -m swesbi.study.model_version --note"
 """Followed by the path; `make docs` and `make full` note versions themselves."""
 
@@ -97,10 +99,11 @@ def pages_judged(texts: Mapping[str, str], place: Place) -> Iterator[Finding]:
 
 
 def versions_judged(folder: Path) -> Iterator[Finding]:
-    """Yield a finding for each stored table: the model of this version made it.
+    """Yield a finding for each stored table: this version's model made it, or its pages say whose did.
 
-    Tables of side studies are asked where versions are stored beside them.
+    Each page that names the table must. Tables of side studies are asked where versions lie beside them.
     """
+    pages = [path.read_text(encoding="utf-8") for each in PAGES for path in sorted(folder.glob(each))]
     beside = sorted(folder.glob(f"studies/*/tables/{VERSIONS}"))
     for tables in (folder / STORED, *(path.parent for path in beside)):
         known = read_versions(tables)
@@ -109,5 +112,8 @@ def versions_judged(folder: Path) -> Iterator[Finding]:
             if path.name == VERSIONS or name in NO_PRODUCT:
                 continue
             found = f"version {known[name]}" if name in known else "no version"
+            naming = [page for page in pages if f"tables/{name}.csv" in page]
+            said = name in known and [f"model version {known[name]}" in page for page in naming]
+            holds = known.get(name) == MODEL_VERSION or bool(said and all(said))
             where, asked = path.relative_to(folder).as_posix(), f"version {MODEL_VERSION}"
-            yield Finding(found == asked, where, "version of its model", asked, found, f"{REMEDY} {where}")
+            yield Finding(holds, where, "version of its model", asked, found, f"{REMEDY} {where}")

@@ -54,6 +54,7 @@ SAME: Final = (
 PARTLY: Final = "holds in "
 NOWHERE: Final = "holds in 0 of"
 LOWER: Final = "lower by"
+NO_VALUE: Final = "no value to compare"
 
 
 def statements_table(study: Study) -> pd.DataFrame:
@@ -93,11 +94,12 @@ def _row(text: str, begin: str, taken: str, comparison: pd.DataFrame) -> list[st
 def agreement(notes: Sequence[str]) -> str:
     """Return whether a statement agrees, by the rule's reading of each of its cases.
 
-    Several cases are coverages; one agrees where it is not lower than the paper's.
+    Several cases are coverages; one agrees where it is not lower than the paper's. Cases that are not
+    prior-supported have none, and are left out.
     """
     if len(notes) > 1:
-        lower = [note.startswith(LOWER) for note in notes]
-        return AGREES if not any(lower) else DIFFERS if all(lower) else IN_PART
+        lower = [note.startswith(LOWER) for note in notes if not note.startswith(NO_VALUE)]
+        return DIFFERS if all(lower) else IN_PART if any(lower) else AGREES
     (note,) = notes
     if note.startswith(SAME):
         return AGREES

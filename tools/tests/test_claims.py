@@ -127,6 +127,15 @@ def test_one_change_turns_verify_red(
     assert f"{where}: " in printed and f"found: {found}" in printed
 
 
+def test_a_table_of_an_older_version_holds_where_each_page_with_it_says_so(project: Path) -> None:
+    rewrite(project / "docs" / "tables" / "model_versions.csv", f"\nhearts,{MODEL_VERSION}", "\nhearts,1")
+    page = project / "docs" / "page.md"
+    page.write_text(page.read_text(encoding="utf-8") + "Of model version 1.\n", encoding="utf-8")
+    assert failures(project) == []
+    (project / "docs" / "other.md").write_text("[rows](tables/hearts.csv)\n", encoding="utf-8")
+    assert [each.where for each in failures(project)] == ["docs/tables/hearts.csv"]
+
+
 def test_a_page_that_cannot_be_filled_fails(project: Path) -> None:
     rewrite(project / "docs" / "page.md", "covered == 0", "covered == 2")
     (failed,) = failures(project)

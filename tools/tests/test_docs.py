@@ -197,6 +197,8 @@ def test_statements_agree_by_the_readings_of_the_comparison() -> None:
         (["differs from the paper"], "does not"),
         (["lower by 0.1", "higher by 0.1"], "in part"),
         (["lower by 0.1", "lower by 0.2"], "does not"),
+        (["lower by 0.1", "no value to compare: C is not prior-supported"], "does not"),
+        (["above 0.99 too", "no value to compare: C is not prior-supported"], "agrees"),
         (["above 0.99 too", "equal to the digits printed"], "agrees"),
     ],
 )

@@ -84,14 +84,19 @@ np.linalg = {
     }
     return new Nd(out, [...lead, n, columns]);
   },
+  inv: (a) => np.linalg.solve(a, np.eye(a.shape.at(-1))),
+  norm: (a, named) => np.sqrt(np.sum(py.mul(a, a), named)),
   cholesky(a) {
-    const n = a.shape[0], from = flat(a), out = made([n, n]), l = out.data;
-    for (let i = 0; i < n; i++) {
-      for (let j = 0; j <= i; j++) {
-        let sum = from[i * n + j];
-        for (let k = 0; k < j; k++) sum -= l[i * n + k] * l[j * n + k];
-        if (i === j && !(sum > 0)) throw new LinAlgError("the matrix is not positive definite");
-        l[i * n + j] = i === j ? Math.sqrt(sum) : sum / l[j * n + j];
+    const n = a.shape.at(-1), out = made(a.shape.slice());
+    for (let at = 0; at < out.size; at += n * n) {
+      const from = flat(a).subarray(at, at + n * n), l = out.data.subarray(at, at + n * n);
+      for (let i = 0; i < n; i++) {
+        for (let j = 0; j <= i; j++) {
+          let sum = from[i * n + j];
+          for (let k = 0; k < j; k++) sum -= l[i * n + k] * l[j * n + k];
+          if (i === j && !(sum > 0)) throw new LinAlgError("the matrix is not positive definite");
+          l[i * n + j] = i === j ? Math.sqrt(sum) : sum / l[j * n + j];
+        }
       }
     }
     return out;

@@ -221,13 +221,12 @@ Object.assign(np, {
     const part = (slice) => indexNd(a, whole.map((one, k) => (k === at ? slice : one)));
     return py.sub(part(new Slice(1, null)), part(new Slice(null, -1)));
   },
-  trace(a, ...given) {
-    const { axis1 = 0, axis2 = 1 } = options(given, ["offset", "axis1", "axis2"]);
-    const kept = py.range(a.ndim).filter((k) => k !== axis1 && k !== axis2), last = np.transpose(a, [...kept, axis1, axis2]);
-    let sum = 0;
-    for (let k = 0; k < Math.min(a.shape[axis1], a.shape[axis2]); k++) sum = py.add(sum, getItem(last, ELLIPSIS, k, k));
-    return sum;
+  diagonal(a, ...given) { // a view of it, as the last axis
+    const { axis1 = 0, axis2 = 1 } = options(given, ["offset", "axis1", "axis2"]), kept = py.range(a.ndim).filter((k) => k !== axis1 && k !== axis2);
+    const of = (list, own) => [...kept.map((k) => list[k]), own];
+    return new Nd(a.data, of(a.shape, Math.min(a.shape[axis1], a.shape[axis2])), a.kind, of(a.strides, a.strides[axis1] + a.strides[axis2]), a.offset);
   },
+  trace: (a, ...given) => np.sum(np.diagonal(a, ...given), kw({ axis: -1 })),
   quantile(a, levels, ...given) {
     const { axis } = options(given, ["axis"]), { shape, values, length } = alongAxes(toNd(a), axis);
     const wanted = levels instanceof Nd || Array.isArray(levels) ? [...levels] : [levels];
@@ -288,6 +287,7 @@ Object.assign(np, {
   },
   vstack: (list) => np.concatenate([...list].map(np.atleast_2d)),
   hstack: (list) => np.concatenate([...list], kw({ axis: toNd([...list][0]).ndim > 1 ? 1 : 0 })),
+  dstack: (list) => np.concatenate([...list].map((a) => (a.ndim < 3 ? np.reshape(a, [...a.shape, 1]) : a)), kw({ axis: 2 })),
   column_stack: (list) => np.concatenate([...list].map((a) => (a.ndim < 2 ? np.reshape(a, [-1, 1]) : a)), kw({ axis: 1 })),
   append: (a, value) => np.concatenate([np.reshape(toNd(a), [-1]), np.reshape(toNd(value), [-1])]),
   repeat(a, times, ...given) {

@@ -259,8 +259,9 @@ const method = (prototype, methods) => Object.entries(methods).forEach(([name, v
   Object.defineProperty(prototype, name, { value, writable: true, enumerable: false })));
 method(Map.prototype, {
   items() { return [...this]; },
+  found(key, otherwise = null) { return this.has(key) ? this.get(key) : otherwise; },
   pop(key, otherwise) {
-    const value = this.has(key) ? this.get(key) : otherwise;
+    const value = this.found(key, otherwise);
     this.delete(key);
     return value;
   },

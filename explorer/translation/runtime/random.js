@@ -1,4 +1,4 @@
-// Random numbers, reproducible by their seed; other ones than numpy's.
+// Random numbers, reproducible by their seed and other than numpy's; those that belong to rows are Python's own.
 
 class Random { // sfc32 (Doty-Humphrey), of PractRand
   constructor(seed) {
@@ -56,4 +56,27 @@ function hashed(words) { // xmur3
 }
 
 np.random = { default_rng: (seed) => new Random(seed) };
-const seeds = { generator: (...name) => new Random(name.join("/")), integer_seed: (...name) => hashed(name.join("/"))() };
+const seeds = {
+  generator: (...name) => new Random(name.join("/")),
+  integer_seed: (...name) => hashed(name.join("/"))(),
+  row_numbers(values, stream) { // whole numbers of 64 bits; doubles hold 53
+    const words = new BigUint64Array(Float64Array.from(flat(values)).buffer), [n, k] = values.shape;
+    return py.range(n).map((i) => words.subarray(i * k, (i + 1) * k).reduce((number, word) => splitMix(number ^ word), BigInt(stream)));
+  },
+  uniform(numbers, draw, width) {
+    const out = made([numbers.length, width]);
+    for (let k = 0; k < out.size; k++) {
+      const state = numbers[Math.floor(k / width)] + GOLDEN_STEP * BigInt(draw * width + 1 + (k % width));
+      out.data[k] = (Number(splitMix(state) >> 11n) + 0.5) * 2 ** -53;
+    }
+    return out;
+  },
+};
+
+const GOLDEN_STEP = 0x9e3779b97f4a7c15n, of64 = (number) => BigInt.asUintN(64, number);
+function splitMix(number) { // the output of SplitMix64
+  number = of64(number + GOLDEN_STEP);
+  number = of64((number ^ (number >> 30n)) * 0xbf58476d1ce4e5b9n);
+  number = of64((number ^ (number >> 27n)) * 0x94d049bb133111ebn);
+  return number ^ (number >> 31n);
+}

@@ -39,13 +39,13 @@ function gammaln(x) { // Lanczos (g = 7)
   return 0.5 * Math.log(2 * Math.PI) + (x - 0.5) * Math.log(t) - t + Math.log(c.slice(1).reduce((sum, part, k) => sum + part / (x + k), c[0]));
 }
 
-function upperGamma(a, x) { // regularised, Q(a, x)
-  if (x <= 0) return 1;
+function gammaTails(a, x) { // regularised, P(a, x) and Q(a, x), the smaller of them to its own last places
+  if (x <= 0) return [0, 1];
   const scale = Math.exp(a * Math.log(x) - x - gammaln(a));
   if (x < a + 1) {
     let term = 1 / a, sum = term;
     for (let n = 1; n < 1000 && term > 1e-17 * sum; n++) { term *= x / (a + n); sum += term; }
-    return 1 - scale * sum;
+    return [scale * sum, 1 - scale * sum];
   }
   let b = x + 1 - a, c = 1e300, d = 1 / b, h = d;
   for (let n = 1; n < 1000; n++) {
@@ -56,20 +56,34 @@ function upperGamma(a, x) { // regularised, Q(a, x)
     h *= d * c;
     if (Math.abs(d * c - 1) < 1e-16) break;
   }
-  return scale * h;
+  return [1 - scale * h, scale * h];
+}
+
+// P(a, x) = p, from the normal approximation of its cube root (Wilson and Hilferty) on, by Halley's steps.
+function gammaincinv(a, p) {
+  if (!(p > 0 && p < 1)) return p === 0 ? 0 : p === 1 ? Infinity : NaN;
+  const root = 1 - 1 / (9 * a) + ndtri(p) / (3 * Math.sqrt(a));
+  let x = root > 0.2 ? a * root ** 3 : Math.exp((Math.log(p) + gammaln(a + 1)) / a);
+  for (let k = 0, step = x; k < 30 && Math.abs(step) > 1e-14 * x; k++) {
+    const [low, high] = gammaTails(a, x), miss = p < 0.5 ? low - p : 1 - p - high;
+    step = miss / Math.exp((a - 1) * Math.log(x) - x - gammaln(a));
+    x = Math.max(x - step / (1 - 0.5 * Math.min(1, step * ((a - 1) / x - 1))), 0.5 * x);
+  }
+  return x;
 }
 
 const special = {
-  chdtrc: (freedom, a) => unary((value) => upperGamma(freedom / 2, value / 2), a),
+  chdtrc: (freedom, a) => unary((value) => gammaTails(freedom / 2, value / 2)[1], a),
+  gammaincinv: (a, p) => unary((x) => gammaincinv(a, x), p), gammaln: (a) => unary(gammaln, a),
   ndtr: (a) => unary(ndtr, a), ndtri: (a) => unary(ndtri, a),
   expit: (a) => unary((x) => 1 / (1 + Math.exp(-x)), a),
   log_expit: (a) => unary((x) => (x < 0 ? x - Math.log1p(Math.exp(x)) : -Math.log1p(Math.exp(-x))), a),
   logsumexp(a, ...given) {
-    const { axis, b } = options(given, ["axis", "b"]), array = toNd(a);
+    const { axis = null, b, keepdims = false } = options(given, ["axis", "b", "keepdims"]), array = toNd(a);
     const weights = b === undefined ? null : broadcastTo(toNd(b), array.shape);
-    const top = np.max(array, kw({ axis: axis ?? null, keepdims: true }));
+    const top = np.max(array, kw({ axis, keepdims: true }));
     const shift = np.where(np.isfinite(top), top, 0);
-    const parts = np.exp(py.sub(array, shift)), sum = np.sum(weights ? py.mul(parts, weights) : parts, kw({ axis: axis ?? null }));
+    const parts = np.exp(py.sub(array, shift)), sum = np.sum(weights ? py.mul(parts, weights) : parts, kw({ axis, keepdims }));
     const back = shift instanceof Nd ? np.reshape(shift, sum instanceof Nd ? sum.shape : []) : shift;
     return py.add(np.log(sum), back instanceof Nd && !back.ndim ? back.data[back.offset] : back);
   },

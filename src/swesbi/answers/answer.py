@@ -17,16 +17,16 @@ from swesbi.answers.kept import PriorBeside, Shown, prior_beside
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
-from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.measurement.clinical import ClinicalModel
 from swesbi.measurement.derived import told
-from swesbi.measurement.settings import ClinicalSettings
 from swesbi.posterior.exact import conditioned, exact_posterior
-from swesbi.posterior.fitted import fitted_with_further
+from swesbi.posterior.fitted import fit_in_nearest, placed_in
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.seeds import integer_seed
+from swesbi.posterior.space import ScoreSpace
+from swesbi.recording.clinical import ClinicalErrors
 from swesbi.verdict.contraction import contractions
 from swesbi.verdict.verdict import Verdict
 
@@ -60,7 +60,7 @@ def answered(
     knowledge: Knowledge,
     settings: AnswerSettings,
     seed: int,
-    pressures: ClinicalSettings | None = None,
+    pressures: ClinicalErrors | None = None,
 ) -> Answer:
     """Infer and judge a recording.
 
@@ -109,7 +109,7 @@ def inferred(
     """
     network, subject = recording.proposal(knowledge), recording.observation.subject
     sizes, stream = settings.exact_posterior.exact, recording.stream
-    exact, efficiency = exact_posterior(recording.model, network, sizes, seed, stream, subject)
+    exact, efficiency = exact_posterior(HeartModel(recording.model), network, sizes, seed, stream, subject)
     log_certificate(subject, exact)
     return (exact if network is None else conditioned(exact, network)), efficiency
 
@@ -123,8 +123,7 @@ def informed(
 ) -> ExactPosterior:
     """Return the exact posterior of a recording with its pressures.
 
-    It begins with the posterior of the speeds alone. That has no stressed volume, so its draws
-    get one from the prior; what the two have to do with each other is left to the rounds.
+    It begins with the posterior of the speeds alone.
 
     Args:
         model: The recording's.
@@ -136,10 +135,11 @@ def informed(
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
-    prior, subject = model.settings.prior, model.speeds.recording.subject
-    fitted = fitted_with_further(of_speeds, prior, VOLUME_FACTOR, integer_seed(seed, *name, "fitted"))
-    exact, _ = exact_posterior(model, None, settings, seed, *name, fitted=fitted)
-    log_certificate(f"{subject} with pressures", exact)
+    heart = HeartModel(model.speeds, model)
+    known = placed_in(ScoreSpace(heart.settings.prior), heart.points(of_speeds.phi))
+    fitted = fit_in_nearest([known], of_speeds.log_weight)
+    exact, _ = exact_posterior(heart, None, settings, seed, *name, fitted=fitted)
+    log_certificate(f"{model.speeds.recording.subject} with pressures", exact)
     return exact
 
 

@@ -20,9 +20,9 @@ from swesbi.checks.free_predictive import check_pushes
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.result import ExactPosterior
+from swesbi.recording.clinical import ClinicalErrors
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import (
     KIND,
@@ -97,7 +97,7 @@ class FreeRecording:
         nulls, rule, clinical = knowledge.nulls, settings.verdict, self.observation.clinical
         return judge(exact, self.model, beats, nulls, knowledge.hearts, rule, seed, clinical, further)
 
-    def with_pressures(self, settings: ClinicalSettings) -> None:
+    def with_pressures(self, settings: ClinicalErrors) -> None:
         """Return None: with pushes, pressures have no model yet."""
 
     def observed(self) -> Kept:

@@ -22,9 +22,9 @@ from swesbi.checks.predictive_speeds import Recorder, new_recordings, predictive
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.measurement.settings import ClinicalSettings
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.result import ExactPosterior
+from swesbi.recording.clinical import ClinicalErrors
 from swesbi.recording.noise import NoiseComparison
 from swesbi.recording.observation import KIND, Observation, read_observation, same_recording
 from swesbi.recording.speed import NoiseComponents
@@ -86,7 +86,7 @@ class GatedRecording:
         nulls, rule, clinical = knowledge.nulls, settings.verdict, self.observation.clinical
         return judge(exact, self.model, beats, nulls, knowledge.hearts, rule, seed, clinical, further)
 
-    def with_pressures(self, settings: ClinicalSettings) -> ClinicalModel | None:
+    def with_pressures(self, settings: ClinicalErrors) -> ClinicalModel | None:
         """Return the model with the pressures of a cuff; None where none were taken.
 
         Raises:

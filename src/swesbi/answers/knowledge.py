@@ -53,8 +53,8 @@ class Knowledge:
         return flow_proposal(self.flow, replace(recording, context=known))
 
     def space(self, model: SpeedModel) -> Space:
-        """Return the space in which the posterior of a gated recording is nearest to normal."""
-        return self.of_phases(model.recording) or LogitSpace(model.settings.prior)
+        """Return the space in which the posterior of a gated recording's heart is nearest to normal."""
+        return self.of_phases(model.recording) or LogitSpace(model.settings.prior.simulated)
 
     def of_pushes(self, model: FreeModel) -> FlowProposal | None:
         """Return the network's posterior of a free-running recording.

@@ -7,10 +7,10 @@ from pydantic import Field
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.settings import ClinicalSettings, MeasurementSettings, SummarySettings
+from swesbi.measurement.settings import MeasurementSettings, SummarySettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
-from swesbi.recording.clinical import ClinicalRow
+from swesbi.recording.clinical import ClinicalErrors, ClinicalRow
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.settings import ContextRow, RecordingSettings
 from swesbi.verdict.settings import UninformativeSettings
@@ -46,7 +46,7 @@ class PressuresSettings(Settings):
     """What a posterior with pressures depends on."""
 
     exact_posterior: ExactPosteriorSettings
-    clinical: ClinicalSettings
+    clinical: ClinicalErrors
 
 
 class AnswerSettings(Settings):
@@ -72,5 +72,5 @@ class OneAnswerSettings(AnswerSettings):
 
     ingest: IngestSettings
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is that of the others")
-    clinical: ClinicalSettings
+    clinical: ClinicalErrors
     shown: ShownSettings

@@ -13,7 +13,6 @@ from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import OneAnswerSettings, PressuresSettings
 from swesbi.answers.sheet import sheet_of
 from swesbi.artefacts import ArtefactError, Origin, save, write_json
-from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.report.figures.posterior_subject import draw_exact_subject
@@ -100,8 +99,7 @@ def save_answer(
     write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: made})
     if answer.with_pressures is not None:
         clinical = PressuresSettings(exact_posterior=stage, clinical=settings.clinical)
-        freed = with_stressed_volume(prior, settings.clinical.stressed_volume_factor)
-        groups = exact_to_groups(answer.with_pressures, freed)
+        groups = exact_to_groups(answer.with_pressures, prior)
         save(folder / WITH_PRESSURES, groups, origin.provenance(POSTERIOR, clinical))
     shown = shown_of(answer, settings, origin.seed)
     checked = origin.provenance(shown.kept.kind, settings.predictive_speeds)

@@ -36,8 +36,7 @@ class Compared:
     Attributes:
         experiment: Whose network gave the first proposals.
         observation: The recording.
-        model: Of the speeds alone.
-        model_with: The same with the stressed volume free.
+        model: Of both.
         without: Posterior of the speeds alone.
         with_them: Posterior of both.
     """
@@ -45,7 +44,6 @@ class Compared:
     experiment: str
     observation: Observation
     model: SpeedModelSettings
-    model_with: SpeedModelSettings
     without: ExactPosterior
     with_them: ExactPosterior
 
@@ -55,7 +53,7 @@ def pressures_table_of(compared: Iterable[Compared]) -> pd.DataFrame:
 
     Medians and equal-tailed intervals, without pressures and with them; width_ratio, log high / low with over
     that without; shift_in_widths, log of the medians' ratio over the latter; then the pressures and how the
-    posterior with them was obtained. What is not free without pressures has no interval there.
+    posterior with them was obtained.
     """
     rows = [row for one in compared for row in _rows(one)]
     return pd.DataFrame(rows, columns=list(COLUMNS))
@@ -64,7 +62,7 @@ def pressures_table_of(compared: Iterable[Compared]) -> pd.DataFrame:
 def _rows(one: Compared) -> list[dict[str, object]]:
     context = one.observation.context
     before = quantities(one.model, one.without.phi, one)
-    after = quantities(one.model_with, one.with_them.phi, one)
+    after = quantities(one.model, one.with_them.phi, one)
     found, clinical = one.with_them, one.observation.clinical
     how: dict[str, object] = {
         "experiment": one.experiment,
@@ -77,7 +75,7 @@ def _rows(one: Compared) -> list[dict[str, object]]:
         "converged": found.converged,
     }
     return [
-        how | {"quantity": name} | _row(before.get(name), values, found.interval_mass)
+        how | {"quantity": name} | _row(before[name], values, found.interval_mass)
         for name, values in after.items()
     ]
 
@@ -104,9 +102,8 @@ def _shown(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> FloatAr
     return np.asarray(shown[np.isfinite(shown)])
 
 
-def _row(before: FloatArray | None, after: FloatArray, mass: float) -> dict[str, object]:
-    without = (np.nan,) * 3 if before is None else median_and_interval(before, mass)
-    found = median_and_interval(after, mass)
+def _row(before: FloatArray, after: FloatArray, mass: float) -> dict[str, object]:
+    without, found = median_and_interval(before, mass), median_and_interval(after, mass)
     width = np.log(without[2] / without[0])
     names = ("low", "median", "high")
     return {

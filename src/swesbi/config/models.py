@@ -27,7 +27,6 @@ from swesbi.config.experiments import (
 )
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.settings import (
-    ClinicalSettings,
     MeasurementSettings,
     PassiveSettings,
     summary_names,
@@ -37,6 +36,7 @@ from swesbi.persons.change.settings import ChangeGroupsSettings, ChangeSettings
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.recording.clinical import ClinicalErrors
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 
 FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "studies"})
@@ -101,17 +101,6 @@ def check_nuisances(config: Config) -> None:
                 f"{key} names the prior {prior!r}, which frees nuisance parameters; only experiments of kind "
                 "speeds integrate them out: name a prior without them"
             )
-
-
-def check_stressed_volume(config: Config) -> None:
-    """The stressed volume is free with pressures alone, by a prior within the range of the model."""
-    for name, prior in config.priors.items():
-        if prior.nuisances.stressed_volume_factor is not None:
-            raise ValueError(
-                f"priors.{name}.nuisances.stressed_volume_factor: is free with cuff pressures alone, by "
-                "clinical.stressed_volume_factor; delete the line"
-            )
-    NuisanceSettings(stressed_volume_factor=config.clinical.stressed_volume_factor)
 
 
 def check_windows(config: Config) -> None:
@@ -223,7 +212,6 @@ CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_subjects_of_experiments,
     check_prior_ranges,
     check_nuisances,
-    check_stressed_volume,
     check_windows,
     check_feature_names,
     check_acquisition,
@@ -260,7 +248,7 @@ class Config(Settings):
     )
     recording: RecordingSettings = Field(description="Which samples and recordings are used.")
     noise: NoiseSettings = Field(description="How the noise of the speeds is estimated.")
-    clinical: ClinicalSettings = Field(
+    clinical: ClinicalErrors = Field(
         description="Errors of cuff pressures and ejection time, optional columns of subjects.csv."
     )
     measurement: MeasurementSettings = Field(description="How a simulated cycle becomes a curve.")

@@ -23,15 +23,17 @@ def systolic_intervals(beats: Beats, period_s: float) -> SystolicIntervals:
     """Measure isovolumic contraction, ejection and isovolumic relaxation of each beat.
 
     Ejection is from the first to the last aortic flow, with moments within in which the valve closes, as it
-    can where the wall has inertia; the isovolumic times reach from it to the mitral flow on either side.
+    can where the wall has inertia. Isovolumic relaxation reaches from it to the mitral flow. Isovolumic
+    contraction begins with the later of the end of the mitral flow and the first bonds, as the first heart
+    sound does: atria that have contracted may close the valve long before.
     """
-    flows = zip(beats.aortic_flow_ml_s, beats.mitral_flow_ml_s, strict=True)
-    durations = [_durations(aortic, mitral) for aortic, mitral in flows]
+    curves = (beats.aortic_flow_ml_s, beats.mitral_flow_ml_s, beats.active_stiffness_kpa)
+    durations = [_durations(*each) for each in zip(*curves, strict=True)]
     contraction, ejection, relaxation = period_s / beats.cycle_phase.size * np.array(durations, dtype=float).T
     return SystolicIntervals(contraction, ejection, relaxation)
 
 
-def _durations(aortic: FloatArray, mitral: FloatArray) -> tuple[float, float, float]:
+def _durations(aortic: FloatArray, mitral: FloatArray, active: FloatArray) -> tuple[float, float, float]:
     """Return the three durations in samples; NaN where a valve never opens."""
     if not (aortic > 0.0).any() or not (mitral > 0.0).any():
         return np.nan, np.nan, np.nan
@@ -40,8 +42,14 @@ def _durations(aortic: FloatArray, mitral: FloatArray) -> tuple[float, float, fl
     opening, ejection = ejecting(aortic > 0.0)
     filling = np.roll(mitral > 0.0, -opening)  # seen from the opening of the aortic valve
     relaxation = int(np.argmax(filling[ejection:]))
-    contraction = int(np.argmax(filling[::-1]))
-    return contraction, ejection, relaxation
+    closed, rising = int(np.argmax(filling[::-1])), _rising(active, opening)
+    return min(closed, rising), ejection, relaxation
+
+
+def _rising(active: FloatArray, opening: int) -> int:
+    """Return for how many samples the active stiffness (M,) has risen when the aortic valve opens."""
+    before = np.roll(active, -opening)[::-1]
+    return int(np.argmax(np.diff(before) >= 0.0)) + 1
 
 
 def ejecting(opened: BoolArray) -> tuple[int, int]:

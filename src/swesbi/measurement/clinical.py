@@ -1,23 +1,21 @@
-"""One recording with the pressures of a cuff: the likelihood of both, and the prior that goes with it.
+"""One recording with the pressures of a cuff, and the likelihood of both.
 
-Pressures inform the circulation: resistance and compliance of the arteries, and the stressed volume, which
-is free here alone, since speeds hardly know of it and pressures would otherwise be read as resistance.
+Pressures inform the circulation: resistance and compliance of the arteries, and the stressed volume. Where a
+prior fixes the volume, its part of the pressures is read as resistance.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.aorta import aortic_pressure_mmhg
-from swesbi.heart.physiology import VOLUME_FACTOR
 from swesbi.heart.simulate import Beats
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, log_likelihood
-from swesbi.measurement.settings import ClinicalSettings
-from swesbi.prior import JointPriorSettings, ParameterPrior
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
+from swesbi.measurement.speeds import WallPhases
 from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
 
 LOG_ROOT_TWO_PI: Final = 0.5 * np.log(2.0 * np.pi)
@@ -28,7 +26,7 @@ class ClinicalModel:
     """The model of one recording with the pressures of a cuff.
 
     Attributes:
-        speeds: The model of the speeds, whose prior frees the factor of the stressed volume.
+        speeds: The model of the speeds.
         clinical: Has both pressures.
         errors: How far they lie from those at the root of the aorta.
     """
@@ -46,16 +44,15 @@ class ClinicalModel:
         """Simulate phi of shape (n, d) in the subject's context; failed rows hold NaN."""
         return self.speeds.simulate(phi)
 
-    def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        """Return log p(speeds, pressures | phi) of shape (n,); -inf where the simulation failed.
+    def wall_and_density(self, phi: FloatArray) -> tuple[WallPhases, FloatArray]:
+        """Simulate phi (n, d): the wall at the measured phases, and log p(pressures | phi) of shape (n,).
 
-        Speeds and pressures have independent errors.
+        NaN and -inf where the simulation failed. Speeds and pressures have independent errors.
         """
         beats = self.simulate(phi)
-        predicted = self.speeds.predict_from(phi, beats)
-        of_speeds = log_likelihood(predicted, self.speeds.recording, self.settings.discrepancy)
         aortic = aortic_pressure_mmhg(beats, self.settings.forward_model)
-        return of_speeds + log_pressure_density(aortic, self.clinical, self.errors)
+        density = log_pressure_density(aortic, self.clinical, self.errors)
+        return self.speeds.wall_at_phases(beats), density
 
 
 def log_pressure_density(
@@ -80,14 +77,11 @@ def _log_normal(error: FloatArray, sd: float) -> FloatArray:
     return np.asarray(-0.5 * (error / sd) ** 2 - np.log(sd) - LOG_ROOT_TWO_PI)
 
 
-def with_pressures(
-    model: SpeedModel, clinical: ClinicalMeasures, settings: ClinicalSettings
-) -> ClinicalModel:
+def with_pressures(model: SpeedModel, clinical: ClinicalMeasures, errors: ClinicalErrors) -> ClinicalModel:
     """Return the model of a recording with its pressures, given that of its speeds.
 
     Raises:
-        ValueError: A pressure was not measured, the prior frees the stressed volume already, or the
-            circulation is open and has none.
+        ValueError: A pressure was not measured, or the circulation is open and has no volume of its own.
     """
     subject = model.recording.subject
     if not clinical.has_pressures:
@@ -98,22 +92,4 @@ def with_pressures(
         raise ValueError(
             f"subject {subject}: pressures need forward_model.circulation: closed, which keeps a volume"
         )
-    joint = with_stressed_volume(model.settings.prior, settings.stressed_volume_factor)
-    freed = replace(model, settings=model.settings.model_copy(update={"prior": joint}))
-    return ClinicalModel(freed, clinical, settings.errors)
-
-
-def with_stressed_volume(prior: JointPriorSettings, factor: ParameterPrior) -> JointPriorSettings:
-    """Return the prior with the factor of the stressed volume free beside all that is.
-
-    Raises:
-        ValueError: It is free already.
-    """
-    nuisances = prior.theta.nuisances
-    if nuisances.stressed_volume_factor is not None:
-        raise ValueError(
-            f"nuisances.{VOLUME_FACTOR}: is free already; its prior belongs to `clinical`, which frees it "
-            "where there are pressures"
-        )
-    freed = nuisances.model_copy(update={VOLUME_FACTOR: factor})
-    return prior.model_copy(update={"theta": prior.theta.model_copy(update={"nuisances": freed})})
+    return ClinicalModel(model, clinical, errors)

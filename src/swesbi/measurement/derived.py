@@ -11,10 +11,20 @@ from typing import Final, Protocol
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.landmarks import find_peak, first_crossing_after, last_crossing_before
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.parameters import BONDS, CURVE, DERIVED_NAMES, PHI_NAMES, SHOWN, TOLD_NAMES
+from swesbi.parameters import (
+    ACTIVE_SHARE,
+    CURVE,
+    DERIVED_NAMES,
+    HALF_ACTIVE,
+    ISOMETRIC,
+    PHI_NAMES,
+    SHOWN,
+    TOLD_NAMES,
+)
 
 LATE_DIASTOLE: Final = (0.80, 0.97)
 """Fractions of the cycle whose mean stiffness is the base of the curve: after filling, before activation.
@@ -56,6 +66,25 @@ def curve_quantities(
     return {quantity.name: column for quantity, column in zip(CURVE, columns, strict=True)}
 
 
+def half_active_ms(cycle_phase: FloatArray, active_kpa: FloatArray, period_s: float) -> FloatArray:
+    """Return the time after R at which n active stiffnesses (n, M) have halved since their peak; (n,).
+
+    NaN where a curve has NaN.
+    """
+    works = np.isfinite(active_kpa).all(axis=1)
+    curves, found = active_kpa[works], np.full(len(active_kpa), np.nan)
+    peak = find_peak(cycle_phase, curves)
+    found[works] = 1e3 * period_s * first_crossing_after(cycle_phase, curves, peak, 0.5 * peak.height)
+    return found
+
+
+def active_share(passive_kpa: FloatArray, active_kpa: FloatArray) -> FloatArray:
+    """Return the share of n active stiffnesses (n, M) in the total where this is largest; (n,)."""
+    total = passive_kpa + active_kpa
+    at = np.nan_to_num(total).argmax(axis=1), np.arange(len(total))
+    return np.asarray(active_kpa[at[::-1]] / total[at[::-1]])
+
+
 class StiffnessModel(Protocol):
     """A model of one recording that tells the stiffness of its simulations, as ``SpeedModel`` does."""
 
@@ -68,6 +97,9 @@ class StiffnessModel(Protocol):
 
     def parts(self, phi: FloatArray, cycles: Beats) -> tuple[FloatArray, FloatArray]:
         """Return passive and shown active stiffness in kPa of phi (n, d); (n, M) each."""
+
+    def activation_duration_s(self, phi: FloatArray) -> FloatArray:
+        """Return the duration D_T of activation at the subject's heart rate, of phi (n, d); shape (n,)."""
 
     def speed_scale(self, phi: FloatArray) -> FloatArray:
         """Return the scale of the speeds of phi (n, d); shape (n,)."""
@@ -84,9 +116,14 @@ def derived(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, F
         beats: Their beats.
     """
     passive, shown = model.parts(phi, beats)
-    curve = curve_quantities(beats.cycle_phase, passive + shown, model.recording.context.period_s)
-    largest = {SHOWN.name: shown.max(axis=1), BONDS.name: beats.active_stiffness_kpa.max(axis=1)}
-    return {name: (largest | curve)[name] for name in DERIVED_NAMES}
+    period_s = model.recording.context.period_s
+    found = curve_quantities(beats.cycle_phase, passive + shown, period_s) | {
+        SHOWN.name: shown.max(axis=1),
+        HALF_ACTIVE.name: half_active_ms(beats.cycle_phase, shown, period_s),
+        ACTIVE_SHARE.name: active_share(passive, shown),
+        ISOMETRIC: isometric_stiffness_kpa(phi, model.activation_duration_s(phi)),
+    }
+    return {name: found[name] for name in DERIVED_NAMES}
 
 
 def told(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:

@@ -29,11 +29,12 @@ from scipy.special import logsumexp
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.measurement.shared_error import Innovations
-from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
+from swesbi.measurement.shared_error import Errors, Innovations
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, WallPhases
 from swesbi.recording.free_observation import FreeObservation
 
 WIDEST_STEP: Final = 0.25
+NEWTON_STEPS: Final = 8
 REACH: Final = 6.0  # standard deviations of log lambda to either side
 
 
@@ -95,6 +96,26 @@ def error_factors(log_sd: float, pushes: int) -> tuple[FloatArray, FloatArray]:
     return np.exp(log_sd * u), log_weight - logsumexp(log_weight)
 
 
+def likeliest_factor(chi_squared: FloatArray, pushes: int, log_sd: float) -> FloatArray:
+    """Return the likeliest factor lambda of all errors, as if nothing else made them; shape (n,).
+
+    It is where p u + chi^2 exp(-2 u) / 2 + u^2 / (2 v^2) is least, u = log lambda, by Newton's steps. The
+    slope is concave in u, so they go to its root from below.
+
+    Args:
+        chi_squared: Sums of p squared residuals at a factor of one; shape (n,).
+        pushes: p.
+        log_sd: v.
+    """
+    u = np.zeros(len(chi_squared))
+    if log_sd == 0.0:
+        return np.ones_like(u)
+    for _ in range(NEWTON_STEPS):
+        misfit = chi_squared * np.exp(-2.0 * u)
+        u = np.minimum(u - (pushes - misfit + u / log_sd**2) / (2.0 * misfit + log_sd**-2), REACH * log_sd)
+    return np.asarray(np.exp(u))
+
+
 @dataclass(frozen=True)
 class FreeModel:
     """A free-running recording under the settings of an experiment on speeds.
@@ -130,12 +151,37 @@ class FreeModel:
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
-        total = logsumexp(self.log_joint(self.predict(phi)), axis=0)
+        return self.log_likelihood_of(self.predict(phi))
+
+    def log_likelihood_of(self, predicted: PredictedSpeeds) -> FloatArray:
+        """Return the same of predicted speeds."""
+        total = logsumexp(self.log_joint(predicted), axis=0)
         return np.where(np.isnan(total), -np.inf, total)
 
     def standardised(self, phi: FloatArray) -> FloatArray:
         """Return residuals of phi (n, d) by the median of the errors' factor; (n, p), NaN: failed."""
-        return self.innovations(self.predict(phi)).z
+        return self.standardised_of(self.predict(phi))
+
+    def standardised_of(self, predicted: PredictedSpeeds) -> FloatArray:
+        """Return the same of predicted speeds."""
+        return self.innovations(predicted).z
+
+    def wall(self, phi: FloatArray) -> WallPhases:
+        """Simulate phi (n, d) and return its wall at the instants; NaN where it failed."""
+        return self.model.wall(phi)
+
+    def predict_at(self, phi: FloatArray, wall: WallPhases) -> PredictedSpeeds:
+        """Return the noiseless log speeds of simulations of phi (n, d) taken at the instants."""
+        return self.model.predict_at(phi, wall)
+
+    def errors_of(self, predicted: PredictedSpeeds) -> Errors:
+        """Return the errors of the log speeds about n predictions, by their likeliest factor; NaN: failed."""
+        missed, se = self.settings.discrepancy, self.recording.relative_se
+        likeliest = likeliest_factor(
+            self.innovations(predicted).chi_squared, len(self.cell), self.noise_log_sd
+        )
+        sd = np.hypot(likeliest[:, None] * se, missed.timing_cycle * predicted.slope)
+        return Errors(sd, missed.speed_fraction * (self.cell[:, None] == np.unique(self.cell)))
 
     def log_joint(self, predicted: PredictedSpeeds) -> FloatArray:
         """Return log p(speeds | phi, lambda_k) with the log weight of the node lambda_k; shape (k, n)."""

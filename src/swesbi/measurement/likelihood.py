@@ -35,7 +35,7 @@ from swesbi.measurement.settings import (
     MeasurementSettings,
     SummarySettings,
 )
-from swesbi.measurement.shared_error import Innovations, draw_shared, innovations
+from swesbi.measurement.shared_error import Errors, Innovations, draw_shared, innovations
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, OPERATOR_NAMES, STRETCHED
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
@@ -158,11 +158,15 @@ class SpeedModel:
 
     def predict(self, phi: FloatArray) -> speeds.PredictedSpeeds:
         """Return the noiseless log speeds of phi (n, d) at the measured phases; NaN where it failed."""
-        return self.predict_from(phi, simulate_active(*self._simulated(phi)))
+        return self.predict_at(phi, self.wall(phi))
 
     def predict_from(self, phi: FloatArray, cycles: speeds.WallCycles) -> speeds.PredictedSpeeds:
         """Return the noiseless log speeds of simulated cycles of phi (n, d); NaN gives NaN."""
         return self.predict_at(phi, self.wall_at_phases(cycles))
+
+    def wall(self, phi: FloatArray) -> speeds.WallPhases:
+        """Simulate phi (n, d) and return its wall at the measured phases; NaN where it failed."""
+        return self.wall_at_phases(simulate_active(*self._simulated(phi)))
 
     def wall_at_phases(self, cycles: speeds.WallCycles) -> speeds.WallPhases:
         """Take simulated cycles at the measured phases."""
@@ -197,7 +201,16 @@ class SpeedModel:
 
     def standardised(self, phi: FloatArray) -> FloatArray:
         """Return residuals of phi (n, d) that are standard normals at the true phi; (n, p), NaN: failed."""
-        return residuals(self.predict(phi), self.recording, self.settings.discrepancy)
+        return self.standardised_of(self.predict(phi))
+
+    def standardised_of(self, predicted: speeds.PredictedSpeeds) -> FloatArray:
+        """Return the same of predicted speeds."""
+        return residuals(predicted, self.recording, self.settings.discrepancy)
+
+    def errors_of(self, predicted: speeds.PredictedSpeeds) -> Errors:
+        """Return the errors of the log speeds about n predictions; NaN where the simulation failed."""
+        sd = log_speed_sd(predicted, self.recording.relative_se, self.settings.discrepancy)
+        return Errors(sd, self.recording.shared)
 
     @property
     def noise_log_sd(self) -> float:
@@ -216,7 +229,11 @@ class SpeedModel:
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
-        return log_likelihood(self.predict(phi), self.recording, self.settings.discrepancy)
+        return self.log_likelihood_of(self.predict(phi))
+
+    def log_likelihood_of(self, predicted: speeds.PredictedSpeeds) -> FloatArray:
+        """Return the same of predicted speeds."""
+        return log_likelihood(predicted, self.recording, self.settings.discrepancy)
 
     def log_posterior(self, phi: FloatArray) -> FloatArray:
         """Return log p(phi) + log p(speeds | phi), not normalised, (n,); -inf outside the prior's box."""

@@ -7,8 +7,6 @@ from typing import Final, Literal
 from pydantic import Field
 
 from swesbi.base.settings import CycleWindow, Settings
-from swesbi.prior import ParameterPrior
-from swesbi.recording.clinical import ClinicalErrors
 
 SCALARS: Final = (
     ("baseline_kpa", "kPa"),
@@ -136,19 +134,3 @@ class SpeedObservationSettings(Settings):
         description="What the model may miss. It was chosen on 50 generated subjects with known model "
         "error, none of them in the cohort (studies/discrepancy)."
     )
-
-
-class ClinicalSettings(ClinicalErrors):
-    """Errors of the measures, and the prior of what becomes free with them."""
-
-    stressed_volume_factor: ParameterPrior = Field(
-        description="Prior of the factor of the stressed volume, free where there are pressures, about "
-        "what `forward_model` starts with. Blood volume of persons of one size varies by about a tenth "
-        "(Feldschuh and Enson, Circulation 1977;56:605). What share of it is stressed is not known "
-        "(chosen). Bounds lie at four standard deviations."
-    )
-
-    @property
-    def errors(self) -> ClinicalErrors:
-        """The errors alone."""
-        return ClinicalErrors(**{name: getattr(self, name) for name in ClinicalErrors.model_fields})

@@ -26,6 +26,26 @@ def normal_log_density(z: FloatArray, log_sd: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
+class Errors:
+    """Errors of n rows of p data with the covariance diag(s^2) + W W^T.
+
+    Attributes:
+        sd: Standard deviations s of the own errors; shape (n, p).
+        shared: Factor W of the shared errors, the same in all rows; shape (p, R).
+    """
+
+    sd: FloatArray
+    shared: FloatArray
+
+    def solve(self, values: FloatArray) -> FloatArray:
+        """Return C^-1 B of values B (n, p, k) by Woodbury's identity, without C^-1; shape (n, p, k)."""
+        own = self.sd[:, :, None] ** -2.0
+        weighed, by_own = own * self.shared, own * values
+        small = np.eye(self.shared.shape[1]) + self.shared.T @ weighed
+        return np.asarray(by_own - weighed @ np.linalg.solve(small, self.shared.T @ by_own))
+
+
+@dataclass(frozen=True)
 class Innovations:
     """n rows of p data, each datum given those before it in its row.
 

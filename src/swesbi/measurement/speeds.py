@@ -129,7 +129,7 @@ class WallPhases:
         shortening = _cubic(self.shortening, self.shortening_slope, t, after)
         return WallPhases(*active, *shortening)
 
-    def rows(self, chosen: slice | BoolArray) -> WallPhases:
+    def rows(self, chosen: slice | BoolArray | NDArray[np.int64]) -> WallPhases:
         """Return some of the simulations."""
         return WallPhases(*(values[chosen] for values in vars(self).values()))
 

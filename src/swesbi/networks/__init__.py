@@ -1,1 +1,1 @@
-"""The networks: q(theta | z) of the paper, and q(phi | z) of experiments on speeds."""
+"""The networks: q(theta | z) of the paper, and q(heart | z) of experiments on speeds."""

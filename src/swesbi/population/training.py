@@ -61,9 +61,8 @@ class RowMaker:
 
     def _raw(self, made: PopulationSimulations, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
         draws = made.theta.shape[1]
-        theta = _flat(made.theta)
-        operator = sample(len(theta), self.model.prior.operator, rng)
-        phi = self.model.prior.joined(theta, _flat(made.physiology), operator)
+        theta, physiology, prior = _flat(made.theta), _flat(made.physiology), self.model.prior
+        phi = prior.joined(theta, physiology, sample(len(theta), prior.operator, rng))
         drawn = draw_cells(len(theta), self.conditions, self.protocol, self.recording, rng)
         taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.shortening, made.shortening_slope)
         wall = WallPhases(*map(_flat, taken)).between(drawn.offset)
@@ -71,7 +70,7 @@ class RowMaker:
         speeds = draw_speeds(predicted, drawn.errors, self.model.discrepancy, rng)
         seen = SeenCells(np.log(speeds), drawn.measured, drawn.relative_se, drawn.offset, drawn.errors_log_sd)
         context = _each(np.stack([context_inputs(context) for context in made.contexts]), draws)
-        return to_logit(phi, self.model.prior), cell_inputs(context, seen, self.cells)
+        return to_logit(prior.heart(phi), prior.simulated), cell_inputs(context, seen, self.cells)
 
     def rows(
         self,
@@ -122,7 +121,7 @@ def _each(values: FloatArray, times: int) -> FloatArray:
 def train_population(
     made: PopulationSimulations, maker: RowMaker, settings: SplineSettings, label: str = "training"
 ) -> FlowTraining:
-    """Fit q(phi | z) on simulations over a population, recordings drawn anew every epoch.
+    """Fit q(heart | z) on simulations over a population, recordings drawn anew every epoch.
 
     Contexts are split into training and held-out ones; standardisation comes from the training ones; the
     weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats exactly.
@@ -139,5 +138,5 @@ def train_population(
     def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:
         return maker.rows(part, conditioner, eta, name, number)
 
-    parts = SplineParts(conditioner, eta, maker.model.prior)
+    parts = SplineParts(conditioner, eta, maker.model.prior.simulated)
     return fit_flow(training, held_out, rows_of, parts, settings, maker.seed, label)

@@ -16,7 +16,7 @@ Chernozhukov et al. 2018, Econom J 21:C1).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -26,10 +26,12 @@ from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.posterior.diagnostics import smooth
 from swesbi.posterior.fitted import FittedProposal, PlacedDraws, fit_in_nearest, placed_in
 from swesbi.posterior.importance import (
+    Evaluated,
     LikelihoodModel,
     NoLikelihoodError,
     Proposal,
     WeightedDraws,
+    evaluate,
     evidence,
     k_hat_limit,
 )
@@ -136,14 +138,14 @@ def adaptive_rounds(
         part.draw(count, integer_seed(seed, "adaptive", name))
         for part, count, name in zip(first, counts, names, strict=False)
     ]
-    phi, half = np.concatenate(drawn), np.concatenate([np.arange(count) % 2 for count in counts])
-    log_parts = [part.log_density(phi) for part in first]
-    log_likelihood = _log_likelihood(model, phi)
+    points, half = np.concatenate(drawn), np.concatenate([np.arange(count) % 2 for count in counts])
+    log_parts = [part.log_density(points) for part in first]
+    known = _evaluated(model, points)
     spaces = _spaces(model.settings.prior, network)
-    placed = [placed_in(space, phi) for space in spaces]
+    placed = [placed_in(space, points) for space in spaces]
     fitted: list[HalvedProposals] = []
     for number in range(settings.max_rounds + 1):
-        weighted = weighted_by_all(phi, log_likelihood, log_parts, counts)
+        weighted = weighted_by_all(known, log_parts, counts)
         reliable = is_reliable(weighted, settings)
         yield AdaptedDraws(weighted, reliable, tuple(placed))
         if reliable or number == settings.max_rounds:
@@ -155,9 +157,9 @@ def adaptive_rounds(
         log_more = [part.log_density(more) for part in first]
         log_more += [former.log_density(more_placed, of_more) for former in fitted]
         log_parts = [np.concatenate(pair) for pair in zip(log_parts, log_more, strict=True)]
-        phi, half = np.concatenate([phi, more]), np.concatenate([half, of_more])
-        placed = [known.with_more(new) for known, new in zip(placed, more_placed, strict=True)]
-        log_likelihood = np.concatenate([log_likelihood, _log_likelihood(model, more)])
+        half = np.concatenate([half, of_more])
+        placed = [former.with_more(new) for former, new in zip(placed, more_placed, strict=True)]
+        known = known.with_more(_evaluated(model, more))
         fitted.append(proposals)
         log_parts.append(proposals.log_density(placed, half))
         counts.append(2 * each)
@@ -170,14 +172,15 @@ def _spaces(prior: BoxPrior, network: PlacedProposal | None) -> list[Space]:
     return [scores] if network is None or fitted_there else [network, scores]
 
 
-def _log_likelihood(model: LikelihoodModel, phi: FloatArray) -> FloatArray:
-    """Return the log likelihood of phi (n, d), -inf as well at the faces of the prior's box; shape (n,).
+def _evaluated(model: LikelihoodModel, points: FloatArray) -> Evaluated:
+    """Return points (n, k) under the recording; at the faces of the prior's box the likelihood is zero too.
 
     A posterior has less than e^-30 of its mass there. But a draw from so far out is moved to the nearest
     number, of which neither a flow nor a fitted proposal knows the density that it was drawn with.
     """
-    eta = to_logit(phi, model.settings.prior)
-    return np.where(np.abs(eta).max(axis=1) < FARTHEST, model.log_likelihood(phi), -np.inf)
+    eta, found = to_logit(points, model.settings.prior), evaluate(model, points)
+    inside = np.abs(eta).max(axis=1) < FARTHEST
+    return replace(found, log_likelihood=np.where(inside, found.log_likelihood, -np.inf))
 
 
 def _first_proposals(
@@ -212,16 +215,12 @@ def adapted(
 
 
 def weighted_by_all(
-    phi: FloatArray,
-    log_likelihood: FloatArray,
-    log_parts: Sequence[FloatArray],
-    counts: Sequence[int],
+    drawn: Evaluated, log_parts: Sequence[FloatArray], counts: Sequence[int]
 ) -> WeightedDraws:
     """Weight draws by the mixture of all that they come from.
 
     Args:
-        phi: Draws, those of the prior first; shape (n, d).
-        log_likelihood: Of each; shape (n,).
+        drawn: n draws with their likelihood, those of the prior first.
         log_parts: Log densities at every draw, (n,) each: of the prior, then of each proposal, or of the one
             of two that belongs to the draw's half.
         counts: Draws of the prior, and of each proposal.
@@ -229,23 +228,24 @@ def weighted_by_all(
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw.
     """
-    shares = np.array(counts)[:, None] / len(phi)
-    log_ratio = log_parts[0] + log_likelihood - logsumexp(np.stack(log_parts), axis=0, b=shares)
+    draws = len(drawn.phi)
+    shares = np.array(counts)[:, None] / draws
+    log_ratio = log_parts[0] + drawn.log_likelihood - logsumexp(np.stack(log_parts), axis=0, b=shares)
     # a draw whose density a flow cannot give in double precision has no weight, and spoils no other
     log_ratio = np.where(np.isnan(log_ratio), -np.inf, log_ratio)
     if not np.isfinite(log_ratio).any():
         raise NoLikelihoodError(
-            f"none of {len(phi)} draws has a likelihood: every simulation failed; check the context"
+            f"none of {draws} draws has a likelihood: every simulation failed; check the context"
         )
     log_weight, k_hat = smooth(log_ratio)
     log_evidence, error = evidence(log_ratio)
     return WeightedDraws(
-        phi=phi,
-        from_prior=np.arange(len(phi)) < counts[0],
-        log_likelihood=log_likelihood,
+        phi=drawn.phi,
+        from_prior=np.arange(draws) < counts[0],
+        log_likelihood=drawn.log_likelihood_of_phi,
         log_weight=log_weight,
         k_hat=k_hat,
-        efficiency=float(np.exp(-logsumexp(2.0 * log_weight)) / len(phi)),
+        efficiency=float(np.exp(-logsumexp(2.0 * log_weight)) / draws),
         log_evidence=log_evidence,
         log_evidence_se=error,
     )

@@ -7,9 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from swesbi.base.arrays import FloatArray
 from swesbi.draws import equal_weights
 from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
-from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, k_hat_limit, resample
+from swesbi.posterior.importance import (
+    LikelihoodModel,
+    WeightedDraws,
+    evaluate,
+    k_hat_limit,
+    points_of,
+    prior_of_all,
+    resample,
+)
 from swesbi.posterior.laplace import ResidualModel, laplace_proposal
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import ExactPosterior
@@ -38,7 +47,7 @@ def exact_posterior(
     so.
 
     Args:
-        model: Prior and exact likelihood.
+        model: Prior and exact likelihood; of a recording, that of its heart (``posterior.hearts``).
         network: The network's posterior of this recording; None: from the prior on.
         settings: Sizes and criteria.
         seed: Seed of everything.
@@ -58,9 +67,15 @@ def exact_posterior(
         began = laplace_proposal(model, seeds[0])
     rounds = list(adaptive_rounds(model, settings, seeds[0], began))
     exact = certified(model, rounds[-1].weighted, settings, seeds[1])
-    first = PriorProposal(model.settings.prior) if network is None else network
     efficiency = tuple(draws.weighted.efficiency for draws in rounds)
-    return replace(exact, npe_phi=first.draw(settings.draws, seeds[2])), efficiency
+    return replace(exact, npe_phi=_began_with(model, network, settings.draws, seeds[2])), efficiency
+
+
+def _began_with(model: LikelihoodModel, network: PlacedProposal | None, draws: int, seed: int) -> FloatArray:
+    """Return draws phi (draws, d) of the network, or of the prior where there is none."""
+    if network is None:
+        return PriorProposal(prior_of_all(model)).draw(draws, seed)
+    return evaluate(model, network.draw(draws, seed)).phi
 
 
 def conditioned(exact: ExactPosterior, network: FlowProposal) -> ExactPosterior:
@@ -132,7 +147,7 @@ def weighted_posterior(
         weighted,
         phi=posterior.phi,
         from_prior=np.zeros(count, dtype=bool),
-        log_likelihood=model.log_likelihood(posterior.phi),
+        log_likelihood=evaluate(model, points_of(model, posterior.phi)).log_likelihood_of_phi,
         log_weight=np.log(equal_weights(count)),
     )
     return drawn, True
@@ -163,15 +178,20 @@ def _by_mcmc(
     rng = generator(seed, "exact", "mcmc")
     start = starting_points(model, weighted, settings.mcmc.start_points, rng)
     sampled = sample_mcmc(model, start, settings.mcmc, integer_seed(seed, "exact", "mcmc"))
+    number = weighted.phi.shape[1]
+    seen = points_of(model, np.arange(number, dtype=np.float64)[None])[0].astype(np.int64)
+    # what is integrated out is drawn given the rest, so that it has as many effective draws at least
+    r_hat, effective = np.full(number, np.nan), np.full(number, sampled.effective_draws.min())
+    r_hat[seen], effective[seen] = sampled.r_hat, sampled.effective_draws
     return ExactPosterior(
-        phi=sampled.thinned(settings.draws, rng),
+        phi=evaluate(model, sampled.thinned(settings.draws, rng)).phi,
         sampler="mcmc",
         reasons=reasons + mcmc_failures(sampled, settings.mcmc),
         k_hat_limit=limit,
         npe_phi=np.empty((0, weighted.phi.shape[1])),
         weighted=weighted,
-        r_hat=sampled.r_hat,
-        effective_draws=sampled.effective_draws,
+        r_hat=r_hat,
+        effective_draws=effective,
         mcmc_steps=sampled.steps,
         converged=sampled.converged,
         interval_mass=settings.interval,

@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import normalised
-from swesbi.posterior.importance import WeightedDraws
-from swesbi.posterior.space import ScoreSpace, Space
+from swesbi.posterior.space import Space
 from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_proposal
-from swesbi.prior import JointPriorSettings, SomeParameters, draw_prior
 
 
 @dataclass(frozen=True)
@@ -108,24 +106,6 @@ def fit_in_nearest(draws: Sequence[PlacedDraws], log_weight: FloatArray) -> Fitt
     if not fits:
         raise np.linalg.LinAlgError("the draws' covariance is singular in every space")
     return max(fits, key=lambda fit: fit[1])[0]
-
-
-def fitted_with_further(
-    known: WeightedDraws, prior: JointPriorSettings, name: str, seed: int
-) -> FittedProposal:
-    """Return a proposal fitted to weighted draws, with a further parameter drawn from its prior.
-
-    Args:
-        known: Draws of the others, in the order of the prior.
-        prior: Of all.
-        name: The further parameter, which the prior frees.
-        seed: Of its draws.
-    """
-    column = prior.names.index(name)
-    own = SomeParameters((prior.parameters[column],))
-    further = draw_prior(own, len(known.phi), np.random.default_rng(seed))
-    phi = np.insert(known.phi, column, further[:, 0], axis=1)
-    return fit_in_nearest([placed_in(ScoreSpace(prior), phi)], known.log_weight)
 
 
 def _fitted(placed: PlacedDraws, log_weight: FloatArray) -> tuple[FittedProposal, float] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Protocol
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,62 @@ class LikelihoodModel(Protocol):
         """Return log p(data | phi) of phi (n, d), -inf where the simulation failed; shape (n,)."""
 
 
+@dataclass(frozen=True)
+class Evaluated:
+    """n points of a sampler under a recording.
+
+    Attributes:
+        log_likelihood: log p(data | point), -inf where the simulation failed; shape (n,).
+        phi: All d parameters; where some are integrated out, drawn given data and point; shape (n, d).
+        log_likelihood_of_phi: log p(data | phi); shape (n,).
+    """
+
+    log_likelihood: FloatArray
+    phi: FloatArray
+    log_likelihood_of_phi: FloatArray
+
+    def with_more(self, more: Evaluated) -> Evaluated:
+        """Return these and further points."""
+        return Evaluated(
+            np.concatenate([self.log_likelihood, more.log_likelihood]),
+            np.concatenate([self.phi, more.phi]),
+            np.concatenate([self.log_likelihood_of_phi, more.log_likelihood_of_phi]),
+        )
+
+
+@runtime_checkable
+class MarginalModel(LikelihoodModel, Protocol):
+    """The model of one recording of which a sampler sees fewer parameters: the others are integrated out."""
+
+    @property
+    def prior(self) -> BoxPrior:
+        """The prior of all d parameters; that of ``settings`` is of the points alone."""
+
+    def points(self, phi: FloatArray) -> FloatArray:
+        """Return what a sampler sees, (n, k), of phi (n, d)."""
+
+    def evaluated(self, points: FloatArray) -> Evaluated:
+        """Return points (n, k) with their likelihood, and with all parameters."""
+
+
+def evaluate(model: LikelihoodModel, points: FloatArray) -> Evaluated:
+    """Return points of a sampler (n, k) with their likelihood, and with all parameters."""
+    if isinstance(model, MarginalModel):
+        return model.evaluated(points)
+    log_likelihood = model.log_likelihood(points)
+    return Evaluated(log_likelihood, points, log_likelihood)
+
+
+def points_of(model: LikelihoodModel, phi: FloatArray) -> FloatArray:
+    """Return what a sampler sees of all parameters, phi (n, d); shape (n, k)."""
+    return model.points(phi) if isinstance(model, MarginalModel) else phi
+
+
+def prior_of_all(model: LikelihoodModel) -> BoxPrior:
+    """Return the prior of all parameters, whichever of them a sampler sees."""
+    return model.prior if isinstance(model, MarginalModel) else model.settings.prior
+
+
 class Proposal(Protocol):
     """A density over phi, within the prior's box, that can be drawn from."""
 
@@ -53,8 +109,8 @@ class WeightedDraws:
     """Draws from the proposal, weighted to the exact posterior.
 
     Attributes:
-        phi: Draws; shape (n, d).
-        log_likelihood: -inf where the simulation failed.
+        phi: Draws of all parameters; shape (n, d).
+        log_likelihood: Of phi, -inf where the simulation failed.
         k_hat: Of the largest weights; infinite where there are too few to tell.
         efficiency: Effective sample size over n: 1 / (n sum w^2).
         log_evidence: log p(data), from the weights before smoothing.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from swesbi.posterior.diagnostics import effective_number, split_r_hat
-from swesbi.posterior.importance import LikelihoodModel, WeightedDraws
+from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, points_of
 from swesbi.posterior.settings import McmcSettings, warm_up_steps
 from swesbi.posterior.space import LogitSpace, Space, log_posterior_in
 from swesbi.prior import BoxPrior, from_logit, to_logit
@@ -34,7 +34,7 @@ FARTHEST: Final = 100.0  # from the origin of the space; no walker comes back fr
 def starting_points(
     model: LikelihoodModel, weighted: WeightedDraws, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Return distinct phi (count, d) that have a likelihood: draws of the proposal, picked at random.
+    """Return distinct points (count, k) that have a likelihood: draws of the proposal, picked at random.
 
     Where the proposal itself has too few, over-dispersed points about the weighted draws fill up.
 
@@ -42,23 +42,23 @@ def starting_points(
         ValueError: Not enough points with a likelihood are found there either.
     """
     usable = ~weighted.from_prior & np.isfinite(weighted.log_likelihood)
-    phi = np.unique(weighted.phi[usable], axis=0)
-    if len(phi) >= count:
-        return phi[rng.choice(len(phi), count, replace=False)]
-    shuffled = phi[rng.permutation(len(phi))]
-    return np.concatenate([shuffled, overdispersed(model, weighted, count - len(phi), rng)])
+    points = np.unique(points_of(model, weighted.phi[usable]), axis=0)
+    if len(points) >= count:
+        return points[rng.choice(len(points), count, replace=False)]
+    shuffled = points[rng.permutation(len(points))]
+    return np.concatenate([shuffled, overdispersed(model, weighted, count - len(points), rng)])
 
 
 def overdispersed(
     model: LikelihoodModel, weighted: WeightedDraws, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Return phi (count, d) with a likelihood, normal in eta with twice the spread of the weighted draws.
+    """Return points (count, k) with a likelihood, normal in eta with twice the spread of the weighted draws.
 
     Raises:
         ValueError: Not enough points with a likelihood are found.
     """
     prior = model.settings.prior
-    eta = to_logit(weighted.phi, prior)
+    eta = to_logit(points_of(model, weighted.phi), prior)
     mean = weighted.weight @ eta
     covariance = (eta - mean).T @ ((eta - mean) * weighted.weight[:, None])
     covariance = INFLATION * covariance + LEAST_SD**2 * np.eye(len(mean))

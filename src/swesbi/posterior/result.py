@@ -44,7 +44,8 @@ class ExactPosterior:
     Attributes:
         phi: Draws; shape (n, d).
         reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
-        npe_phi: Draws of the proposal as they came, of the prior where there is no network; shape (m, d).
+        npe_phi: Draws of the network as they came, what it does not propose drawn given the recording; of the
+            prior where there is no network; shape (m, d).
         weighted: All draws of the proposal with their weights.
         effective_draws: By parameter; shape (d,).
         converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
@@ -62,7 +63,8 @@ class ExactPosterior:
     npe_phi: FloatArray
     weighted: Annotated[WeightedDraws, Part()]
     r_hat: Annotated[
-        FloatArray, Variable("joint_parameter", "1", "rank-normalised split R-hat; NaN without MCMC")
+        FloatArray,
+        Variable("joint_parameter", "1", "rank-normalised split R-hat; NaN: integrated out, or no MCMC"),
     ]
     effective_draws: Annotated[
         FloatArray, Variable("joint_parameter", "1", "effective number behind the draws")
@@ -103,7 +105,7 @@ class ExactPosterior:
     @property
     def largest_r_hat(self) -> float:
         """Largest split R-hat of the sampler over the parameters; NaN without one."""
-        return float(self.r_hat.max())
+        return float(np.fmax.reduce(self.r_hat))
 
 
 def _nuisances(along: str) -> dict[str, Variable]:

@@ -27,7 +27,8 @@ def answer_text(answer: Answer) -> str:
     bounds = dict(zip(PHI_NAMES, prior.parameters, strict=False))
     lines = [f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds"]
     for trust, group in groupby(ANSWER, lambda line: line.trust):
-        lines.append(f"{IN_WORDS[trust]}:")
+        where = " (each condition is in verdict.json)" if trust == "conditional" else ""
+        lines.append(f"{IN_WORDS[trust]}{where}:")
         for line in group:
             name = line.parameter.name
             said, own = verdict.answer[name], bounds.get(name)

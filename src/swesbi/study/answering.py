@@ -21,6 +21,7 @@ from swesbi.config.refusals import context_refusal, why_in_short
 from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.instants import free_model
+from swesbi.networks.flow.files import SHIPPED_NETWORK
 from swesbi.recording.checked import CheckedFree
 from swesbi.report.sheet import Sheet
 from swesbi.study.finished import check_finished, finished_experiment
@@ -39,6 +40,7 @@ FROM_PRIOR: Final = "{subject} is answered from the prior of {name}: {why}"
 OTHER_NULLS: Final = (
     "{subject} is judged among null recordings of the package, of another prior or forward model"
 )
+BY_PACKAGE: Final = "{subject} is answered by the network that comes with the package"
 INSTEAD: Final = "{subject} is answered by the network of {name}: {why}"
 
 
@@ -221,7 +223,8 @@ class Answerer:
         else:
             recording = self.folder.gated(observed, settings)
         origin = Origin(self.study.config.seed, subject, stage_code(CODE))
-        note = why and (INSTEAD if network else FROM_PRIOR).format(subject=subject, name=experiment, why=why)
+        said = BY_PACKAGE if network and self._by_package(network) else INSTEAD if network else FROM_PRIOR
+        note = why and said.format(subject=subject, name=experiment, why=why)
         if network == "" and self._of_another_model:
             note = "\n".join(filter(None, (note, OTHER_NULLS.format(subject=subject))))
         return Asked(recording, knowledge, settings, origin, experiment, note, observed.left_out)
@@ -254,6 +257,9 @@ class Answerer:
                 check_finished(finished, self.options)
             return "has not been trained"
         return context_refusal(self.study, experiment, subject)
+
+    def _by_package(self, experiment: str) -> bool:
+        return finished_experiment(self.study, experiment).estimator == SHIPPED_NETWORK
 
     @cached_property
     def _prior(self) -> Knowledge:

@@ -76,7 +76,7 @@ def main(options: argparse.Namespace) -> int:
     if options.all:
         return _answer_all(study, options)
     _check_visits(study, options.person)
-    experiment = experiments_to_ask(study, options.experiment)[0]
+    experiment = experiment_with_network(study, options.experiment)
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
     _check_subjects(study, pair)
     asked = Asked(_answerer(study, experiment, options), experiment, pair)
@@ -111,6 +111,16 @@ def _check_subjects(study: Study, pair: VisitPair) -> None:
         check_new_subject(study, subject)
 
 
+def experiment_with_network(study: Study, asked: str | None) -> str:
+    """Return the experiment asked for; else the first with a network, the package's among them.
+
+    Raises:
+        ConfigError: The experiment cannot answer, or none can.
+    """
+    names = experiments_to_ask(study, asked)
+    return next((name for name in names if finished_experiment(study, name).is_there), names[0])
+
+
 def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Answerer:
     """Return what answers the visits, or refuse an experiment that has not been run."""
     command = snakemake_options(options.config, options.overlay)
@@ -141,7 +151,7 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             f"--cohort = {str(study.new_cohort)!r}: no person has two visits; its subjects.csv needs the "
             "columns person and visit, with a row for each visit (docs/compare-and-plan.md)"
         )
-    experiment = experiments_to_ask(study, options.experiment)[0]
+    experiment = experiment_with_network(study, options.experiment)
     answerer = _answerer(study, experiment, options)
     folder = options.out or _folder_of(study, experiment)
     compared: list[Asked] = []

@@ -42,7 +42,7 @@ def demonstrated(config: Path, out: Path) -> list[str]:
     from swesbi.study.answering import Answerer, experiments_to_ask
 
     study = load_study(read_merged(config), new_cohort=Path(COHORT))
-    asked = Answerer(study, experiments_to_ask(study, None), "", from_prior=True).asked(SUBJECT)
+    asked = Answerer(study, experiments_to_ask(study, None), "").asked(SUBJECT)
     _, page = asked.answer_into(out, force=True)
     truth = read_truth([Path(COHORT) / "truth.csv"])[SUBJECT]
     low, median, high = page.limits

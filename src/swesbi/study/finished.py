@@ -10,6 +10,7 @@ from typing import ClassVar
 from swesbi.answers.knowledge import Knowledge, knowledge_of_population, knowledge_of_study
 from swesbi.artefacts.atomic import make_command
 from swesbi.config.study import Study
+from swesbi.networks.flow.files import SHIPPED_NETWORK
 from swesbi.study.nulls import nulls_of
 from swesbi.verdict.settings import SHIPPED_NULLS
 
@@ -52,11 +53,11 @@ class FinishedStudy:
 
 @dataclass(frozen=True)
 class FinishedPopulation:
-    """What a finished experiment over a population leaves for subjects outside the study.
+    """What answers subjects outside the study by a population's network: its own, or the package's.
 
     Attributes:
         estimator: The network.
-        noise: Noise of the study's cohort.
+        noise: Noise of the study's cohort, where the study has been run.
         null: Null recordings.
     """
 
@@ -68,12 +69,12 @@ class FinishedPopulation:
     @property
     def files(self) -> tuple[Path, ...]:
         """What its network leaves; null recordings may come with the package."""
-        return (self.estimator, self.noise)
+        return (self.estimator,)
 
     @property
     def is_there(self) -> bool:
-        """Whether its network has been trained."""
-        return all(path.is_file() for path in self.files)
+        """Whether there is such a network."""
+        return self.estimator.is_file()
 
     def knowledge(self) -> Knowledge:
         """Read what its network knows.
@@ -87,12 +88,16 @@ class FinishedPopulation:
 def finished_population(results: Path, experiment: str, null: Path = SHIPPED_NULLS) -> FinishedPopulation:
     """Return where the study keeps what a population's network needs, by the workflow's rules.
 
+    Where the study has not been run, the network of the package answers, if it is of the same model.
+
     Args:
         results: Folder of the study.
         experiment: Over a population.
-        null: Null recordings.
+        null: Null recordings: those of the package are of the model of its network.
     """
-    return FinishedPopulation(results / experiment / "flow.h5", results / "cohort" / "noise.h5", null)
+    own = results / experiment / "flow.h5"
+    network = SHIPPED_NETWORK if null == SHIPPED_NULLS and not own.is_file() else own
+    return FinishedPopulation(network, results / "cohort" / "noise.h5", null)
 
 
 def finished_study(

@@ -29,7 +29,7 @@ def demo() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="swesbi demo",
         description="Infer a shipped recording of a virtual volunteer, whose true parameters are known. "
-        "It needs no study and no network, and takes about half a minute. "
+        "It needs no study: the network that comes with the package proposes first. "
         "The true parameters are printed beside the posterior.",
     )
     parser.add_argument(
@@ -87,8 +87,9 @@ def infer() -> argparse.ArgumentParser:
         description="Infer recordings of a folder: those named, or all of them.\n"
         "Each has a posterior with diagnostics, a verdict, figures and a PDF sheet.\n"
         "A table lists all, where the folder is named.\n"
-        "No study is needed: inference then starts from the prior and takes 15 to 30 seconds a recording.\n"
-        "Where a study has been run, its networks give the first proposal. The posterior is the same.\n"
+        "No study is needed: the network of the package gives the first proposal.\n"
+        "Where a study has been run, its own networks do. The posterior is the same.\n"
+        "A heart outside their range begins from the prior.\n"
         "Standard errors are estimated from the repeats of the folder.\n"
         "A gated recording has a row per sample, a free-running one a row per push.",
         epilog="examples:\n  swesbi infer data/virtual_volunteers/swe/A.csv\n"
@@ -103,9 +104,7 @@ def infer() -> argparse.ArgumentParser:
         help="recordings in FOLDER/swe/, or FOLDER with subjects.csv and recording.yaml",
     )
     parser.add_argument("--subject", help="one subject of the folder, or of its table of several")
-    parser.add_argument(
-        "--from-prior", action="store_true", help="start from the prior although a study has been run"
-    )
+    parser.add_argument("--from-prior", action="store_true", help="start from the prior, without a network")
     parser.add_argument("--workers", type=int, default=1, help="recordings inferred in parallel; default: 1")
     _add_answering(parser, "answers/<folder>, with a folder per subject")
     parser.add_argument(
@@ -161,7 +160,7 @@ def plan() -> argparse.ArgumentParser:
         prog="swesbi plan",
         description="Estimate how many persons a study needs to find an effect, by number of repeats.\n"
         "Persons are simulated, recorded and inferred as real ones are. Many studies are drawn from them.\n"
-        "It needs the network of a population, so a finished study.\n"
+        "They are inferred by the network of a population, that of the package where no study has been run.\n"
         "A person takes one to two minutes of one core for each number of repeats.\n"
         "Inferred persons are kept in <results>/<experiment>/plan/banks.",
         epilog="example:\n  swesbi plan --effect k_sr=-20% --repeats 3,5",

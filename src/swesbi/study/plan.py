@@ -23,7 +23,7 @@ from swesbi.config.read import (
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.persons.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
-from swesbi.study.finished import check_finished, finished_population
+from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.registry import stage_code, stage_function
 
 if TYPE_CHECKING:
@@ -77,14 +77,14 @@ def main(options: argparse.Namespace) -> int:
         raise ConfigError(
             f"--experiment {experiment!r}: simulated persons need a network of a population: {known}"
         )
-    finished = finished_population(Path(study.config.results), experiment)
+    finished = finished_experiment(study, experiment)
     check_finished(finished, snakemake_options(options.config, options.overlay))
     folder = (
         options.out
         or Path(study.config.results) / experiment / "plan" / f"{asked.design}-{asked.effect.slug}"
     )
     banks = {
-        repeats: _bank(study, experiment, asked, repeats, vars(finished), options.processes)
+        repeats: _bank(study, experiment, asked, repeats, finished.estimator, options.processes)
         for repeats in asked.repeats
     }
     planned = _planned(study, experiment, asked, banks)
@@ -141,9 +141,7 @@ def _check_noise(noise: float, repeats: int, study: Study, trained: tuple[float,
         )
 
 
-def _bank(
-    study: Study, experiment: str, asked: Asked, repeats: int, finished: Mapping[str, Path], processes: int
-) -> Path:
+def _bank(study: Study, experiment: str, asked: Asked, repeats: int, estimator: Path, processes: int) -> Path:
     """Make the bank of a number of repeats, or go on with one that is there."""
     run, effect = stage_function(STAGE), asked.effect
     plain = stage_settings(
@@ -158,7 +156,7 @@ def _bank(
     )
     name = f"{asked.design}-{effect.slug}-{repeats}x{100.0 * asked.noise:g}.h5"
     path = Path(study.config.results) / experiment / "plan" / "banks" / name
-    files: dict[str, Any] = {"estimator": finished["estimator"], "noise": finished["noise"], "bank": path}
+    files: dict[str, Any] = {"estimator": estimator, "bank": path}
     run(
         **files,
         settings=get_type_hints(run)["settings"].from_plain(plain),

@@ -105,7 +105,10 @@ class Contractions:
 def contractions(
     posterior: Mapping[str, FloatArray], prior: Mapping[str, FloatArray], settings: UninformativeSettings
 ) -> Contractions:
-    """Compare draws of the posterior with draws of the prior, quantity by quantity."""
+    """Compare draws of the posterior with draws of the prior, quantity by quantity.
+
+    Draws without a logarithm are left out: a peak in diastole has an active share of zero.
+    """
     of_each = tuple(_contraction(name, draws, prior[name], settings) for name, draws in posterior.items())
     return Contractions(of_each, settings.sd_ratio)
 
@@ -113,7 +116,7 @@ def contractions(
 def _contraction(
     name: str, posterior: FloatArray, prior: FloatArray, settings: UninformativeSettings
 ) -> Contraction:
-    after, before = np.log(posterior), np.log(prior)
+    after, before = (np.log(np.where(draws > 0.0, draws, np.nan)) for draws in (posterior, prior))
     sd = np.nanstd(before)
     ratio, shift = float(np.nanstd(after) / sd), float((np.nanmedian(after) - np.nanmedian(before)) / sd)
     as_before = ratio >= settings.sd_ratio and abs(shift) <= settings.shift

@@ -31,6 +31,7 @@ from swesbi.population.recordings import (
 )
 from swesbi.population.settings import NullSettings
 from swesbi.posterior.exact import weighted_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
@@ -105,7 +106,7 @@ def infer_checks(
         proposal = free_proposal(flow, model)
     else:
         proposal = flow_proposal(flow, model.recording)
-    drawn, _ = weighted_posterior(model, proposal, effective_draws, exact, seed)
+    drawn, _ = weighted_posterior(HeartModel(model), proposal, effective_draws, exact, seed)
     rng = generator(seed, "residuals")
     predicted = model.predict(drawn.phi[resampled_rows(drawn.weight, effective_draws, rng)])
     return check_recording(model, drawn.phi, drawn.weight, predicted, rng)

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from swesbi.base.settings import Settings
 
 SHIPPED_NULLS: Final = Path(__file__).with_name("nulls.h5")
-"""Null recordings that come with the package; `tools.nulls` makes the file."""
+"""Null recordings that come with the package; `tools.shipped` makes the file."""
 Positive = Annotated[float, Field(gt=0)]
 Level = Annotated[float, Field(gt=0, lt=0.5)]
 

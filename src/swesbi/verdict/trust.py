@@ -1,7 +1,8 @@
 """How far each line of an answer can be relied on, and what it is conditional on.
 
-What holds whatever the structure of the heart comes first, then what holds under conditions, then parameters
-of this model. Coverage over hearts of other equations is in ``studies/validation/tables``.
+What at least 85 % of the intervals contain in hearts of each other structure comes first, then what holds
+under conditions, parameters of this model last. Coverage over hearts of other equations is in
+``studies/validation/tables``.
 """
 
 from __future__ import annotations
@@ -10,13 +11,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from swesbi.parameters import TOLD, Parameter
+from swesbi.parameters import ISOMETRIC, TOLD, Parameter
 
-Trust = Literal["over structures", "conditional", "of this model"]
+Trust = Literal["over structures", "conditional"]
 IN_WORDS: Final[Mapping[Trust, str]] = {
     "over structures": "to be relied on over structures of the heart",
-    "conditional": "conditional",
-    "of this model": "parameters of this model",
+    "conditional": "valid only if",
 }
 
 
@@ -27,7 +27,7 @@ class Told:
     Attributes:
         parameter: The quantity.
         trust: How far it can be relied on.
-        condition: What it is conditional on, in words.
+        condition: What it depends on or is valid under, in words.
     """
 
     parameter: Parameter
@@ -47,14 +47,21 @@ _CONDITIONS: Final[Mapping[str, tuple[Trust, str]]] = {
         "the scale of the speeds, which enters twice, so compare within one protocol",
     ),
     "late_diastole_kpa": ("over structures", "the scale of the speeds, as the peak"),
-    "decay_rate_per_s": ("conditional", "a passive part and bonds that the model can be"),
-    "half_relaxation_ms": ("conditional", "what the decay rate is conditional on"),
-    "k_sr_per_s": ("conditional", "bonds that relax at one rate, and a passive law within the prior"),
-    "shown_kpa": ("conditional", "a passive law within the prior, and the scale of the speeds"),
-    "passive_stiffness_kpa": ("conditional", "late diastole being passive, and the scale of the speeds"),
-    "k0_kpa": ("of this model", "its bonds, since other equations call the same muscle by another number"),
-    "k_atp_per_s": ("of this model", "its bonds and its activation"),
-    "bonds_kpa": ("of this model", "bonds that show all their stiffness, with no spring in series"),
+    "decay_rate_per_s": ("conditional", "the passive part and the bonds are ones that the model can be"),
+    "half_active_ms": ("conditional", "the decay rate is valid"),
+    "k_sr_per_s": ("conditional", "bonds relax at one rate, and the passive law is within the prior"),
+    "shown_kpa": ("conditional", "the passive law and the scale of the speeds are within the prior"),
+    "active_share": ("conditional", "the passive law is within the prior"),
+    "passive_stiffness_kpa": (
+        "conditional",
+        "late diastole is passive, and the scale of the speeds is within the prior",
+    ),
+    ISOMETRIC: ("conditional", "bonds and the duration of activation are the model's"),
+    "k0_kpa": (
+        "conditional",
+        "bonds are the model's; other equations call the same muscle by another number",
+    ),
+    "k_atp_per_s": ("conditional", "bonds and activation are the model's"),
 }
 ANSWER: Final = tuple(Told(parameter, *_CONDITIONS[parameter.name]) for parameter in TOLD)
 """The lines of an answer, in their order."""

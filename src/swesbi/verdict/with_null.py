@@ -32,6 +32,7 @@ from swesbi.seeds import generator
 from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.checks import BOUNDS, TESTS, WITH_STRIPS, Checks, check_recording
 from swesbi.verdict.context import context_tests
+from swesbi.verdict.modes import modes_in_words
 from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.nulls import Grade, grade_of, nearest, overall_p, p_values, single_level
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
@@ -193,7 +194,7 @@ def make_verdict(
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
         status=status.word,
         sentence=_sentence(status, overall_p, flagged),
-        reasons=(*map(_reason, flagged), *exact.doubts),
+        reasons=(*map(_reason, flagged), *exact.doubts, *modes_in_words(answered)),
         tests=tests,
         k_hat=exact.k_hat if np.isfinite(exact.k_hat) else None,
         efficiency=exact.efficiency,

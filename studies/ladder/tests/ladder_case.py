@@ -28,7 +28,7 @@ from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import StudentProposal
-from swesbi.prior import JointPriorSettings, log_centre, to_logit
+from swesbi.prior import SimulatedPrior, log_centre, to_logit
 
 SEED: Final = 5
 LADDER_CONFIG: Final = read_yaml(Path(__file__).parents[1] / "config.yaml")["ladder"]
@@ -54,13 +54,13 @@ def exact() -> ExactSettings:
     return asking(shipped, 300).model_copy(update={"draws": 1000})
 
 
-def wide_proposal(prior: JointPriorSettings) -> FittedProposal:
+def wide_proposal(prior: SimulatedPrior) -> FittedProposal:
     """Return a wide Student distribution in the logit of the prior's box, about the prior's centre."""
     centre = to_logit(log_centre(prior), prior)
     return FittedProposal(StudentProposal(centre, np.eye(len(centre))), LogitSpace(prior))
 
 
-def rung(prior: JointPriorSettings, settings: ExactSettings | None = None) -> Rung:
+def rung(prior: SimulatedPrior, settings: ExactSettings | None = None) -> Rung:
     def first(_: SpeedRecording) -> FittedProposal:
         return wide_proposal(prior)
 

@@ -24,6 +24,7 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, residu
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.adaptive import AdaptedDraws, adapted
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import asking
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES
@@ -131,7 +132,8 @@ def answer(inference: Inference, letter: str, number: int) -> HeartAnswer:
 def posterior(model: Model, inference: Inference) -> tuple[AdaptedDraws, FloatArray]:
     """Weighted draws of the posterior, and equally weighted ones (n, d)."""
     subject = model.recording.subject
-    drawn = adapted(model, EXACT, integer_seed(SEED, STREAM, inference, subject))
+    seen = model if isinstance(model, FormerLaw) else HeartModel(model)
+    drawn = adapted(seen, EXACT, integer_seed(SEED, STREAM, inference, subject))
     rows = resampled_rows(drawn.weighted.weight, KEPT_DRAWS, generator(SEED, STREAM, inference, subject))
     return drawn, drawn.weighted.phi[rows]
 

@@ -81,7 +81,7 @@ def test_points_ascend_and_agreement_is_overlap_with_the_prior(table: pd.DataFra
 
 def test_ages_without_volunteers_have_none(table: pd.DataFrame) -> None:
     older = table[table["ages_from"] >= 40.0]
-    assert len(older) == 4
+    assert len(older) == 5
     assert older[["posterior_50", "volunteers_low"]].isna().all(axis=None)
     assert set(older["volunteers_agree"]) == {""}
     assert older["prior_50"].notna().all()

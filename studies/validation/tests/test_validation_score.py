@@ -27,7 +27,7 @@ from swesbi import artefacts
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.parameters import THETA_NAMES
+from swesbi.parameters import ISOMETRIC, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import (
     NOT_TESTED,
     POOLED_ALL,
@@ -57,6 +57,9 @@ class Curves:
     def parts(self, phi: FloatArray, cycles: Beats) -> tuple[FloatArray, FloatArray]:
         return np.full_like(cycles.active_stiffness_kpa, 4.0), 0.5 * cycles.active_stiffness_kpa
 
+    def activation_duration_s(self, phi: FloatArray) -> FloatArray:
+        return np.full(len(phi), 0.05)
+
     def speed_scale(self, phi: FloatArray) -> FloatArray:
         return np.ones(len(phi)) if self.scale is None else self.scale
 
@@ -71,16 +74,20 @@ def test_intervals_are_quantiles_of_the_draws_that_have_a_beat() -> None:
     found = intervals(curves(), phi, 0.9)
     medians = dict(zip(QUANTITIES, found.median, strict=True))
     assert (medians["k0_kpa"], medians["k_atp_per_s"], medians["k_sr_per_s"]) == (15.0, 20.0, 30.0)
-    assert (medians["bonds_kpa"], medians["shown_kpa"]) == pytest.approx((15.0, 7.5))
+    k_0, k_atp = np.array([15.0, 10.5, 19.5, 12.5]), np.array([20.0, 11.0, 29.0, 15.0])
+    isometric = k_0 * (1.0 - np.exp(-0.05 * k_atp))
+    assert (medians[ISOMETRIC], medians["shown_kpa"]) == pytest.approx((isometric[0], 7.5))
+    half_ms = 1e3 * CONTEXT.period_s * (0.4 + 0.1 * np.sqrt(2.0 * np.log(2.0)))
+    assert medians["half_active_ms"] == pytest.approx(half_ms, rel=0.01)
     assert medians["peak_kpa"] == pytest.approx(11.5, abs=1e-3)
     # full width at half height of a bell of a tenth of the cycle
     full_width = 1e3 * CONTEXT.period_s * 0.1 * np.sqrt(8.0 * np.log(2.0))
     assert medians["duration_ms"] == pytest.approx(full_width, rel=0.01)
-    column = QUANTITIES.index("bonds_kpa")
-    assert (found.low[column], found.high[column]) == pytest.approx((10.5, 19.5))
+    column = QUANTITIES.index(ISOMETRIC)
+    assert (found.low[column], found.high[column]) == pytest.approx(isometric[1:3])
     np.testing.assert_allclose(found.width_log_scale_fixed, np.log(found.high / found.low), atol=1e-12)
     of_half = intervals(curves(failed=50), phi, 0.9)
-    assert of_half.median[column] == pytest.approx(12.5)
+    assert of_half.median[column] == pytest.approx(isometric[3])
     assert np.isfinite(intervals(curves(phi[:, 3], 50), phi, 0.9).width_log_scale_fixed).all()
 
 
@@ -106,7 +113,7 @@ def test_truths_are_in_the_order_of_the_quantities_and_missing_ones_empty() -> N
     known = dict(zip(QUANTITIES, truths(heart), strict=True))
     assert heart.theta is not None
     assert [known[name] for name in THETA_NAMES] == heart.theta.tolist()
-    assert (known["shown_kpa"], known["bonds_kpa"]) == (heart.shown_kpa, heart.bonds_kpa)
+    assert (known["shown_kpa"], known[ISOMETRIC]) == (heart.shown_kpa, heart.isometric_kpa)
     assert known["peak_kpa"] == pytest.approx(heart.curve.stiffness_kpa.max(), rel=1e-3)
     without = dict(zip(QUANTITIES, truths(replace(heart, theta=None)), strict=True))
     assert [name for name, value in without.items() if np.isnan(value)] == ["k0_kpa", "k_atp_per_s"]
@@ -120,7 +127,7 @@ def test_truths_are_in_the_order_of_the_quantities_and_missing_ones_empty() -> N
         (truth(), False),
         (truth(shown_kpa=31.0), True),
         (truth(k_sr_per_s=38.0), True),
-        (truth(k0_kpa=600.0, k_atp_per_s=60.0, bonds_kpa=200.0, duration_ms=900.0), False),
+        (truth(k0_kpa=600.0, k_atp_per_s=60.0, isometric_stiffness_kpa=200.0, duration_ms=900.0), False),
         (truth(["k_sr_per_s", "k0_kpa"]), False),
         (truth(["k_sr_per_s", "k0_kpa"], shown_kpa=51.0), True),
     ],

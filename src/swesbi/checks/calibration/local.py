@@ -21,10 +21,18 @@ from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.settings import LocalSettings
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, log_likelihood
-from swesbi.measurement.speeds import SpeedRecording
+from swesbi.measurement.likelihood import (
+    SpeedModel,
+    SpeedModelSettings,
+    draw_speeds,
+    log_likelihood,
+    residuals,
+)
+from swesbi.measurement.shared_error import Errors
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, WallPhases
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.posterior.exact import weighted_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal
@@ -81,16 +89,38 @@ class TwoRecordings:
         """The settings, which hold the prior."""
         return self.first.settings
 
-    def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        """Return log p(both recordings | phi) of shape (n,); -inf where the simulation failed."""
-        predicted, discrepancy = self.first.predict(phi), self.settings.discrepancy
-        first = log_likelihood(predicted, self.first.recording, discrepancy)
-        return first + log_likelihood(predicted, self.second, discrepancy)
-
-    def averaged(self) -> SpeedRecording:
-        """Return the recording with the mean log speeds of both; the network's posterior of it is wider."""
+    @property
+    def recording(self) -> SpeedRecording:
+        """The recording with the mean log speeds of both; its posterior is wider than that of both."""
         recording = self.first.recording
         return replace(recording, speed_m_s=np.sqrt(recording.speed_m_s * self.second.speed_m_s))
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        """Return log p(both recordings | phi) of shape (n,); -inf where the simulation failed."""
+        return self.log_likelihood_of(self.first.predict(phi))
+
+    def log_likelihood_of(self, predicted: PredictedSpeeds) -> FloatArray:
+        """Return the same of predicted speeds."""
+        of_second = log_likelihood(predicted, self.second, self.settings.discrepancy)
+        return self.first.log_likelihood_of(predicted) + of_second
+
+    def standardised_of(self, predicted: PredictedSpeeds) -> FloatArray:
+        """Return residuals of both at the measured phases; (n, 2 p)."""
+        both = (self.first.recording, self.second)
+        return np.hstack([residuals(predicted, each, self.settings.discrepancy) for each in both])
+
+    def errors_of(self, predicted: PredictedSpeeds) -> Errors:
+        """Return the errors of the mean log speeds of both about n predictions; NaN: failed."""
+        of_first = self.first.errors_of(predicted)
+        return Errors(np.sqrt(0.5) * of_first.sd, np.sqrt(0.5) * of_first.shared)
+
+    def wall(self, phi: FloatArray) -> WallPhases:
+        """Simulate phi (n, d) and return its wall at the measured phases; NaN where it failed."""
+        return self.first.wall(phi)
+
+    def predict_at(self, phi: FloatArray, wall: WallPhases) -> PredictedSpeeds:
+        """Return the noiseless log speeds of phi (n, d) whose walls are given."""
+        return self.first.predict_at(phi, wall)
 
 
 def local_scores(
@@ -131,7 +161,9 @@ def local_scores(
     for index, second in enumerate(speeds):
         both, true = TwoRecordings(model, replace(recording, speed_m_s=second)), phi[index][None]
         stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
-        drawn, _ = weighted_posterior(both, propose(both.averaged()), effective_draws, exact, stream)
+        drawn, _ = weighted_posterior(
+            HeartModel(both), propose(both.recording), effective_draws, exact, stream
+        )
         truths.append(quantities(true, both.log_likelihood(true))[0])
         values = quantities(drawn.phi, drawn.log_likelihood)
         scores.append(ranks.score(truths[-1], values, drawn.weight, points[index], prior))

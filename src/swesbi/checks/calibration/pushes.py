@@ -29,6 +29,7 @@ from swesbi.networks.flow.flow import TrainedFlow, free_proposal
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import FreshSettings, record_pushes
 from swesbi.posterior.exact import weighted_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import context_values, contexts_of
@@ -84,11 +85,11 @@ def infer_pushes(
     for number, count in asked:
         model, phi = record_pushes(number, (count, count), fresh, seed, STREAM, count)
         stream = integer_seed(seed, "calibration", STREAM, count, number)
-        proposal, plain = free_proposal(flow, model), model.model
-        drawn, by_mcmc = weighted_posterior(model, proposal, sizes.effective_draws, exact, stream)
+        proposal, plain, heart = free_proposal(flow, model), model.model, HeartModel(model)
+        drawn, by_mcmc = weighted_posterior(heart, proposal, sizes.effective_draws, exact, stream)
         rng = generator(stream, "residuals")
         chosen = model.predict(drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)])
-        network = proposal.draw(sizes.network_draws, integer_seed(stream, "network"))
+        network = heart.evaluated(proposal.draw(sizes.network_draws, integer_seed(stream, "network"))).phi
         reference = reference_points(1, plain.settings.prior, generator(stream, "tarp"))[0]
         variance = prior_variance(plain)
         one = InferredPushes(

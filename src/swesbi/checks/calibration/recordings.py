@@ -21,6 +21,7 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import weighted_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.checks import check_recording
@@ -54,8 +55,11 @@ def infer_recordings(
     for index, recording in enumerate(synthetic.recordings):
         own, network = replace(model, recording=recording), flow_proposal(flow, recording)
         stream = integer_seed(seed, "calibration", "exact", name, subject, index)
-        by_network = network.draw(settings.network_draws, integer_seed(stream, "network"))
-        drawn, by_mcmc = weighted_posterior(own, network, settings.effective_draws, exact, stream)
+        heart = HeartModel(own)
+        by_network = heart.evaluated(
+            network.draw(settings.network_draws, integer_seed(stream, "network"))
+        ).phi
+        drawn, by_mcmc = weighted_posterior(heart, network, settings.effective_draws, exact, stream)
         scores = ranked(
             own, own.log_likelihood, synthetic.phi[index], by_network, drawn, references[index], variance
         )

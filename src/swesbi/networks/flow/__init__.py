@@ -1,1 +1,1 @@
-"""The network of experiments on measured speeds: a normalising flow q(phi | z) in the logit of the box."""
+"""The network of experiments on measured speeds: a normalising flow q(heart | z) in the logit of the box."""

@@ -16,25 +16,27 @@ from swesbi.networks.flow.arrays import PARAMETERS, FlowArrays, Layer, MaskedTra
 from swesbi.networks.flow.flow import TrainedFlow
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation
-from swesbi.prior import JointPriorSettings
+from swesbi.prior import SimulatedPrior
 
 FEATURES: Final = "features"
 CELLS: Final = "cells"
-LABELS: Final = ("component", "joint_parameter")
+LABELS: Final = ("component", "heart_parameter")
 SCHEMA: Final = {
     "weight": Variable("weight_number", "1", "embedding, then each transform: of each layer weights, biases"),
     "input_mean": Variable("component", "1", "mean of the network's inputs over the training rows"),
     "input_scale": Variable("component", "1", "standard deviation of the inputs over the training rows"),
-    "eta_mean": Variable("joint_parameter", "1", "mean of the logit of phi over the training rows"),
-    "eta_scale": Variable("joint_parameter", "1", "standard deviation of the logit over the training rows"),
+    "eta_mean": Variable("heart_parameter", "1", "mean of the logit of hearts over the training rows"),
+    "eta_scale": Variable("heart_parameter", "1", "standard deviation of the logit over the training rows"),
     "best_epoch": Variable("", "1", "epoch of the lowest validation loss, whose weights these are"),
     "epochs_run": Variable("", "1", "epochs that were trained"),
     "best_validation_loss": Variable("", "1", "mean of -log q over held-out rows, standardised logit"),
     "architecture": Variable("", "1", "settings of the net and its training, as JSON", text=True),
-    "prior": Variable("", "1", "the joint prior, as JSON", text=True),
+    "prior": Variable("", "1", "the prior of hearts, as JSON", text=True),
     "conditioner": Variable("", "1", "what the network sees of a recording: features or cells", text=True),
     "conditioning": Variable("", "1", "settings of the conditioner, as JSON", text=True),
 }
+SHIPPED_NETWORK: Final = Path(__file__).parents[1] / "population.h5"
+"""Network of the population that comes with the package; `tools.shipped` makes the file."""
 KIND: Final = register("flow", {"/": SCHEMA}, LABELS)
 
 
@@ -61,7 +63,7 @@ def save_flow(path: Path, flow: TrainedFlow, provenance: Provenance) -> None:
         "conditioner": kind,
         "conditioning": settings,
     }
-    labels = {"component": list(flow.components), "joint_parameter": list(flow.prior.names)}
+    labels = {"component": list(flow.components), "heart_parameter": list(flow.prior.names)}
     save(path, build_dataset(SCHEMA, values, labels), provenance)
 
 
@@ -73,7 +75,7 @@ def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
     """
     stored, provenance = load(path, KIND)
     settings = SplineSettings.model_validate_json(stored["architecture"].item())
-    parameters, components = stored.sizes["joint_parameter"], stored.sizes["component"]
+    parameters, components = stored.sizes["heart_parameter"], stored.sizes["component"]
     try:
         net = _from_one_row(stored["weight"].to_numpy(), settings, parameters, components)
     except ValueError as error:
@@ -81,7 +83,7 @@ def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
     flow = TrainedFlow(
         net=net,
         settings=settings,
-        prior=JointPriorSettings.model_validate_json(stored["prior"].item()),
+        prior=SimulatedPrior.model_validate_json(stored["prior"].item()),
         conditioner=_conditioner(stored),
         eta=Standardisation(stored["eta_mean"].to_numpy(), stored["eta_scale"].to_numpy()),
         best_epoch=int(stored["best_epoch"]),

@@ -1,4 +1,8 @@
-"""The trained flow q(phi | z): its density, its draws, and the base space in which it is standard normal."""
+"""The trained flow q(heart | z): its density, its draws, and the base space in which it is standard normal.
+
+A heart is theta with the free physiology, all that a simulation takes. What else a recording depends on
+needs no simulation and is integrated out (``posterior.hearts``), so that no network has to learn it.
+"""
 
 from __future__ import annotations
 
@@ -15,21 +19,21 @@ from swesbi.networks.flow.arrays import ConditionedFlow, FlowArrays
 from swesbi.networks.flow.cells import AnyConditioner, CellConditioner
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation
-from swesbi.prior import JointPriorSettings, from_logit, log_jacobian, to_logit
+from swesbi.prior import SimulatedPrior, from_logit, log_jacobian, to_logit
 
 FARTHEST: Final = -30.0  # in the logit: the lower bound of every parameter
 
 
 @dataclass(frozen=True)
 class TrainedFlow:
-    """A trained flow q(phi | z) and how it was trained.
+    """A trained flow q(heart | z) and how it was trained.
 
     Attributes:
         net: The flow in standardised eta, with the weights of the best epoch.
         settings: Architecture and training.
-        prior: The joint prior whose box the logit maps.
+        prior: The prior of hearts, whose box the logit maps.
         conditioner: Makes z from recordings.
-        eta: Statistics of eta = logit(phi) over the training rows.
+        eta: Statistics of eta = logit(heart) over the training rows.
         best_epoch: Epoch of the lowest validation loss, from 1.
         epochs_run: Epochs that were trained.
         best_validation_loss: Mean of -log q(eta | z) over held-out theta at the best epoch, standardised eta.
@@ -37,7 +41,7 @@ class TrainedFlow:
 
     net: FlowArrays
     settings: SplineSettings
-    prior: JointPriorSettings
+    prior: SimulatedPrior
     conditioner: AnyConditioner
     eta: Standardisation
     best_epoch: int
@@ -52,7 +56,7 @@ class TrainedFlow:
 
 @dataclass(frozen=True)
 class FlowProposal:
-    """q(phi | z) of a trained flow for one conditioning vector z of shape (C,).
+    """q(heart | z) of a trained flow for one conditioning vector z of shape (C,).
 
     Raises:
         ValueError: z has another number of components than the flow, or holds NaN.
@@ -69,24 +73,24 @@ class FlowProposal:
             raise ValueError("z holds values that are not finite; check the recording that it comes from")
 
     def draw(self, draws: int, seed: int) -> FloatArray:
-        """Draw phi ~ q, always inside the prior's box; shape (draws, d)."""
+        """Draw hearts ~ q, always inside the prior's box; shape (draws, k)."""
         rng = np.random.default_rng(seed)
         return self.at(rng.standard_normal((draws, len(self.flow.prior.parameters))))
 
-    def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return log q(phi | z), per unit of phi, of phi (n, d); -inf where the map overflows; shape (n,)."""
-        u, log_slope = self.place(phi)
+    def log_density(self, heart: FloatArray) -> FloatArray:
+        """Return log q(heart | z), per unit of it, of hearts (n, k); -inf where the map overflows; (n,)."""
+        u, log_slope = self.place(heart)
         log_q = log_slope - 0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1)
         return np.where(np.isfinite(log_q), log_q, -np.inf)
 
-    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return phi (n, d) in the flow's base space, u (n, d), with log |du / dphi| of shape (n,)."""
-        flow, eta = self.flow, to_logit(phi, self.flow.prior)
+    def place(self, heart: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return hearts (n, k) in the flow's base space, u (n, k), with log |du / dheart| of shape (n,)."""
+        flow, eta = self.flow, to_logit(heart, self.flow.prior)
         u, log_slope = self._net.to_base(flow.eta.apply(eta))
         return u, log_slope - np.log(flow.eta.scale).sum() - log_jacobian(eta, flow.prior)
 
     def at(self, u: FloatArray) -> FloatArray:
-        """Return the phi (n, d) of points u (n, d) of that space.
+        """Return the hearts (n, k) of points u (n, k) of that space.
 
         A point so far out that the flow's map overflows, as it may under a condition that is unlike all that
         it was trained on, goes to a corner of the box, where no posterior has any mass.

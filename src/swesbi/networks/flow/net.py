@@ -1,4 +1,4 @@
-"""The net that a flow q(phi | z) is trained as, and the arrays that it leaves."""
+"""The net that a flow q(heart | z) is trained as, and the arrays that it leaves."""
 
 from __future__ import annotations
 

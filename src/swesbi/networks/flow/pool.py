@@ -50,18 +50,13 @@ def at_phases(simulations: PriorSimulations, model: SpeedModel) -> SubjectSimula
     )
 
 
-def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Draw what the measurement takes, noise and discrepancy for each simulation.
-
-    Returns:
-        phi of shape (n, d), and the speeds in m/s of shape (n, p).
-    """
+def noisy_speeds(simulations: SubjectSimulations, rng: np.random.Generator) -> FloatArray:
+    """Draw what the measurement takes, noise and discrepancy for each simulation: speeds in m/s, (n, p)."""
     model, settings = simulations.model, simulations.model.settings
     operator = sample(len(simulations.theta), settings.prior.operator, rng)
     phi = settings.prior.joined(simulations.theta, simulations.physiology, operator)
     predicted = model.predict_at(phi, simulations.wall)
-    speeds = draw_speeds(predicted, model.recording.errors, settings.discrepancy, rng)
-    return phi, speeds
+    return draw_speeds(predicted, model.recording.errors, settings.discrepancy, rng)
 
 
 @dataclass(frozen=True)

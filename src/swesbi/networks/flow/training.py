@@ -29,7 +29,7 @@ from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
 from swesbi.networks.flow.pool import SubjectSimulations, noisy_speeds
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
-from swesbi.prior import JointPriorSettings, to_logit
+from swesbi.prior import SimulatedPrior, to_logit
 from swesbi.seeds import generator, integer_seed
 
 LOGGER = logging.getLogger("swesbi")
@@ -41,7 +41,7 @@ MAX_BAD_FRACTION: Final = 0.01  # of an epoch's batches whose loss is not finite
 
 @dataclass(frozen=True)
 class Rows:
-    """Training rows of all subjects: standardised eta = logit(phi) of shape (N, d), and z of shape (N, C)."""
+    """Training rows of all subjects: standardised eta = logit(heart), (N, k), and z of shape (N, C)."""
 
     eta: SingleArray
     z: SingleArray
@@ -103,12 +103,12 @@ def make_rows(
 def _raw(
     simulations: SubjectSimulations, settings: ConditioningSettings, seed: int, *name: str | int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return eta (n, d) and features (n, F) of noisy recordings, one of each simulation."""
+    """Return eta (n, k) and features (n, F) of noisy recordings, one of each simulation."""
     recording = simulations.model.recording
     rng = generator(seed, "flow", *name, recording.subject)
-    phi, speeds = noisy_speeds(simulations, rng)
-    prior = simulations.model.settings.prior
-    return to_logit(phi, prior), raw_features(speeds, recording.phase, settings)
+    speeds, prior = noisy_speeds(simulations, rng), simulations.model.settings.prior.simulated
+    heart = np.hstack([simulations.theta, simulations.physiology])
+    return to_logit(heart, prior), raw_features(speeds, recording.phase, settings)
 
 
 class TrainingDivergedError(RuntimeError):
@@ -141,7 +141,7 @@ def train_over_subjects(
     seed: int,
     label: str = "training",
 ) -> FlowTraining:
-    """Fit q(phi | z) on the simulations of all subjects, noise drawn anew every epoch.
+    """Fit q(heart | z) on the simulations of all subjects, noise drawn anew every epoch.
 
     Theta are split into training and held-out ones; standardisation comes from the training ones; the
     weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats exactly.
@@ -163,7 +163,7 @@ def train_over_subjects(
     def rows_of(part: Sequence[SubjectSimulations], name: str, number: int) -> Rows:
         return make_rows(part, conditioner, eta, seed, name, number)
 
-    parts = SplineParts(conditioner, eta, subjects[0].model.settings.prior)
+    parts = SplineParts(conditioner, eta, subjects[0].model.settings.prior.simulated)
     return fit_flow(training, held_out, rows_of, parts, settings, seed, label)
 
 
@@ -173,13 +173,13 @@ class SplineParts:
 
     Attributes:
         conditioner: Makes z from recordings.
-        eta: Statistics of eta = logit(phi) over the training rows.
-        prior: The joint prior whose box the logit maps.
+        eta: Statistics of eta = logit(heart) over the training rows.
+        prior: The prior of hearts, whose box the logit maps.
     """
 
     conditioner: AnyConditioner
     eta: Standardisation
-    prior: JointPriorSettings
+    prior: SimulatedPrior
 
 
 def fit_flow(

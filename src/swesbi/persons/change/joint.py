@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.persons.change.hearts import VisitsHearts
 from swesbi.persons.change.one_person import OnePerson, judge_one_person
-from swesbi.persons.change.proposal import NormalVisit, first_proposal, normal_visit
+from swesbi.persons.change.proposal import first_proposal, normal_visit
 from swesbi.persons.change.ratios import Ratios, log_ratios, quantities_of, summarise_ratios
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.transport import joined_proposal
@@ -31,7 +32,7 @@ class OwnPosterior:
         phi: Equally weighted draws; shape (m, d).
         effective_draws: Behind them.
         log_evidence: Of its recording.
-        space: In which the posterior is near normal: the base space of the network's flow.
+        space: In which the posterior of its heart is near normal: the base space of the network's flow.
     """
 
     phi: FloatArray
@@ -79,10 +80,9 @@ def infer_change(
     """
     if len(model.models) != 2 or len(own) != 2:
         raise ValueError(f"{len(model.models)} visits: a change is between two")
-    coupling = model.coupling
+    coupling, hearts = model.coupling, VisitsHearts(model)
     visits = [normal_visit(each.phi, coupling.prior, each.effective_draws) for each in own]
-    first = _first(model, own, visits)
-    exact, efficiency = exact_posterior(model, first, settings.exact, seed, STREAM, *name)
+    exact, efficiency = exact_posterior(hearts, _first(hearts, own), settings.exact, seed, STREAM, *name)
     phi = model.phi(exact.phi)
     quantities = np.stack([quantities_of(one, rows) for one, rows in zip(model.models, phi, strict=True)])
     rng = generator(seed, STREAM, *name, "independent")
@@ -105,14 +105,16 @@ def infer_change(
     )
 
 
-def _first(model: VisitsModel, own: Sequence[OwnPosterior], visits: Sequence[NormalVisit]) -> FittedProposal:
+def _first(hearts: VisitsHearts, own: Sequence[OwnPosterior]) -> FittedProposal:
     """Return the first proposal: in the networks' space, or in scores where visits have a value in common.
 
     A share of 1 leaves psi of the later visit without a part in phi, so that phi has no way back to it.
     """
-    if (model.coupling.shares == 1.0).any():
-        return first_proposal(visits, model.coupling)
-    return joined_proposal(model, [each.phi for each in own], [each.space for each in own])
+    if (hearts.visits.coupling.shares == 1.0).any():
+        prior = hearts.visits.models[0].settings.prior
+        alone = [normal_visit(prior.heart(each.phi), prior.simulated, each.effective_draws) for each in own]
+        return first_proposal(alone, hearts.coupling)
+    return joined_proposal(hearts, [each.phi for each in own], [each.space for each in own])
 
 
 def _independent(

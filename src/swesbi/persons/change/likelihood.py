@@ -41,6 +41,21 @@ def shared_errors(
     return np.asarray(within + share * discrepancy.speed_fraction**2 * between)
 
 
+def shared_factor(
+    recordings: Sequence[SpeedRecording],
+    phase_index: Sequence[IntArray],
+    discrepancy: DiscrepancySettings,
+    share: float,
+) -> FloatArray:
+    """Return W of the covariance W W^T of what log speeds of all recordings share; shape (q, R).
+
+    As :func:`shared_errors`, but with share delta^2 on the diagonal as well: own errors are the less.
+    """
+    phase = np.concatenate(list(phase_index))
+    between = np.sqrt(share) * discrepancy.speed_fraction * (phase[:, None] == np.unique(phase))
+    return np.hstack([block_diag(*(each.shared for each in recordings)), between])
+
+
 def stacked_covariance(
     predicted: Sequence[PredictedSpeeds],
     recordings: Sequence[SpeedRecording],

@@ -20,7 +20,7 @@ from swesbi.persons.change.visits import Coupling
 from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.space import ScoreSpace, normal_scores
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
-from swesbi.prior import JointPriorSettings
+from swesbi.prior import BoxPrior
 
 LEAST_VARIANCE = 1e-4  # of a normal score; nothing measured is known better
 
@@ -50,7 +50,7 @@ class NormalVisit:
         return np.asarray(np.linalg.solve(self.covariance, self.mean))
 
 
-def normal_visit(phi: FloatArray, prior: JointPriorSettings, effective_draws: float) -> NormalVisit:
+def normal_visit(phi: FloatArray, prior: BoxPrior, effective_draws: float) -> NormalVisit:
     """Return the normal approximation of a visit's own posterior.
 
     Args:

@@ -7,7 +7,9 @@ N(m_v, C_v), times what ties them: the copula of the shared parameters, whose lo
 which is of the same form. Scores and residuals y are about a + B u (a regression over draws), so with G
 the matrix of both forms the posterior of both has the precision and the linear term
 
-    P = blockdiag(C_v^-1) + B^T G B,    h = (C_v^-1 m_v)_v - B^T G a.
+    P = blockdiag(C_v^-1) + B^T H B,    h = (C_v^-1 m_v)_v - B^T H a,    H = G (I + S G)^-1,
+
+S being the covariance of what the regression leaves over: what measures the hearts is integrated out.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from scipy.linalg import block_diag
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
+from swesbi.persons.change.hearts import VisitsHearts
 from swesbi.persons.change.visits import Coupling, VisitsModel
 from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.space import ScoreSpace, Space, normal_scores
@@ -35,8 +38,8 @@ class JoinedSpace:
     """The spaces of both visits side by side, as a space of psi; no share may be 1.
 
     Attributes:
-        spaces: Of each visit's phi.
-        coupling: How phi follows from psi.
+        spaces: Of each visit's hearts.
+        coupling: How these follow from psi.
     """
 
     spaces: tuple[Space, ...]
@@ -64,54 +67,62 @@ class JoinedSpace:
         return np.asarray(to_scores + np.log(diagonal).sum() - back)
 
 
-def joined_proposal(model: VisitsModel, phi: Sequence[FloatArray], spaces: Sequence[Space]) -> FittedProposal:
+def joined_proposal(
+    hearts: VisitsHearts, phi: Sequence[FloatArray], spaces: Sequence[Space]
+) -> FittedProposal:
     """Return a Student distribution in the joined space about the normal approximation of the posterior.
 
     Args:
-        model: Of both recordings; no share is 1.
+        hearts: Of both recordings; no share is 1.
         phi: Equally weighted draws of each visit's own posterior; shape (m, d) each.
-        spaces: Space of each, that of its network.
+        spaces: Space of each visit's hearts, that of its network.
     """
+    visits = hearts.visits
     fits = [
-        _fit(one, each[:FITTED], space, model.coupling)
-        for one, each, space in zip(model.models, phi, spaces, strict=True)
+        _fit(one, each[:FITTED], space, visits.coupling.shares)
+        for one, each, space in zip(visits.models, phi, spaces, strict=True)
     ]
     offset = np.concatenate([fit.offset for fit in fits])
     slopes = block_diag(*(fit.slopes for fit in fits))
-    added = _added_precision(model, [fit.tied for fit in fits])
+    added = _added_precision(visits, [fit.tied for fit in fits])
+    added = added @ np.linalg.inv(np.eye(len(added)) + block_diag(*(fit.rest for fit in fits)) @ added)
     precision = block_diag(*(fit.precision for fit in fits)) + slopes.T @ added @ slopes
     linear = np.concatenate([fit.precision @ fit.mean for fit in fits]) - slopes.T @ added @ offset
     spread, axes = np.linalg.eigh(precision)
     covariance = (axes / np.maximum(spread, LEAST_PRECISION)) @ axes.T
     student = StudentProposal(covariance @ linear, WIDENING * covariance, DEGREES_OF_FREEDOM)
-    return FittedProposal(student, JoinedSpace(tuple(spaces), model.coupling))
+    return FittedProposal(student, JoinedSpace(tuple(spaces), hearts.coupling))
 
 
 @dataclass(frozen=True)
 class _Fit:
     """A visit in its space: N(mean, precision^-1), and what ties it to others as offset + slopes u.
 
-    The latter are k scores of tied parameters, then p residuals of log speeds.
+    The latter are k scores of tied parameters, then p residuals of log speeds. What measures a heart is not
+    in u, and scatters them with the covariance ``rest``.
     """
 
     mean: FloatArray
     precision: FloatArray
     offset: FloatArray
     slopes: FloatArray
+    rest: FloatArray
     tied: int
 
 
-def _fit(model: SpeedModel, phi: FloatArray, space: Space, coupling: Coupling) -> _Fit:
-    u, _ = space.place(phi)
+def _fit(model: SpeedModel, phi: FloatArray, space: Space, shares: FloatArray) -> _Fit:
+    prior = model.settings.prior
+    u, _ = space.place(prior.heart(phi))
     residuals = np.log(model.recording.speed_m_s) - model.predict(phi).log_speed
-    tied = np.flatnonzero(coupling.shares)
-    tying = np.hstack([normal_scores(phi, coupling.prior)[:, tied], residuals])
+    tied = np.flatnonzero(shares)
+    tying = np.hstack([normal_scores(phi, prior)[:, tied], residuals])
     known = np.isfinite(u).all(axis=1) & np.isfinite(tying).all(axis=1)
     u, tying = u[known], tying[known]
     design = np.column_stack([np.ones(len(u)), u])
     line = np.asarray(np.linalg.lstsq(design, tying, rcond=None)[0])
     precision = np.asarray(np.linalg.inv(np.cov(u.T) + RIDGE * np.eye(u.shape[1])))
-    return _Fit(u.mean(axis=0), precision, line[0], line[1:].T, len(tied))
+    rest = np.asarray(np.cov((tying - design @ line).T))
+    return _Fit(u.mean(axis=0), precision, line[0], line[1:].T, rest, len(tied))
 
 
 def _added_precision(model: VisitsModel, tied: Sequence[int]) -> FloatArray:

@@ -23,10 +23,11 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.speeds import PredictedSpeeds, WallPhases
 from swesbi.persons.change.likelihood import shared_errors, stacked_covariance, stacked_log_density
 from swesbi.persons.cohort.model import PriorAlone
 from swesbi.posterior.space import normal_scores, of_scores
-from swesbi.prior import JointPriorSettings, SomeParameters
+from swesbi.prior import BoxPrior, SomeParameters
 
 
 def equal_correlation_factor(share: float, visits: int) -> FloatArray:
@@ -50,12 +51,12 @@ class Coupling:
     """How the phi of V visits follow from psi.
 
     Attributes:
-        prior: Of one visit, d parameters.
+        prior: Of one visit, or of some of its parameters; d parameters.
         shares: Of each parameter; shape (d,).
         visits: V.
     """
 
-    prior: JointPriorSettings
+    prior: BoxPrior
     shares: FloatArray
     visits: int
 
@@ -133,7 +134,16 @@ class VisitsModel:
 
     def log_likelihood(self, psi: FloatArray) -> FloatArray:
         """Return log p(all recordings | psi) of psi (n, V d), -inf where a simulation failed; shape (n,)."""
-        predicted = [model.predict(phi) for model, phi in zip(self.models, self.phi(psi), strict=True)]
+        phi = self.phi(psi)
+        walls = [model.wall(each) for model, each in zip(self.models, phi, strict=True)]
+        return self.log_likelihood_of(self.predict_at(phi, walls))
+
+    def predict_at(self, phi: FloatArray, walls: Sequence[WallPhases]) -> list[PredictedSpeeds]:
+        """Return the noiseless log speeds of phi (V, n, d) whose walls are given, by visit."""
+        return [model.predict_at(*each) for model, *each in zip(self.models, phi, walls, strict=True)]
+
+    def log_likelihood_of(self, predicted: Sequence[PredictedSpeeds]) -> FloatArray:
+        """Return log p(all recordings | psi) of predicted speeds, by visit; shape (n,)."""
         recordings = [model.recording for model in self.models]
         discrepancy = self.models[0].settings.discrepancy
         covariance = stacked_covariance(

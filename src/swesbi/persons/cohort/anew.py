@@ -12,6 +12,7 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import OF_THETA
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import fit_in_nearest, placed_in
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import MCMC, read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import LogitSpace
@@ -59,6 +60,8 @@ def drawn_anew(
     log_ratio = log_density(theta, prior) - log_density(theta, model.settings.prior.theta)
     joint = model.settings.prior.model_copy(update={"theta": prior})
     narrowed = replace(model, settings=model.settings.model_copy(update={"prior": joint}))
-    proposal = fit_in_nearest([placed_in(LogitSpace(joint), phi)], log_weight + log_ratio)
-    exact, _ = exact_posterior(narrowed, proposal, settings, seed, "anew")
+    heart = HeartModel(narrowed)
+    placed = placed_in(LogitSpace(joint.simulated), heart.points(phi))
+    proposal = fit_in_nearest([placed], log_weight + log_ratio)
+    exact, _ = exact_posterior(heart, proposal, settings, seed, "anew")
     return np.asarray(exact.phi[:, OF_THETA])

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.parameters import BONDS, DERIVED, SHOWN
+from swesbi.parameters import DERIVED, HALF_ACTIVE, ISOMETRIC, SHOWN
 from swesbi.report.numbers import PARAMETERS, as_percent, count, fixed, percent, share, span
 
 K_SR: Final = "k_sr_per_s"
@@ -22,9 +22,9 @@ QUANTITIES: Final = (
     "duration_ms",
     "peak_kpa",
     "decay_rate_per_s",
-    "half_relaxation_ms",
+    HALF_ACTIVE.name,
     "late_diastole_kpa",
-    BONDS.name,
+    ISOMETRIC,
     "k0_kpa",
     "k_atp_per_s",
 )

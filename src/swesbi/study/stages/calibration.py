@@ -25,6 +25,7 @@ from swesbi.checks.recovery import score_recovery
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, read_speed_model
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import flow_proposal
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.result import ExactPosterior, read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
@@ -112,15 +113,16 @@ def _long_chains(
     """Return draws (n, d) of long chains; NaN where these did not converge, which compares with nothing."""
     count, subject = sizes.two_sample_draws, model.recording.subject
     rng = generator(seed, "calibration", "mcmc", subject)
-    start = starting_points(model, exact.weighted, sizes.mcmc.start_points, rng)
+    heart = HeartModel(model)
+    start = starting_points(heart, exact.weighted, sizes.mcmc.start_points, rng)
     stream = integer_seed(seed, "calibration", "mcmc", subject)
-    chains = sample_mcmc(model, start, sizes.mcmc, stream, space=space)
+    chains = sample_mcmc(heart, start, sizes.mcmc, stream, space=space)
     LOGGER.info(
         "%s: %d steps of MCMC, R-hat at most %.4f, %.0f effective draws",
         subject, chains.steps, chains.r_hat.max(), chains.effective_draws.min(),
     )  # fmt: skip
     if chains.converged:
-        return chains.thinned(count, rng)
+        return heart.evaluated(chains.thinned(count, rng)).phi
     LOGGER.warning("%s: the long chains did not converge; raise calibration.local.mcmc.max_steps", subject)
     return np.full((count, exact.phi.shape[1]), np.nan)
 

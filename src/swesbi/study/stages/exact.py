@@ -22,6 +22,7 @@ from swesbi.networks.flow.flow import flow_proposal
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior import exact as posteriors
 from swesbi.posterior.exact import conditioned
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR
@@ -55,7 +56,7 @@ def exact_posterior(
     model, (flow, _) = likelihood.read_speed_model(observation, noise, settings.model), load_flow(estimator)
     proposal = flow_proposal(flow, model.recording)
     exact, efficiency = posteriors.exact_posterior(
-        model, proposal, settings.exact, origin.seed, "exact", model.recording.subject
+        HeartModel(model), proposal, settings.exact, origin.seed, "exact", model.recording.subject
     )
     rounds = ", ".join(f"{share:.0%}" for share in efficiency)
     LOGGER.info("efficiency of the network, and of all draws after each further round: %s", rounds)

@@ -48,7 +48,7 @@ def train_flow(
     settings: TrainFlowStageSettings,
     origin: Origin,
 ) -> None:
-    """Train q(phi | z) on the pool of all subjects; write its weights and the losses of every epoch.
+    """Train q(heart | z) on the pool of all subjects; write its weights and the losses of every epoch.
 
     Runs on the CPU, on one thread, and repeats exactly.
 
@@ -86,7 +86,7 @@ def train_population(
     settings: TrainPopulationStageSettings,
     origin: Origin,
 ) -> None:
-    """Train q(phi | z) on recordings drawn over the population; write weights and losses of every epoch.
+    """Train q(heart | z) on recordings drawn over the population; write weights and losses of every epoch.
 
     Runs on the CPU, on one thread, and repeats exactly.
 

@@ -31,13 +31,14 @@ from swesbi.persons.planning.planned import STREAM, PlannedPerson, draw_planned,
 from swesbi.persons.planning.settings import Design, PlannedPersonsSettings
 from swesbi.population.settings import PopulationSettings, of_group
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
 from swesbi.study.other_network import check_network
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.virtual.hearts.ranges import noisier
@@ -78,6 +79,12 @@ class PlanBankStageSettings(Settings):
         """Errors of the recordings over those of ``acquisition``."""
         return self.repeat_noise / self.acquisition.repeat_sd_fraction
 
+    @property
+    def noise(self) -> NoiseComponents:
+        """Of the recordings."""
+        of = noisier(self.acquisition, self.noise_factor)
+        return NoiseComponents(of.repeat_sd_fraction, of.sample_sd_fraction, of.sweep_fraction)
+
     def source(self, seed: int) -> TrialSource:
         """Return what persons are drawn with."""
         protocol = noisier(self.acquisition, self.noise_factor)
@@ -97,7 +104,6 @@ class PlanBankStageSettings(Settings):
 def plan_bank(
     *,
     estimator: Path,
-    noise: Path,
     bank: Path,
     settings: PlanBankStageSettings,
     origin: Origin,
@@ -109,7 +115,6 @@ def plan_bank(
 
     Args:
         estimator: The network of the population.
-        noise: Noise of the study's cohort, from which standard errors are estimated.
         bank: Output, written whole after every few persons.
         processes: Persons that are answered side by side; no answer depends on it.
 
@@ -119,7 +124,7 @@ def plan_bank(
         ArtefactError: An input is no such artefact.
     """
     check_network(estimator, settings.train_population.to_plain())
-    answering = Answering(estimator, noise, settings, origin.seed)
+    answering = Answering(estimator, settings, origin.seed)
     done = {person.number: person for person in _kept(bank, settings, origin)}
     missing = [number for number in range(settings.persons.number) if number not in done]
     label = f"persons of the bank, {settings.repeats} repeats"
@@ -161,13 +166,11 @@ class Answering:
 
     Attributes:
         estimator: The network.
-        noise: Noise of the study's cohort.
         settings: Of the bank.
         seed: The study's seed.
     """
 
     estimator: Path
-    noise: Path
     settings: PlanBankStageSettings
     seed: int
 
@@ -224,11 +227,10 @@ class Answering:
 
     def _exact(self, observed: Observation) -> tuple[ExactPosterior, SpeedModel]:
         settings = self.settings
-        components = read_noise(self.noise).components.times(settings.noise_factor)
-        model = SpeedModel(measured_speeds(observed, components), settings.model)
+        model = SpeedModel(measured_speeds(observed, settings.noise), settings.model)
         network = flow_proposal(_flow(self.estimator), model.recording)
         names = (STREAM, settings.repeats, observed.context.subject)
-        return exact_posterior(model, network, settings.exact, self.seed, *names)[0], model
+        return exact_posterior(HeartModel(model), network, settings.exact, self.seed, *names)[0], model
 
 
 @lru_cache(maxsize=1)

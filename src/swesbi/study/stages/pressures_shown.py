@@ -9,9 +9,7 @@ from swesbi.artefacts import ArtefactError, Origin, load
 from swesbi.artefacts.csv import checked, write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of
-from swesbi.measurement.clinical import with_stressed_volume
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.settings import ClinicalSettings
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.observation import Observation, read_observation
@@ -64,13 +62,10 @@ def _compared(
         raise ArtefactError(f"no observed curve of subject {key.subject} is given")
     made = load(with_them, POSTERIOR)[1].settings
     model = SpeedModelSettings.from_plain(made["exact_posterior"]["model"])
-    clinical = ClinicalSettings.from_plain(made["clinical"])
-    freed = with_stressed_volume(model.prior, clinical.stressed_volume_factor)
     return Compared(
         experiment=key.experiment,
         observation=recordings[key.subject],
         model=model,
-        model_with=model.model_copy(update={"prior": freed}),
         without=read_exact_posterior(without),
         with_them=read_exact_posterior(with_them),
     )

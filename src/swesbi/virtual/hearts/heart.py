@@ -25,8 +25,8 @@ class OtherHeart:
         curve: Noiseless total stiffness, as an infinitely good acquisition would measure it.
         theta: True parameters in the order of ``THETA_NAMES``, shape (3,); None where its law has others.
         k_sr_per_s: True rate of relaxation, in 1/s; None where its law has none.
-        shown_kpa: Largest true active stiffness of the beat that elastography shows.
-        bonds_kpa: Largest true stiffness of the bonds.
+        active_kpa: True active stiffness along the curve that elastography shows; shape (M,).
+        isometric_kpa: True isometric stiffness; None where its law has none.
         volume_ratio: End-systolic over end-diastolic volume of the beat.
     """
 
@@ -34,8 +34,8 @@ class OtherHeart:
     curve: TruthCurve
     theta: FloatArray | None
     k_sr_per_s: float | None
-    shown_kpa: float
-    bonds_kpa: float
+    active_kpa: FloatArray
+    isometric_kpa: float | None
     volume_ratio: float
 
     def __post_init__(self) -> None:
@@ -45,10 +45,8 @@ class OtherHeart:
             ValueError: Names what is wrong.
         """
         name = self.context.subject
-        for stiffness in ("shown_kpa", "bonds_kpa"):
-            value = getattr(self, stiffness)
-            if not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name}: {stiffness} = {value}: must be a positive stiffness")
+        if not (np.isfinite(self.active_kpa).all() and self.shown_kpa > 0.0):
+            raise ValueError(f"{name}: shown_kpa = {self.shown_kpa}: must be a positive stiffness")
         if not 0.0 < self.volume_ratio < 1.0:
             raise ValueError(f"{name}: volume_ratio = {self.volume_ratio}: must lie between 0 and 1")
         if not (self.curve.stiffness_kpa > 0.0).all():
@@ -59,6 +57,11 @@ class OtherHeart:
             raise ValueError(f"{name}: theta has shape {self.theta.shape}, not ({len(THETA_NAMES)},)")
         if self.k_sr_per_s != float(self.theta[K_SR]):
             raise ValueError(f"{name}: k_sr_per_s = {self.k_sr_per_s} is not that of theta {self.theta}")
+
+    @property
+    def shown_kpa(self) -> float:
+        """Largest true active stiffness that elastography shows."""
+        return float(self.active_kpa.max())
 
 
 class Generator(Protocol):

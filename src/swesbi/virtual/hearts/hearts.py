@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.heart.model import activation_duration_s, isometric_stiffness_kpa
 from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
@@ -111,13 +112,16 @@ def heart_of(volunteer: Volunteer, structure: Structure) -> OtherHeart:
     if beats.status[0] != Status.PERIODIC:
         raise RuntimeError(f"{volunteer.context.subject}: {Status(beats.status[0]).name}")
     theta, bonds_kpa = np.array(volunteer.theta), beats.active_stiffness_kpa[0]
+    duration_s = activation_duration_s(volunteer.context.period_s, settings)
     return OtherHeart(
         context=volunteer.context,
         curve=_curve(volunteer, structure, beats),
         theta=theta if structure.own_law else None,
         k_sr_per_s=float(theta[K_SR]),
-        shown_kpa=float(active_stiffness_map(structure.map_name)(bonds_kpa).max()),
-        bonds_kpa=float(bonds_kpa.max()),
+        active_kpa=active_stiffness_map(structure.map_name)(bonds_kpa),
+        isometric_kpa=float(isometric_stiffness_kpa(theta[None], duration_s)[0])
+        if structure.own_law
+        else None,
         volume_ratio=float(beats.end_systolic_volume_ml[0] / beats.end_diastolic_volume_ml[0]),
     )
 

@@ -18,7 +18,7 @@ from swesbi.virtual.hearts.heart import Generator, OtherHeart
 LOGGER = logging.getLogger("swesbi")
 VALIDATION_STREAM: Final = "exam"
 """Name of the random streams of the hearts of the validation; another name gives other hearts."""
-DEVELOPMENT: Final = ("u", "v", "w", "x", "y", "z")
+DEVELOPMENT: Final = ("p", "u", "v", "w", "x", "y", "z")
 """Letters of the structures that are in no validation."""
 MAX_ATTEMPTS: Final = 20
 

@@ -37,14 +37,15 @@ from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 if TYPE_CHECKING:
     import xarray as xr
 
-Stream = Literal["exam", "development"]
+Stream = Literal["exam", "development", "filling"]
 ALONG: Final = "heart"
 COUNT: Final = "draws refused before this one: "
 FILES: Final = {
     "e": ("physioblocks.h5", "PhysioBlocks 2.0.1"),
     "f": ("land2017.h5", "cross-bridges of Land et al. 2017"),
+    "p": ("emulated.h5", "PhysioBlocks by this project's loop"),
 }
-"""File and title of each stored letter."""
+"""File and title of each stored letter; that of p is made when it is asked for (README.md beside it)."""
 FAR: Final = 1 << 96
 """Steps of a random stream, beyond whatever the drawing of a heart may have taken of it."""
 
@@ -84,8 +85,8 @@ class StoredHeart:
             curve=TruthCurve(beat.phase, passive + beat.active_kpa),
             theta=self.theta if own_law else None,
             k_sr_per_s=float(self.theta[K_SR]) if own_law else None,
-            shown_kpa=float(beat.active_kpa.max()),
-            bonds_kpa=float(beat.active_kpa.max()),
+            active_kpa=beat.active_kpa,
+            isometric_kpa=None,
             volume_ratio=beat.volume_ratio,
         )
 
