@@ -13,11 +13,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from benchmarks.references import PHYSIOBLOCKS_OPTIONS
 from data.other_hearts.drawn import Drawn
 from data.other_hearts.physioblocks import ATRIAL_PA, REFERENCE, SIZED, VARIED, WALL_PA, size_of
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
-from swesbi.heart.equations import Options, Parameters
+from swesbi.heart.equations import Parameters
 from swesbi.heart.model import Model, cavity_volume
 from swesbi.heart.periodic import Status, run_to_periodic
 from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG
@@ -47,19 +48,6 @@ ACTIVE_SHARE: Final = 0.2
 """Of a change of the period that the time of forming bonds takes in the program; others take the rest."""
 STEP_S: Final = 5e-4
 TOLERANCE, BEATS, MEMORY = 2e-4, 150, 1
-OPTIONS: Final = Options(
-    thin_wall=False,
-    mooney_rivlin=False,
-    active_stiffness=True,
-    second_piola=False,
-    length_dependence=True,
-    valve_inertance=True,
-    prescribed_flow=False,
-    atrial_contraction=False,
-    wall_inertia=True,
-    closed_loop=False,
-    proximal_capacitance=True,
-)
 
 
 @dataclass(frozen=True)
@@ -121,7 +109,8 @@ def model_of(context: Context, drawn: Drawn) -> Model:
     drives[:, 1] = low + own["atrial_kick_pa"] * kick(time_s, period_s, own["atrial_end_s"])
     drives[:, 2] = own["venous_pressure_pa"]
     start = np.array([0.1 * context.radius_m, 1.0, 0.0, 10760.0, 0.0, 0.0, 0.0, 10760.0])
-    return Model(OPTIONS, _parameters(context, drawn), drives, period_s / steps, stride, start, OPTIONS)
+    options = PHYSIOBLOCKS_OPTIONS
+    return Model(options, _parameters(context, drawn), drives, period_s / steps, stride, start, options)
 
 
 def _parameters(context: Context, drawn: Drawn) -> Parameters:
