@@ -28,8 +28,11 @@ class MovedProposal:
 
     def log_density(self, phi: FloatArray) -> FloatArray:
         """Return log q(phi), per unit of phi, of phi (n, d); shape (n,)."""
-        back, log_slope = self._back(phi)
-        return self.flow.log_density(back) + log_slope
+        return self.log_density_at(*self.place(phi))
+
+    def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
+        """Return log q of points that lie at u (n, d) of the base space, as ``place`` gives both; (n,)."""
+        return self.flow.log_density_at(u, log_slope)
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return phi (n, d) in the flow's base space, u (n, d), with log |du / dphi| of shape (n,)."""

@@ -105,8 +105,8 @@ class HalvedProposals:
         """Return the log density of draws of these halves (n,) by the proposal of their half; shape (n,)."""
         log_density = np.empty(len(half))
         for own, proposal in enumerate(self.of_half):
-            of_space = next(draws for draws in placed if draws.space is proposal.space)
-            log_density[half == own] = proposal.log_density_of(of_space.of(half == own))
+            there = next(draws for draws in placed if draws.space is proposal.space).of(half == own)
+            log_density[half == own] = proposal.log_density_at(there.u, there.log_slope)
         return log_density
 
 
@@ -139,10 +139,10 @@ def adaptive_rounds(
         for part, count, name in zip(first, counts, names, strict=False)
     ]
     points, half = np.concatenate(drawn), np.concatenate([np.arange(count) % 2 for count in counts])
-    log_parts = [part.log_density(points) for part in first]
     known = _evaluated(model, points)
     spaces = _spaces(model.settings.prior, network)
     placed = [placed_in(space, points) for space in spaces]
+    log_parts = _log_first(model.settings.prior, network, points, placed[0])
     fitted: list[HalvedProposals] = []
     for number in range(settings.max_rounds + 1):
         weighted = weighted_by_all(known, log_parts, counts)
@@ -154,7 +154,7 @@ def adaptive_rounds(
         each = _round_size(weighted, settings)
         more = proposals.draw(each, integer_seed(seed, "adaptive", number))
         of_more, more_placed = np.repeat([0, 1], each), [placed_in(space, more) for space in spaces]
-        log_more = [part.log_density(more) for part in first]
+        log_more = _log_first(model.settings.prior, network, more, more_placed[0])
         log_more += [former.log_density(more_placed, of_more) for former in fitted]
         log_parts = [np.concatenate(pair) for pair in zip(log_parts, log_more, strict=True)]
         half = np.concatenate([half, of_more])
@@ -166,10 +166,21 @@ def adaptive_rounds(
 
 
 def _spaces(prior: BoxPrior, network: PlacedProposal | None) -> list[Space]:
-    """Return in which spaces proposals are fitted: the network's, and the prior's normal scores."""
+    """Return in which spaces proposals are fitted: the network's, first, and the prior's normal scores."""
     scores = ScoreSpace(prior)
     fitted_there = isinstance(network, FittedProposal) and network.space == scores
     return [scores] if network is None or fitted_there else [network, scores]
+
+
+def _log_first(
+    prior: BoxPrior, network: PlacedProposal | None, points: FloatArray, placed: PlacedDraws
+) -> list[FloatArray]:
+    """Return log densities of points (n, k) by what the first round draws from; (n,) each.
+
+    The network's follows from where they lie in the first of the spaces, its own.
+    """
+    of_prior = log_density(points, prior)
+    return [of_prior] if network is None else [of_prior, network.log_density_at(placed.u, placed.log_slope)]
 
 
 def _evaluated(model: LikelihoodModel, points: FloatArray) -> Evaluated:

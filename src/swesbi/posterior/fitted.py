@@ -36,8 +36,8 @@ class PlacedDraws:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Which have a place: far from all that a flow was trained on its map overflows; shape (n,)."""
-        return np.isfinite(self.u).all(axis=1) & np.isfinite(self.log_slope)
+        """Which have a place; shape (n,)."""
+        return have_places(self.u, self.log_slope)
 
     def of(self, rows: NDArray[np.bool_]) -> PlacedDraws:
         """Return those of some rows (n,)."""
@@ -50,6 +50,11 @@ class PlacedDraws:
             np.concatenate([self.u, more.u]),
             np.concatenate([self.log_slope, more.log_slope]),
         )
+
+
+def have_places(u: FloatArray, log_slope: FloatArray) -> NDArray[np.bool_]:
+    """Tell which draws have a place: far from all that a flow was trained on its map overflows; (n,)."""
+    return np.isfinite(u).all(axis=1) & np.isfinite(log_slope)
 
 
 def placed_in(space: Space, phi: FloatArray) -> PlacedDraws:
@@ -70,14 +75,14 @@ class FittedProposal:
         return self.space.at(self.student.draw(draws, np.random.default_rng(seed)))
 
     def log_density(self, phi: FloatArray) -> FloatArray:
-        """Return log q(phi) = log q(u) + log |du / dphi| of phi (n, d); shape (n,)."""
-        return self.log_density_of(placed_in(self.space, phi))
+        """Return log q(phi) of phi (n, d); shape (n,)."""
+        return self.log_density_at(*self.place(phi))
 
-    def log_density_of(self, placed: PlacedDraws) -> FloatArray:
-        """Return log q(phi) of draws that have been placed in its space; shape (n,)."""
-        known = placed.known
+    def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
+        """Return log q(phi) = log q(u) + log |du / dphi| of phi at u (n, d) of its space; shape (n,)."""
+        known = have_places(u, log_slope)
         log_density = np.full(len(known), -np.inf)  # nothing is drawn where nothing can be placed
-        log_density[known] = self.student.log_density(placed.u[known]) + placed.log_slope[known]
+        log_density[known] = self.student.log_density(u[known]) + log_slope[known]
         return log_density
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -117,6 +122,6 @@ def _fitted(placed: PlacedDraws, log_weight: FloatArray) -> tuple[FittedProposal
     draws, log_weight = placed.of(known), log_weight[known]
     try:
         proposal = FittedProposal(fitted_proposal(draws.u, log_weight), placed.space)
-        return proposal, float(normalised(log_weight) @ proposal.log_density_of(draws))
+        return proposal, float(normalised(log_weight) @ proposal.log_density_at(draws.u, draws.log_slope))
     except np.linalg.LinAlgError:
         return None

@@ -39,6 +39,9 @@ class Space(Protocol):
 class PlacedProposal(Proposal, Space, Protocol):
     """A proposal with the space in which the posterior is near normal."""
 
+    def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
+        """Return log q(phi) of phi at u (n, d), as ``place`` gives both; shape (n,)."""
+
 
 @dataclass(frozen=True)
 class LogitSpace:

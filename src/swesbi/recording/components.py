@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Final
 
 import numpy as np
@@ -146,22 +147,32 @@ def fit_components(
     Raises:
         ValueError: No phase has two repeats, or no repeat two samples: a component cannot be told.
     """
-    check_levels(levels)
-
-    def given_repeat(repeat_sd: float) -> float:
-        return _highest(lambda sample_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
-
-    def given_sample(sample_sd: float) -> float:
-        return _highest(lambda repeat_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
-
-    repeat_sd, top = _highest(given_repeat)
-    sample_sd, _ = _highest(given_sample)
-    # The search is over log s_rep and cannot reach zero, where the maximum often lies: few repeats a cell.
-    if given_repeat(0.0) >= top:
-        repeat_sd, top = 0.0, given_repeat(0.0)
+    (repeat_sd, sample_sd), top = maximum(levels)
     drop = 0.5 * float(chdtri(1, 1.0 - interval))
-    repeat = profile_estimate(given_repeat, repeat_sd, drop)
-    return repeat, profile_estimate(given_sample, sample_sd, drop), top
+    repeat = profile_estimate(partial(_given_repeat, levels), repeat_sd, drop)
+    return repeat, profile_estimate(partial(_given_sample, levels), sample_sd, drop), top
+
+
+def maximum(levels: RepeatLevels) -> tuple[tuple[float, float], float]:
+    """Return s_rep and s_sam of the highest likelihood, and how high it is.
+
+    Errors are those of :func:`fit_components`.
+    """
+    check_levels(levels)
+    repeat_sd, top = _highest(partial(_given_repeat, levels))
+    sample_sd, _ = _highest(partial(_given_sample, levels))
+    # The search is over log s_rep and cannot reach zero, where the maximum often lies: few repeats a cell.
+    if (at_zero := _given_repeat(levels, 0.0)) >= top:
+        repeat_sd, top = 0.0, at_zero
+    return (repeat_sd, sample_sd), top
+
+
+def _given_repeat(levels: RepeatLevels, repeat_sd: float) -> float:
+    return _highest(lambda sample_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
+
+
+def _given_sample(levels: RepeatLevels, sample_sd: float) -> float:
+    return _highest(lambda repeat_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
 
 
 def check_levels(levels: RepeatLevels) -> None:

@@ -13,6 +13,7 @@ from scipy.special import chdtrc
 
 from swesbi import artefacts
 from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.recording import components, sweeps
 from swesbi.recording.components import (
     ComponentEstimate,
     RepeatLevels,
@@ -292,7 +293,7 @@ class NoiseComparison:
     p_value: float
 
 
-def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float = 0.9) -> NoiseComparison:
+def compare_noise(levels: RepeatLevels, cohort: NoiseComponents) -> NoiseComparison:
     """Test by the restricted likelihood ratio that a recording has the cohort's components.
 
     The cohort's own uncertainty is left out, as it is where its components give the standard errors.
@@ -300,17 +301,30 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents, interval: float
     Args:
         levels: Repeats of the recording.
         cohort: The cohort's components.
-        interval: Mass of the intervals that are fitted along the way.
 
-    Raises:
     Returns:
         NaN where the recording does not tell a component.
     """
-    own, top = _fit_alone(levels, interval)
-    if np.isnan(top):
-        return NoiseComparison(own.components, np.nan, np.nan)
+    try:
+        own, top = _likeliest(levels)
+    except ValueError:
+        return NoiseComparison(NoiseComponents(np.nan, np.nan), np.nan, np.nan)
     ratio = max(0.0, 2.0 * (top - log_likelihood_of_noise(levels, cohort)))
-    return NoiseComparison(own.components, ratio, float(chdtrc(len(own.parts), ratio)))
+    number = 3 if isinstance(levels, SweepLevels) else 2  # of components
+    return NoiseComparison(own, ratio, float(chdtrc(number, ratio)))
+
+
+def _likeliest(levels: RepeatLevels) -> tuple[NoiseComponents, float]:
+    """Return the components of the highest likelihood, and how high it is.
+
+    Raises:
+        ValueError: A component cannot be told.
+    """
+    if isinstance(levels, SweepLevels):
+        variances, top = sweeps.maximum(levels)
+        return NoiseComponents(*sweeps.as_deviations(variances)), top
+    (repeat, sample), top = components.maximum(levels)
+    return NoiseComponents(repeat, sample), top
 
 
 def log_likelihood_of_noise(levels: RepeatLevels, noise: NoiseComponents) -> float:

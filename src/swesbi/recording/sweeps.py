@@ -242,19 +242,34 @@ def fit_sweeps(
             that were measured twice have a sweep in common.
         RuntimeError: The search for the maximum does not end.
     """
-    check_levels(levels)
-    if not is_crossed(levels):
-        raise ValueError(f"{NOT_CROSSED}: the noise between sweeps cannot be told; {ONE_NUMBER}")
-    within = float(levels.scatter.sum()) / (levels.samples - levels.repeats)
-    found, top = _highest(levels, within * np.array(START), _bounds())
-    drop = 0.5 * float(chdtri(1, 1.0 - interval))
-    # nothing is measured as finely as the smallest: the search ends beside zero where it means zero
-    sd = np.where(found > SMALLEST_SD**2, np.sqrt(found), 0.0).tolist()
+    found, top = maximum(levels)
+    drop, sd = 0.5 * float(chdtri(1, 1.0 - interval)), as_deviations(found)
     repeat, sample, sweep = (
         profile_estimate(partial(_profile, levels, found, index), sd[index], drop)
         for index in (REPEAT, SAMPLE, SWEEP)
     )
     return repeat, sample, sweep, top
+
+
+def maximum(levels: SweepLevels) -> tuple[FloatArray, float]:
+    """Return the variances of repeats, samples and sweeps (3,) of the highest likelihood, and how high it is.
+
+    Errors are those of :func:`fit_sweeps`.
+    """
+    check_levels(levels)
+    if not is_crossed(levels):
+        raise ValueError(f"{NOT_CROSSED}: the noise between sweeps cannot be told; {ONE_NUMBER}")
+    within = float(levels.scatter.sum()) / (levels.samples - levels.repeats)
+    return _highest(levels, within * np.array(START), _bounds())
+
+
+def as_deviations(variances: FloatArray) -> tuple[float, float, float]:
+    """Return s_rep, s_sam and s_swp of variances (3,).
+
+    Nothing is measured as finely as the smallest: a search ends beside zero where it means zero.
+    """
+    repeat, sample, sweep = np.where(variances > SMALLEST_SD**2, np.sqrt(variances), 0.0).tolist()
+    return repeat, sample, sweep
 
 
 def is_crossed(levels: SweepLevels) -> bool:

@@ -79,7 +79,10 @@ class FlowProposal:
 
     def log_density(self, heart: FloatArray) -> FloatArray:
         """Return log q(heart | z), per unit of it, of hearts (n, k); -inf where the map overflows; (n,)."""
-        u, log_slope = self.place(heart)
+        return self.log_density_at(*self.place(heart))
+
+    def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
+        """Return log q of hearts that lie at u (n, k) of the base space, as ``place`` gives both; (n,)."""
         log_q = log_slope - 0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1)
         return np.where(np.isfinite(log_q), log_q, -np.inf)
 
