@@ -6,8 +6,8 @@ r"""Curves that no heart makes, and wild values: does the verdict raise an alarm
 Needs the network of a population, trained under the shipped configuration. The curves of hearts of the
 study's own generator (a, README.md), of a stream of their own, are changed and recorded: gated, at the
 noise of the study, and as a push train (`data/virtual_push_trains`). Each is answered as a subject outside
-the study is; Markov chains end after one round. A row a change and form of recording: how many are
-refused, strained, contradicted.
+the study is, with fewer draws; Markov chains end after one round. A row a change and form of recording: how
+many are refused, strained, contradicted.
 
 Where one value is wild, the row also has how many recordings name it, and in how many the medians of
 `k_0`, `k_ATP` and `k_SR` lie within 0.3 posterior standard deviations of those without the wild value.
@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from studies.validation.answers import HeartAnswersSettings, asked_of, of_one_round, recorded_as_answered
+from studies.validation.answers import HeartAnswersSettings, asked_of, recorded_as_answered
 from studies.validation.gated_as_pushes import recording_of_table
 from studies.validation.pushes import DECLARED
 from studies.validation.settings import configured
@@ -38,6 +38,7 @@ from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.parameters import OF_THETA
 from swesbi.posterior.importance import NoLikelihoodError
+from swesbi.posterior.settings import asking
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.columns import SPEED, STATUS_OK
 from swesbi.recording.ingest import ingest
@@ -59,6 +60,8 @@ KNOTS: Final = 20  # independent values of a curve of noise
 NOISE_LOG_SD: Final = 0.8  # of these, a factor of 1.5 in speed
 WILD: Final = 2.5  # times the speed
 NEAR_SD: Final = 0.3
+EFFECTIVE_DRAWS, DRAWS = 600, 1000
+"""Of each posterior: its tests are among null recordings with fewer."""
 Change = Callable[[FloatArray, np.random.Generator], FloatArray]
 
 
@@ -188,6 +191,13 @@ def _distance(answer: Answer, clean: Answer) -> float:
     return float(np.max(np.abs(np.median(spoilt, axis=0) - np.median(own, axis=0)) / own.std(axis=0)))
 
 
+def with_fewer_draws(settings: HeartAnswersSettings) -> HeartAnswersSettings:
+    """Return the same, with posteriors of fewer draws."""
+    inference = settings.exact_posterior
+    exact = asking(inference.exact, EFFECTIVE_DRAWS).model_copy(update={"draws": DRAWS})
+    return settings.model_copy(update={"exact_posterior": inference.model_copy(update={"exact": exact})})
+
+
 def table_of(rows: Sequence[Mapping[str, object]]) -> pd.DataFrame:
     """Return a row a change and form: recordings by status, and of wild values those named and near."""
     found = pd.DataFrame(rows, columns=["change", "form", "status", "named", "near"])
@@ -215,7 +225,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     results = options.results or Path(study.config.results)
     finished = finished_population(results, configured().experiment)
     check_finished(finished)
-    settings = of_one_round(asked_of(study, "a", options.hearts, STREAM))
+    settings = with_fewer_draws(asked_of(study, "a", options.hearts, STREAM))
     cohort = read_noise(finished.noise).components
     asked = Questions(finished.knowledge(), cohort, settings, study.config.seed)
     rows: list[dict[str, object]] = []

@@ -18,7 +18,7 @@ from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.importance import LikelihoodModel, Proposal, WeightedDraws, points_of
 from swesbi.posterior.settings import ExactSettings, McmcSettings
 from swesbi.posterior.space import LogitSpace
-from swesbi.prior import BoxPrior, JointPriorSettings, bounds, from_logit, log_centre, log_jacobian, to_logit
+from swesbi.prior import BoxPrior, JointPriorSettings, bounds, from_logit, log_centre, to_logit
 
 FloatArray = NDArray[np.float64]
 LOG_SD = 0.4
@@ -141,6 +141,9 @@ class LogNormal:
         density = multivariate_normal(self.mean, self.covariance).logpdf(log_phi)
         return np.asarray(density - log_phi.sum(axis=1))
 
+    def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
+        return log_slope - 0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1)
+
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         log_phi, root = np.log(phi), np.linalg.cholesky(self.covariance)
         u = np.linalg.solve(root, (log_phi - self.mean).T).T
@@ -185,9 +188,10 @@ class LogitNormal:
         return from_logit(eta, self.prior)
 
     def log_density(self, phi: FloatArray) -> FloatArray:
-        eta = to_logit(phi, self.prior)
-        density = multivariate_normal(self.mean, self.covariance).logpdf(eta)
-        return np.asarray(density - log_jacobian(eta, self.prior))
+        return self.log_density_at(*self.place(phi))
+
+    def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
+        return np.asarray(multivariate_normal(self.mean, self.covariance).logpdf(u) + log_slope)
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         return LogitSpace(self.prior).place(phi)

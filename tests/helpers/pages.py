@@ -27,11 +27,10 @@ OF_PROCESSORS = 0.03
 
 Plainer arithmetic (`NUMBA_CPU_NAME=generic`) draws another sample: ends of intervals move by up to 2.5 %.
 """
-OF_A_CERTIFICATE = {"k-hat": 0.3, "efficiency": 12.0}
-"""By how much these may differ from sample to sample, by the word before the number.
-
-The shape is estimated from the 200 largest weights: its standard error is .08, that of a difference .12.
-"""
+OF_K_HAT = 0.3
+"""By how much a Pareto shape may differ: it is estimated from the 200 largest weights, to .08."""
+OF_EFFICIENCY = 0.35
+"""By which share an efficiency may: it depends on few large weights."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +111,10 @@ def alike(line: str, other: str) -> bool:
 
 def _tolerance(before: str, number: str) -> float:
     """Return by how much a number may differ after these words."""
-    word = before.split()[-1] if before.split() else ""
-    return OF_A_CERTIFICATE.get(word, last_digit(number) + OF_PROCESSORS * abs(float(number)))
+    if before.rstrip().endswith("k-hat"):
+        return OF_K_HAT
+    share = OF_EFFICIENCY if before.rstrip().endswith("efficiency") else OF_PROCESSORS
+    return last_digit(number) + share * abs(float(number))
 
 
 def last_digit(number: str) -> float:

@@ -61,6 +61,10 @@ class PriorProposal:
         """Return log p(phi), per unit of phi, of phi (n, d); shape (n,)."""
         return log_density(phi, self.prior)
 
+    def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
+        """Return log p(phi) of phi whose scores are u (n, d), as ``place`` gives both; shape (n,)."""
+        return np.asarray(log_slope - 0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1))
+
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return scores u (n, d) of phi (n, d), and log |du / dphi| of shape (n,)."""
         return ScoreSpace(self.prior).place(phi)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from swesbi.artefacts import Variable
-from swesbi.base.arrays import FloatArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.checks.identifiability.likelihood import (
     Maxima,
     MomentFunction,
@@ -112,9 +112,20 @@ def interval_fold(sd_log: FloatArray, mass: float) -> FloatArray:
 
 def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:
     """Return mean and log sd of the measured log speeds at phi (n, d)."""
-    predicted = model.predict(phi)
+    first, place = distinct_hearts(model, phi)
+    predicted = model.predict_at(phi, model.wall(phi[first]).rows(place))
     sd = log_speed_sd(predicted, model.recording.relative_se, model.settings.discrepancy)
     return Moments(predicted.log_speed, np.log(sd), model.recording.shared)
+
+
+def distinct_hearts(model: SpeedModel, phi: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return rows of phi (n, d) that hold each heart once, and which of them each row has; (h,) and (n,).
+
+    Neighbours of a point along what measures a heart have one beat, which is simulated once.
+    """
+    hearts = model.settings.prior.heart(phi)
+    _, first, place = np.unique(hearts, axis=0, return_index=True, return_inverse=True)
+    return first, place.ravel()
 
 
 def in_logit(model: SpeedModel, step: float) -> NormalProblem:
@@ -164,12 +175,14 @@ class SimulatedStencil:
 
     Attributes:
         log_phi: (1 + 2 d, n, d).
-        beats: Of its rows, one after the other.
+        beats: Of its distinct hearts.
+        place: Which of them each row has, one after the other; (n (1 + 2 d),).
         step: Of the differences.
     """
 
     log_phi: FloatArray
     beats: Beats
+    place: IntArray
     step: float
 
 
@@ -193,14 +206,16 @@ class SpeedDerivatives:
 def simulate_stencil(model: SpeedModel, phi: FloatArray, step: float) -> SimulatedStencil:
     """Simulate phi (n, d) and their neighbours in log phi."""
     log_phi = stencil(np.log(phi), step, range(phi.shape[1]))
-    return SimulatedStencil(log_phi, model.simulate(np.exp(log_phi).reshape(-1, phi.shape[1])), step)
+    flat = np.exp(log_phi).reshape(-1, phi.shape[1])
+    first, place = distinct_hearts(model, flat)
+    return SimulatedStencil(log_phi, model.simulate(flat[first]), place, step)
 
 
 def derivatives_at(model: SpeedModel, simulated: SimulatedStencil, phase: FloatArray) -> SpeedDerivatives:
     """Return the derivatives at phases (p,) that the subject's recording need not have."""
     elsewhere = replace(model, recording=replace(model.recording, phase=phase))
     flat = np.exp(simulated.log_phi).reshape(-1, simulated.log_phi.shape[-1])
-    predicted = elsewhere.predict_from(flat, simulated.beats)
+    predicted = elsewhere.predict_at(flat, elsewhere.wall_at_phases(simulated.beats).rows(simulated.place))
     shape = (*simulated.log_phi.shape[:2], len(phase))
     log_speed, slope = predicted.log_speed.reshape(shape), predicted.slope.reshape(shape)
     return SpeedDerivatives(
