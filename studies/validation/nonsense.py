@@ -6,8 +6,8 @@ r"""Curves that no heart makes, and wild values: does the verdict raise an alarm
 Needs the network of a population, trained under the shipped configuration. The curves of hearts of the
 study's own generator (a, README.md), of a stream of their own, are changed and recorded: gated, at the
 noise of the study, and as a push train (`data/virtual_push_trains`). Each is answered as a subject outside
-the study is, with fewer draws; Markov chains end after one round. A row a change and form of recording: how
-many are refused, strained, contradicted.
+the study is, with fewer draws and rounds, and shorter Markov chains. A row a change and form of recording:
+how many are refused, strained, contradicted.
 
 Where one value is wild, the row also has how many recordings name it, and in how many the medians of
 `k_0`, `k_ATP` and `k_SR` lie within 0.3 posterior standard deviations of those without the wild value.
@@ -62,6 +62,8 @@ WILD: Final = 2.5  # times the speed
 NEAR_SD: Final = 0.3
 EFFECTIVE_DRAWS, DRAWS = 600, 1000
 """Of each posterior: its tests are among null recordings with fewer."""
+ROUNDS, STEPS = 15, 100
+"""Of weighted draws, and of the chains after them. No sampler converges on a curve that no heart makes."""
 Change = Callable[[FloatArray, np.random.Generator], FloatArray]
 
 
@@ -192,9 +194,11 @@ def _distance(answer: Answer, clean: Answer) -> float:
 
 
 def with_fewer_draws(settings: HeartAnswersSettings) -> HeartAnswersSettings:
-    """Return the same, with posteriors of fewer draws."""
+    """Return the same, with posteriors of fewer draws, rounds and steps."""
     inference = settings.exact_posterior
-    exact = asking(inference.exact, EFFECTIVE_DRAWS).model_copy(update={"draws": DRAWS})
+    mcmc = inference.exact.mcmc.model_copy(update={"steps": STEPS})
+    fewer = inference.exact.model_copy(update={"draws": DRAWS, "max_rounds": ROUNDS, "mcmc": mcmc})
+    exact = asking(fewer, EFFECTIVE_DRAWS)
     return settings.model_copy(update={"exact_posterior": inference.model_copy(update={"exact": exact})})
 
 

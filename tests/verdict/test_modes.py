@@ -30,3 +30,10 @@ def test_repeated_draws_far_out_and_failed_beats_are_no_mode() -> None:
     assert two_modes(values) is None
     assert two_modes(np.full(100, 3.0)) is None
     assert two_modes(np.empty(0)) is None
+
+
+def test_where_the_density_vanishes_on_one_side_there_is_no_valley() -> None:
+    """Kernels as narrow as a peak leave nothing of draws that lie apart."""
+    values = np.concatenate([np.linspace(-1.1, -1.0, 100), 1e-7 * np.linspace(0.0, 1.0, 900)])
+    with np.errstate(all="raise", under="ignore"):
+        assert two_modes(values) is None

@@ -37,7 +37,9 @@ def two_modes(values: FloatArray) -> tuple[float, float] | None:
     before, after = np.maximum.accumulate(density), np.maximum.accumulate(density[::-1])[::-1]
     below = np.searchsorted(np.sort(known), at) / len(known)
     parted = (below >= LEAST_MASS) & (below <= 1.0 - LEAST_MASS)
-    depth = np.where(parted, density / np.minimum(before, after), 1.0)
+    lower, depth = np.minimum(before, after), np.ones(POINTS)
+    # of a few distinct draws the density may vanish on one side
+    np.divide(density, lower, out=depth, where=parted & (lower > 0.0))
     valley = int(depth.argmin())
     if depth[valley] > DEEPEST:
         return None
