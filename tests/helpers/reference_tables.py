@@ -239,11 +239,16 @@ def network_medians(path: Path) -> Numbers:
     yield from (Found(f"unfiltered_median[{name}]", value) for name, value in medians)
 
 
+def farthest_feature(path: Path) -> Numbers:
+    """Yield which feature lies farthest from the prior's; of speeds it is told at one draw of a sampler."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    yield from (Found(name, content.get(name)) for name in ("max_abs_z", "worst_component"))
+
+
 def tests_without_draws(path: Path) -> Numbers:
     """Yield what a verdict says that takes no draws of the exact posterior."""
     content = json.loads(path.read_text(encoding="utf-8"))
-    for name in ("max_abs_z", "worst_component", "in_prior_draws"):
-        yield Found(name, content.get(name))
+    yield Found("in_prior_draws", content.get("in_prior_draws"))
     for test in content.get("tests", ()):
         if test["name"] in WITHOUT_DRAWS:
             asked = ("statistic", "p_value", "flagged")
@@ -287,6 +292,7 @@ SOURCES: Final = (
     Source(FEATURES, f"{SUBJECT}/verdict.json", verdict, {"": TRAINED}),
     Source(SPEEDS, f"{SUBJECT}/verdict.json", verdict, {"": TRAINED}, KNOWN),
     Source(FEATURES, f"{SUBJECT}/verdict.json", network_medians, {"": TRAINED}),
+    Source(FEATURES, f"{SUBJECT}/verdict.json", farthest_feature, {"": TRAINED}),
     Source(
         EVERY,
         f"{SUBJECT}/verdict.json",
