@@ -60,9 +60,9 @@ KNOTS: Final = 20  # independent values of a curve of noise
 NOISE_LOG_SD: Final = 0.8  # of these, a factor of 1.5 in speed
 WILD: Final = 2.5  # times the speed
 NEAR_SD: Final = 0.3
-EFFECTIVE_DRAWS, DRAWS = 600, 1000
+EFFECTIVE_DRAWS, DRAWS = 300, 1000
 """Of each posterior: its tests are among null recordings with fewer."""
-ROUNDS, STEPS = 15, 100
+ROUNDS, STEPS = 12, 20
 """Of weighted draws, and of the chains after them. No sampler converges on a curve that no heart makes."""
 Change = Callable[[FloatArray, np.random.Generator], FloatArray]
 

@@ -14,7 +14,7 @@ from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.study.parsers import add_options
 from tools.docs.directives import PageError, filled
-from tools.docs.shown import figures_of, gather, page_texts, store, stored_in, write_figures
+from tools.docs.shown import figures_of, gather, gather_again, page_texts, store, stored_in, write_figures
 
 EXIT_USAGE: Final = 2
 
@@ -61,11 +61,13 @@ def write_docs(study: Study | None, folder: Path) -> None:
         stage = Path(name)
         if study:
             gather(study, folder, stage)
+        else:
+            gather_again(folder, stage)
         place = stored_in(folder, stage)
         pages = {page: filled(page, text, place) for page, text in texts.items()}
         if study:
             write_figures(study, figures_of(study, folder), folder)
-            store(stage, folder)
+        store(stage, folder, of_study=study is not None)
     for page, text in pages.items():
         if text != texts[page]:
             with atomic_path(folder / page) as temporary:

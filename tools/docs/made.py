@@ -154,10 +154,11 @@ def _subject(study: Study, name: str, subject: str) -> Path:
 
 MADE: Final[Mapping[str, Callable[[Study], pd.DataFrame]]] = {
     "statements": statements_table,
-    "coverage": lambda _: coverage_table(PROJECT),
     "nuisances": nuisances_table,
     "verdicts": verdicts_table,
     "noise": noise_table,
     "epochs": epochs_table,
 }
 """By the name of the table below ``docs/tables``."""
+OF_STORED: Final[Mapping[str, Callable[[], pd.DataFrame]]] = {"coverage": lambda: coverage_table(PROJECT)}
+"""Likewise, of tables that are made of stored ones."""

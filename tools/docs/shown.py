@@ -15,13 +15,13 @@ from swesbi.report.figures.style import save_figure
 from swesbi.study.model_version import STORED, note_versions
 from tools.docs.directives import PageError, Place, line_of
 from tools.docs.figures import DRAWN
-from tools.docs.made import MADE
+from tools.docs.made import MADE, OF_STORED
 
 CLAIMS: Final = "docs/claims.yaml"
 STUDY: Final = "study"
 """Folder of the study's tables among the stored ones."""
 OF_STUDY: Final = re.compile(rf"(?<![\w/])(?:docs/)?tables/{STUDY}/(?P<name>[\w./-]+)\.csv")
-OF_ENGINE: Final = re.compile(rf"(?<![\w/])(?:docs/)?tables/(?P<name>{'|'.join(MADE)})\.csv")
+OF_ENGINE: Final = re.compile(rf"(?<![\w/])(?:docs/)?tables/(?P<name>{'|'.join([*MADE, *OF_STORED])})\.csv")
 FIGURE: Final = re.compile(r"(?<![\w/])(?:docs/)?figures/(?P<name>[\w-]+)\.png")
 
 
@@ -62,15 +62,22 @@ def gather(study: Study, folder: Path, stage: Path) -> None:
         target = stage / STUDY / f"{name}.csv"
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, target)
-    for name in _named(OF_ENGINE, texts):
+    for name in set(MADE) & set(_named(OF_ENGINE, texts)):
         write_csv(stage / f"{name}.csv", MADE[name](study))
+    gather_again(folder, stage)
 
 
-def store(stage: Path, folder: Path) -> None:
+def gather_again(folder: Path, stage: Path) -> None:
+    """Put the tables that stored ones give into that folder, where pages name them."""
+    for name in set(OF_STORED) & set(_named(OF_ENGINE, page_texts(folder))):
+        write_csv(stage / f"{name}.csv", OF_STORED[name]())
+
+
+def store(stage: Path, folder: Path, *, of_study: bool) -> None:
     """Move gathered tables to docs/tables, with the model's version; tables of a study that none names go."""
     tables = folder / STORED
     gathered = {path.relative_to(stage): path for path in sorted(stage.rglob("*.csv"))}
-    for old in (tables / STUDY).rglob("*.csv"):
+    for old in (tables / STUDY).rglob("*.csv") if of_study else ():
         if old.relative_to(tables) not in gathered:
             old.unlink()
     for name, source in gathered.items():

@@ -13,7 +13,7 @@ from study_copy import ROOT, StudyCopy
 from swesbi.study.model_version import MODEL_VERSION, read_versions
 from tools.docs.__main__ import main
 from tools.docs.directives import PageError, filled
-from tools.docs.made import MADE
+from tools.docs.made import MADE, OF_STORED
 from tools.docs.statements import STATEMENTS, agreement, of_comparison
 
 HEARTS = """subject,experiment,parameter,n,coverage,median,low,high,inside,note
@@ -209,7 +209,7 @@ def test_agreement_follows_the_reading(notes: list[str], said: str) -> None:
 @pytest.mark.slow(minutes=0.5)
 def test_tables_of_the_engine_are_made_of_a_finished_study(finished: StudyCopy, tmp_path: Path) -> None:
     (tmp_path / "docs").mkdir()
-    links = " ".join(f"[{name}](docs/tables/{name}.csv)" for name in MADE)
+    links = " ".join(f"[{name}](docs/tables/{name}.csv)" for name in [*MADE, *OF_STORED])
     (tmp_path / "README.md").write_text(links, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(finished.folder)
@@ -220,4 +220,14 @@ def test_tables_of_the_engine_are_made_of_a_finished_study(finished: StudyCopy, 
     assert (tables["nuisances"]["low"] < tables["nuisances"]["median"]).all()
     assert set(tables["verdicts"]["experiment"]) >= {"paper", "calibrated"}
     assert tables["noise"]["percent"].between(0.0, 20.0).all() and tables["epochs"]["best"].any()
-    assert set(read_versions(tmp_path / "docs" / "tables")) == set(MADE)
+    assert set(read_versions(tmp_path / "docs" / "tables")) == {*MADE, *OF_STORED}
+
+
+def test_what_stored_tables_give_is_made_again_without_a_study(tmp_path: Path) -> None:
+    """`make full` renews the tables of calibration, and the page shows them together."""
+    tables = tmp_path / "docs" / "tables"
+    tables.mkdir(parents=True)
+    (tmp_path / "README.md").write_text("[coverage](docs/tables/coverage.csv)", encoding="utf-8")
+    assert main(["--stored", "--folder", str(tmp_path)]) == 0
+    own = pd.read_csv(ROOT / "docs" / "tables" / "amortised_recovery.csv")
+    assert pd.read_csv(tables / "coverage.csv").loc[0, "n"] == own["n"].max()
