@@ -33,7 +33,7 @@ THICK_CM: Final = 1.0
 
 @dataclass(frozen=True)
 class Predicted:
-    """One quantity of the beat, all in its own unit.
+    """One quantity of the beat, all in its own unit, or all in its logarithm.
 
     Attributes:
         values: Of each posterior draw; shape (n,).
@@ -57,18 +57,22 @@ class Predicted:
         """Median of the prediction less what was measured, over their standard deviation."""
         return float((np.median(self.values) - self.measured) / self.sd)
 
-    def test(self, name: str, short: str, unit: str, limit: float) -> VerdictTest:
+    def test(self, name: str, limit: float, detail: str) -> VerdictTest:
         """Return the test that is flagged where the two lie more than ``limit`` standard deviations apart."""
-        low, middle, high = np.quantile(self.values, (0.05, 0.5, 0.95))
         return VerdictTest(
             name=name,
             statistic=self.z,
             p_value=None,
             threshold=limit,
             flagged=abs(self.z) > limit,
-            detail=f"{short} {middle:.0f} {unit} predicted [{low:.0f}, {high:.0f}], {self.measured:.0f} "
-            f"{unit} measured, {limit * self.sd:.0f} {unit} tolerated (z = {self.z:.2f})",
+            detail=f"{detail} (z = {self.z:.2f})",
         )
+
+
+def in_words(short: str, values: FloatArray, measured: float, unit: str) -> str:
+    """Return median and 90 % interval of predicted values (n,), and what was measured."""
+    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
+    return f"{short} {middle:.0f} {unit} predicted [{low:.0f}, {high:.0f}], {measured:.0f} {unit} measured"
 
 
 def ejection_tests(
@@ -94,13 +98,17 @@ def ejection_tests(
     works = beats.status == Status.PERIODIC
     lvet_ms = np.nan_to_num(1e3 * systolic_intervals(beats, period_s).ejection_s[works])
     predicted = Predicted(lvet_ms, settings.model_sd_ms, clinical.lvet_ms, lvet_sd_ms)
-    return (predicted.test("ejection_time", "LVET", "ms", settings.strained_abs_z),)
+    limit = settings.strained_abs_z
+    said = in_words("LVET", lvet_ms, clinical.lvet_ms, "ms")
+    return (predicted.test("ejection_time", limit, f"{said}, {limit * predicted.sd:.0f} ms tolerated"),)
 
 
 def volume_tests(
     model: SpeedModel, phi: FloatArray, beats: Beats, settings: VolumeSettings
 ) -> tuple[VerdictTest, ...]:
     """Compare the end-diastolic and end-systolic volumes that the posterior predicts with LVEDV and LVESV.
+
+    Their errors are shares of a volume, so their distance is that of the logarithms.
 
     Args:
         model: The recording and its model.
@@ -113,27 +121,22 @@ def volume_tests(
     """
     context, works = model.recording.context, beats.status == Status.PERIODIC
     moved = _moved_by_wall(model, phi, beats, settings.wall_fraction)
-    diastolic = Predicted(
-        beats.end_diastolic_volume_ml[works],
-        moved[0],
-        context.lvedv_ml,
-        settings.lvedv_tolerance_fraction * context.lvedv_ml,
+    asked = (
+        ("diastolic", beats.end_diastolic_volume_ml, context.lvedv_ml, settings.lvedv_tolerance_fraction),
+        ("systolic", beats.end_systolic_volume_ml, context.lvesv_ml, settings.lvesv_tolerance_fraction),
     )
-    systolic = Predicted(
-        beats.end_systolic_volume_ml[works],
-        moved[1],
-        context.lvesv_ml,
-        settings.lvesv_tolerance_fraction * context.lvesv_ml,
-    )
-    limit = settings.strained_abs_z
-    return (
-        diastolic.test("end_diastolic_volume", "LVEDV", "mL", limit),
-        systolic.test("end_systolic_volume", "LVESV", "mL", limit),
-    )
+    tests = []
+    for (name, volume_ml, measured_ml, fraction), of_wall in zip(asked, moved, strict=True):
+        predicted = Predicted(np.log(volume_ml[works]), of_wall, float(np.log(measured_ml)), fraction)
+        said = in_words(f"LVE{name[0].upper()}V", volume_ml[works], measured_ml, "mL")
+        factor = np.exp(settings.strained_abs_z * predicted.sd)
+        detail = f"{said}, a factor of {factor:.2f} tolerated"
+        tests.append(predicted.test(f"end_{name}_volume", settings.strained_abs_z, detail))
+    return tuple(tests)
 
 
 def _moved_by_wall(model: SpeedModel, phi: FloatArray, beats: Beats, fraction: float) -> tuple[float, float]:
-    """Return how far (mL) a wall thicker or thinner by this fraction moves both volumes, in the median."""
+    """Return how far a wall thicker or thinner by this fraction moves both logs, in the median."""
     rows = np.unique(np.linspace(0, len(phi) - 1, WALL_DRAWS).astype(int))
     recording = replace(model.recording, context=_with_other_wall(model.recording.context, fraction))
     other = replace(model, recording=recording).simulate(phi[rows])
@@ -143,8 +146,8 @@ def _moved_by_wall(model: SpeedModel, phi: FloatArray, beats: Beats, fraction: f
             f"subject {recording.context.subject}: no beat becomes periodic with ivsd_cm = "
             f"{recording.context.ivsd_cm:g}; check the context"
         )
-    diastolic = other.end_diastolic_volume_ml - beats.end_diastolic_volume_ml[rows]
-    systolic = other.end_systolic_volume_ml - beats.end_systolic_volume_ml[rows]
+    diastolic = np.log(other.end_diastolic_volume_ml / beats.end_diastolic_volume_ml[rows])
+    systolic = np.log(other.end_systolic_volume_ml / beats.end_systolic_volume_ml[rows])
     return float(np.median(np.abs(diastolic[both]))), float(np.median(np.abs(systolic[both])))
 
 
