@@ -46,7 +46,8 @@ class NewSubjectsSettings(Settings):
     noise_level: float = Field(
         gt=0.0,
         lt=0.5,
-        description="False-alarm rate of the test that a recording has the noise of its folder. Chosen.",
+        description="False-alarm rate of the test that a recording has the noise of its folder, for many "
+        "repeats. Chosen: of three sweeps it is about three times as high.",
     )
     noise_prior: NoisePriorSettings = Field(
         description="What is expected of the noise of their folder, before its repeats are seen."

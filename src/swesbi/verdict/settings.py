@@ -43,7 +43,7 @@ class VolumeSettings(Settings):
         "septum's. Thickness is measured to 9 %, 95 % limits (Am Heart J 1988;115:425-431).",
     )
     strained_level: Level = Field(
-        description="False-alarm rate of both volumes together. Chosen: 2.8 standard deviations each."
+        description="False-alarm rate of both volumes together. Chosen: 3.0 standard deviations each."
     )
     contradicted_abs_z: Positive = Field(
         description="Standard deviations beyond which the model is contradicted. Chosen: no measurement "
@@ -95,15 +95,16 @@ class RuleSettings(Settings):
         "Knijnenburg et al. 2009.",
     )
     strained_level: Level = Field(
-        description="False-alarm rate of 'strained' or worse, over all tests with a null distribution "
-        "together. Chosen."
+        description="False-alarm rate of 'strained' or worse, over both tests with a null distribution "
+        "together. Chosen: volumes, context and noise take the rest of 5 %."
     )
     contradicted_level: Level = Field(
         description="False-alarm rate of 'contradicted', over all tests. Chosen."
     )
     volumes: VolumeSettings = Field(description="The test of the volumes of the cavity.")
     context_level: Level = Field(
-        description="Level of the test of a context beside the others', all values together. Chosen."
+        description="Level of the test of a context beside the others', all values together. Chosen as of "
+        "the volumes."
     )
 
     @model_validator(mode="after")

@@ -104,7 +104,7 @@ FIGURES: Final = (
     FigureSpec(
         "misspecification_figure", "misspecification", "speeds", "misspecification tests",
         "Misspecification tests. Each p-value is judged among well-specified recordings of other hearts, "
-        "each with its own exact posterior; both tests together raise a false alarm in 5 % of them. Bars: "
+        "each with its own exact posterior; both tests together raise a false alarm in 3 % of them. Bars: "
         "alarms on the recordings of known parameters behind the checks of calibration. Predicted volumes, "
         "ejection and context, which do not change with the recording's noise, are left out of the bars.",
     ),
