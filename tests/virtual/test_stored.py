@@ -14,7 +14,7 @@ from data.other_hearts.drawn import Drawn, People, draw_heart
 from data.other_hearts.land_population import EJECTION_FRACTION, SYSTOLIC_MMHG, LandHearts
 from data.other_hearts.make import COUNTS, all_hearts
 from data.other_hearts.physioblocks import PhysioBlocksHearts, Program, parameters_of
-from swesbi.artefacts import Provenance
+from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.derived import LATE_DIASTOLE
@@ -258,6 +258,12 @@ def test_a_generator_knows_its_hearts_by_their_streams(letter: str, stream: Stre
 def test_a_heart_that_is_not_stored_is_asked_for_in_vain(rng: np.random.Generator) -> None:
     with pytest.raises(ValueError, match="there are 60 of 'exam', 10 of 'development', of seed 20260"):
         source_of("f").draw(0, rng)
+
+
+def test_hearts_that_are_not_in_the_repository_are_made_by_the_command_that_is_told(tmp_path: Path) -> None:
+    source = replace(source_of("e"), letter="p", path=tmp_path / "emulated.h5")
+    with pytest.raises(ArtefactError, match=r"no such file; make it: .*make\.py p .*emulated\.h5"):
+        source.draw(0, generator(20260, "filling", "p", 0))
 
 
 def test_a_file_of_another_letter_is_refused() -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 import numpy as np
 
 from swesbi.artefacts import (
+    ArtefactError,
     Labels,
     Part,
     Provenance,
@@ -194,6 +195,10 @@ def stored_generators(folder: Path, acquisition: AcquisitionSettings) -> dict[st
 
 @lru_cache(maxsize=4)
 def _by_stream(path: Path, letter: str) -> Mapping[StreamKey | None, OtherHeart]:
+    if not path.is_file():
+        raise ArtefactError(
+            f"{path}: no such file; make it: .venv/bin/python data/other_hearts/make.py {letter} {path}"
+        )
     stored, provenance = load_hearts(path)
     if provenance.settings.get("letter") != letter:
         raise ValueError(f"{path}: holds hearts of {provenance.settings.get('letter')!r}, not of {letter!r}")
