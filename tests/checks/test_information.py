@@ -251,5 +251,6 @@ def test_differences_at_a_bound_of_the_prior_can_be_simulated() -> None:
     settings = speed_case.settings("calibrated")
     step = speed_case.shipped().speed_experiments["calibrated"].identifiability.difference_step
     phi = np.array([[parameter.high for parameter in settings.prior.parameters]])
-    beats = simulate_stencil(speed_case.model(prior="calibrated"), phi, step).beats
-    assert len(beats.status) == 1 + 2 * phi.shape[1]
+    simulated = simulate_stencil(speed_case.model(prior="calibrated"), phi, step)
+    assert len(simulated.place) == 1 + 2 * phi.shape[1]
+    assert len(simulated.beats.status) == 1 + 2 * len(settings.prior.simulated.names)

@@ -243,7 +243,8 @@ def fit_sweeps(
         RuntimeError: The search for the maximum does not end.
     """
     found, top = maximum(levels)
-    drop, sd = 0.5 * float(chdtri(1, 1.0 - interval)), as_deviations(found)
+    sd = as_deviations(found)
+    drop = 0.5 * float(chdtri(1, 1.0 - interval))
     repeat, sample, sweep = (
         profile_estimate(partial(_profile, levels, found, index), sd[index], drop)
         for index in (REPEAT, SAMPLE, SWEEP)
