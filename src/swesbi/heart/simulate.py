@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Final
 
@@ -51,6 +51,11 @@ class Beats:
     mitral_flow_ml_s: FloatArray
     status: NDArray[np.int8]
     beats: IntArray
+
+    def rows(self, chosen: IntArray) -> Beats:
+        """Return the simulations of these numbers, some of them perhaps several times."""
+        own = {name: values[chosen] for name, values in vars(self).items() if name != "cycle_phase"}
+        return replace(self, **own)
 
     @property
     def end_diastolic_volume_ml(self) -> FloatArray:

@@ -175,14 +175,12 @@ class SimulatedStencil:
 
     Attributes:
         log_phi: (1 + 2 d, n, d).
-        beats: Of its distinct hearts.
-        place: Which of them each row has, one after the other; (n (1 + 2 d),).
+        beats: Of its rows, one after the other.
         step: Of the differences.
     """
 
     log_phi: FloatArray
     beats: Beats
-    place: IntArray
     step: float
 
 
@@ -208,14 +206,14 @@ def simulate_stencil(model: SpeedModel, phi: FloatArray, step: float) -> Simulat
     log_phi = stencil(np.log(phi), step, range(phi.shape[1]))
     flat = np.exp(log_phi).reshape(-1, phi.shape[1])
     first, place = distinct_hearts(model, flat)
-    return SimulatedStencil(log_phi, model.simulate(flat[first]), place, step)
+    return SimulatedStencil(log_phi, model.simulate(flat[first]).rows(place), step)
 
 
 def derivatives_at(model: SpeedModel, simulated: SimulatedStencil, phase: FloatArray) -> SpeedDerivatives:
     """Return the derivatives at phases (p,) that the subject's recording need not have."""
     elsewhere = replace(model, recording=replace(model.recording, phase=phase))
     flat = np.exp(simulated.log_phi).reshape(-1, simulated.log_phi.shape[-1])
-    predicted = elsewhere.predict_at(flat, elsewhere.wall_at_phases(simulated.beats).rows(simulated.place))
+    predicted = elsewhere.predict_from(flat, simulated.beats)
     shape = (*simulated.log_phi.shape[:2], len(phase))
     log_speed, slope = predicted.log_speed.reshape(shape), predicted.slope.reshape(shape)
     return SpeedDerivatives(
