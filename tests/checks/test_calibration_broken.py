@@ -156,8 +156,9 @@ def test_the_exact_posterior_passes(recordings: int) -> None:
 def test_a_posterior_too_narrow_is_caught(broken: str, recordings: int) -> None:
     found = checks(recordings)[broken]
     assert flagged(found, COVERAGE)
-    if recordings > 100:  # the joint test sees fewer by chance
-        assert flagged(found, TARP) == ("joint",)
+    (joint,) = (check for check in found if check.test == TARP)
+    # of 100 its p-value lies about .05, and processors fall on either side
+    assert joint.flagged or (recordings == 100 and joint.p_value <= 0.1)
     covered = [c.coverage_90 for c in found if c.test == SBC and c.quantity in PARAMETERS]
     assert max(covered) < 0.88
 

@@ -47,7 +47,7 @@ class NewSubjectsSettings(Settings):
         gt=0.0,
         lt=0.5,
         description="False-alarm rate of the test that a recording has the noise of its folder, for many "
-        "repeats. Chosen: of three sweeps it is about three times as high.",
+        "repeats. Chosen: of three sweeps it is two to three times as high.",
     )
     noise_prior: NoisePriorSettings = Field(
         description="What is expected of the noise of their folder, before its repeats are seen."

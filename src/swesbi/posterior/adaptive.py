@@ -35,6 +35,7 @@ from swesbi.posterior.importance import (
     evidence,
     k_hat_limit,
 )
+from swesbi.posterior.marginal import log_standard_normal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal, ScoreSpace, Space
 from swesbi.prior import BoxPrior, draw_prior, log_density, to_logit
@@ -63,7 +64,7 @@ class PriorProposal:
 
     def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
         """Return log p(phi) of phi whose scores are u (n, d), as ``place`` gives both; shape (n,)."""
-        return np.asarray(log_slope - 0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1))
+        return log_slope + log_standard_normal(u)
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return scores u (n, d) of phi (n, d), and log |du / dphi| of shape (n,)."""

@@ -25,6 +25,8 @@ from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.verdict.settings import EjectionTimeSettings, VolumeSettings
 from swesbi.verdict.verdict import VerdictTest
 
+VOLUMES: Final = (("end_diastolic_volume", "LVEDV"), ("end_systolic_volume", "LVESV"))
+"""Names of their tests, and what echocardiography calls them."""
 WALL_DRAWS: Final = 200
 """Of the posterior, simulated with another wall: its median moves by less than a tenth of its distance."""
 THICK_CM: Final = 1.0
@@ -121,17 +123,17 @@ def volume_tests(
     """
     context, works = model.recording.context, beats.status == Status.PERIODIC
     moved = _moved_by_wall(model, phi, beats, settings.wall_fraction)
-    asked = (
-        ("diastolic", beats.end_diastolic_volume_ml, context.lvedv_ml, settings.lvedv_tolerance_fraction),
-        ("systolic", beats.end_systolic_volume_ml, context.lvesv_ml, settings.lvesv_tolerance_fraction),
-    )
+    volumes_ml = beats.end_diastolic_volume_ml[works], beats.end_systolic_volume_ml[works]
+    measured_ml = context.lvedv_ml, context.lvesv_ml
+    fractions = settings.lvedv_tolerance_fraction, settings.lvesv_tolerance_fraction
+    asked = zip(VOLUMES, volumes_ml, measured_ml, fractions, moved, strict=True)
     tests = []
-    for (name, volume_ml, measured_ml, fraction), of_wall in zip(asked, moved, strict=True):
-        predicted = Predicted(np.log(volume_ml[works]), of_wall, float(np.log(measured_ml)), fraction)
-        said = in_words(f"LVE{name[0].upper()}V", volume_ml[works], measured_ml, "mL")
+    for (name, short), volume_ml, listed_ml, fraction, of_wall in asked:
+        predicted = Predicted(np.log(volume_ml), of_wall, float(np.log(listed_ml)), fraction)
+        said = in_words(short, volume_ml, listed_ml, "mL")
         factor = np.exp(settings.strained_abs_z * predicted.sd)
         detail = f"{said}, a factor of {factor:.2f} tolerated"
-        tests.append(predicted.test(f"end_{name}_volume", settings.strained_abs_z, detail))
+        tests.append(predicted.test(name, settings.strained_abs_z, detail))
     return tuple(tests)
 
 
