@@ -84,6 +84,17 @@ def test_scalars_of_a_known_curve(name: str, shape: tuple[float, ...]) -> None:
     np.testing.assert_allclose(study, exact, rtol=0.015, atol=2e-3)
 
 
+@pytest.mark.parametrize("peak", [0.4, 0.3712])
+def test_a_decay_slope_may_run_from_the_peak_to_the_end(peak: float) -> None:
+    """All else stays; of a curve that has come to rest it is the height over what is left of the cycle."""
+    to_end = SETTINGS.model_copy(update={"decay_slope": "peak_to_end"})
+    curve = two_sided(analysis_grid(4001), peak, height=50.0)[None]
+    changed = summarise(curve, SETTINGS) != summarise(curve, to_end)
+    index = SCALAR_NAMES.index("decay_slope_kpa_per_cycle")
+    assert np.flatnonzero(changed[0]).tolist() == [index]
+    assert summarise(curve, to_end)[0, index] == pytest.approx(-50.0 / (1.0 - peak), rel=1e-3)
+
+
 def test_trajectory_is_the_curve_at_uniform_phases() -> None:
     curve = two_sided(analysis_grid(1000))
     features = summarise(curve[None], SETTINGS)[0, 16:]

@@ -17,10 +17,12 @@ from swesbi.report.paper.comparison import (
     COLUMNS,
     MEASURES,
     READINGS,
+    STATEMENT_COLUMNS,
     ReadingError,
     comparison_table,
     origin,
     read_difference,
+    statements_table,
 )
 from swesbi.report.paper.measured import Measured, StudyResults, differ, shown, spread
 from swesbi.report.paper.values import PaperNumber, PaperRow, numbers, read_paper
@@ -204,18 +206,21 @@ def test_statements_follow_the_numbers(results: StudyResults) -> None:
     recoveries = dict(results.recoveries) | {"wide_prior": recovery(0.92, 0.70, 0.27)}
     changed = replace(results, ppc=scores, posterior=posterior, recoveries=recoveries)
     table = comparison_table(read_paper(), changed).set_index("quantity")
-    assert row(table, "scalar-only")["this_study"].startswith("yes: RMSE A ")
+    assert row(table, "scalar-only")["this_study"].startswith("yes: RMSE mean ")
     assert row(table, "wider priors")["this_study"].startswith("in 1 of 4: median A ")
     assert row(table, "wider priors")["note"].startswith("holds in part")
     assert row(table, "wider timing")["this_study"].startswith("yes: ")
     same = comparison_table(read_paper(), results).set_index("quantity")
-    assert row(same, "scalar-only")["this_study"].startswith("no: ")
+    assert row(same, "scalar-only")["this_study"].startswith("no: RMSE mean ")
     assert row(same, "wider priors")["note"].startswith("differs from the paper")
     assert row(same, "wider timing")["this_study"].startswith("no: ")
 
 
-@pytest.mark.parametrize(("narrow", "wide", "said"), [(0.965, 0.918, "no"), (0.92, 0.99, "yes")])
-def test_coverage_degrades_by_moving_away_from_nominal_alone(
+@pytest.mark.parametrize(
+    ("narrow", "wide", "said"),
+    [(0.965, 0.918, "no"), (0.92, 0.99, "no"), (0.27, 0.6, "no"), (0.97, 0.8, "yes")],
+)
+def test_coverage_degrades_by_falling_below_nominal_alone(
     results: StudyResults, narrow: float, wide: float, said: str
 ) -> None:
     tables = {"paper": recovery(0.92, 0.90, narrow), "wide_prior": recovery(0.92, 0.90, wide)}
@@ -226,11 +231,12 @@ def test_coverage_degrades_by_moving_away_from_nominal_alone(
 
 def test_spread_reading() -> None:
     inside = read_difference(printed(), Measured("1.40 ± 0.2", 1.40, 0.2), "virtual volunteers")
-    assert inside == "within the paper's spread"
+    assert inside.agrees and inside.words == "within the paper's spread"
     outside = read_difference(printed(), Measured("2.03 ± 0.7", 2.03, 0.7), "virtual volunteers")
-    assert outside.startswith("outside the paper's spread: higher by 0.89; virtual volunteers")
+    assert not outside.agrees
+    assert outside.words.startswith("outside the paper's spread: higher by 0.89; virtual volunteers")
     remark = read_difference(printed(remark="Why."), Measured("1.2", 1.2), "x")
-    assert remark == "within the paper's spread. Why."
+    assert remark.words == "within the paper's spread. Why."
 
 
 @pytest.mark.parametrize(
@@ -239,15 +245,81 @@ def test_spread_reading() -> None:
 )
 def test_binomial_reading(value: float, scored: int, start: str) -> None:
     number = printed(paper="92.5", reading="binomial", digits=1)
-    assert read_difference(number, Measured("", value, n=scored), "").startswith(start)
+    told = read_difference(number, Measured("", value, n=scored), "")
+    assert told.words.startswith(start) and told.agrees == (start == "no difference")
+
+
+def test_a_statement_agrees_where_each_of_its_numbers_does(results: StudyResults) -> None:
+    """Broken one by one: a mean, a case, a count, an order, a yes."""
+    table = statements_table(read_paper(), results)
+    assert tuple(table.columns) == STATEMENT_COLUMNS and len(table) == 23 and table["statement"].is_unique
+    agrees = table.set_index("statement")["agrees"]
+    scores, posterior = results.ppc.copy(), results.posterior.copy()
+    of = scores["experiment"].eq("paper")
+    scores.loc[of, "rmse_prior_kpa"] += 20.0
+    scores.loc[of & scores["subject"].eq("B"), "coverage_observed_grid"] = 0.92
+    scores.loc[of & scores["subject"].eq("A"), "post_peak_rmse_kpa"] = 9.0
+    for one, other in (("k0_kpa", "k_sr_per_s"), ("k_sr_per_s", "k0_kpa")):
+        posterior.loc[posterior["parameter"] == one, f"correlation_{other}"] = 0.5
+    low = dict(results.recoveries) | {"paper": recovery(0.92, 0.80, 0.27)}
+    excluded = replace(results.verdicts["A"], status=results.verdicts["E"].status)
+    verdicts = dict(results.verdicts) | {"A": excluded}
+    broken = replace(results, ppc=scores, posterior=posterior, recoveries=low, verdicts=verdicts)
+    lost = agrees[agrees != statements_table(read_paper(), broken).set_index("statement")["agrees"]]
+    assert lost.eq("yes").all()
+    assert set(lost.index) == {
+        "four of six subjects have prior support",
+        "RMSE of the prior's median (kPa)",
+        "intervals of A to C contain nearly all of the curve",
+        "the RMSE after the peak is largest in D",
+        "r(k_0, k_SR)",
+        "recovery of k_ATP (%)",
+    }
+
+
+def test_the_two_excluded_cases_are_the_paper_s_by_the_way_they_fail(results: StudyResults) -> None:
+    def told(**changes: dict[str, object]) -> list[str]:
+        verdicts = {
+            name: replace(verdict, **changes.get(name, {})) for name, verdict in results.verdicts.items()
+        }
+        table = statements_table(read_paper(), replace(results, verdicts=verdicts)).set_index("statement")
+        return [str(table["agrees"][name]) for name in table.index if "fails by" in name]
+
+    medians = {name: dict(results.verdicts[name].unfiltered_median) | {"k_atp_per_s": 70.0} for name in "EF"}
+    first = {"max_abs_z": 2.16, "in_prior_draws": 1, "unfiltered_median": medians["E"]}
+    second = {"max_abs_z": 3.14, "in_prior_draws": 0, "unfiltered_median": medians["F"]}
+    slope = {"worst_component": "max_up_slope_kpa_per_cycle"}
+    assert told(E=first, F=second | slope) == ["yes", "yes"]
+    assert told(F=first, E=second | slope) == ["yes", "yes"]
+    assert told(E=first | {"in_prior_draws": 1000}, F=second | slope) == ["no", "yes"]
+    assert told(E=first | {"max_abs_z": 3.1}, F=second | slope) == ["no", "yes"]
+    assert told(E=first, F=second | {"worst_component": "auc_kpa"}) == ["yes", "no"]
+    assert told(E=first, F=second | slope | {"in_prior_draws": 1}) == ["yes", "no"]
+
+
+@pytest.mark.parametrize(
+    ("paper", "value", "agrees"),
+    [
+        (">0.99", 0.95, True),
+        (">0.99", 0.93, False),
+        (">0.99", 1.0, True),
+        ("0.89", 0.93, True),
+        ("0.89", 0.95, False),
+    ],
+)
+def test_a_coverage_agrees_within_one_phase(paper: str, value: float, agrees: bool) -> None:
+    assert read_difference(printed(paper=paper, reading="phase"), Measured("", value), "").agrees == agrees
 
 
 def test_case_reading() -> None:
     above = printed(paper=">0.99", reading="case")
-    assert read_difference(above, Measured("1.00", 1.0), "").startswith("above 0.99 too; another subject")
-    assert read_difference(above, Measured("0.01", 0.01), "").startswith("lower by 0.98; another subject")
+    for value, words in ((1.0, "above 0.99 too"), (0.01, "lower by 0.98")):
+        told = read_difference(above, Measured("", value), "").words
+        assert told == f"{words}; another subject than the paper's"
     exact = printed(paper="1.40", reading="case")
-    assert read_difference(exact, Measured("1.40", 1.4013), "").startswith("equal to the digits printed")
+    assert read_difference(exact, Measured("1.40", 1.4013), "").words.startswith(
+        "equal to the digits printed"
+    )
 
 
 def test_an_unknown_rule_is_refused(results: StudyResults) -> None:

@@ -21,7 +21,8 @@ COHORT = Cohort("virtual volunteers", "data", "virtual volunteers, simulated by 
 def made(*links: str) -> str:
     experiment = make_experiment("paper", {name: name != "F" for name in SUBJECTS})
     observations = tuple(map(observation, SUBJECTS))
-    results = Results(observations, (experiment,), experiment, pd.DataFrame())
+    statements = pd.DataFrame({"agrees": ["yes", "no", "yes"], "origin": ["found", "found", "designed"]})
+    results = Results(observations, (experiment,), experiment, pd.DataFrame(), statements)
     landing = make_landing(results, (), "virtual volunteers", ("paper/subjects/A/ppc.png", *links))
     page = {"landing": landing, "cohort": COHORT}
     environment = templates().overlay(undefined=ChainableUndefined)
@@ -36,6 +37,7 @@ def test_the_verdicts_come_first_and_a_subject_that_is_not_to_be_read_says_so() 
     assert "outside the prior" in html and "ejection fraction predicted above measured" in html
     assert html.count("<article") == len(SUBJECTS) and html.count("paper/subjects/A/ppc.png") == 2
     assert "Too narrow" in html
+    assert "2 of the paper&#39;s 3 statements agree, 1 of them by design" in html
 
 
 def test_a_panel_starts_at_zero_and_leaves_out_who_is_not_answered() -> None:

@@ -17,7 +17,7 @@ import yaml
 from pydantic import Field, ValidationError
 
 from swesbi.base.settings import Settings
-from swesbi.report.numbers import MINUS, MISSING, count, fixed
+from swesbi.report.numbers import MINUS, MISSING, count, fixed, with_minus
 from swesbi.report.table import BAR
 
 PART: Final = re.compile(
@@ -238,7 +238,7 @@ def _text(value: Any, shown: ShownColumn) -> str:  # noqa: ANN401
     if str(value) in shown.words:
         return shown.words[str(value)]
     if isinstance(value, str):
-        return value or MISSING
+        return with_minus(value) or MISSING
     if isinstance(value, bool):
         return "yes" if value else "no"
     if pd.isna(value):

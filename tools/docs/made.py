@@ -20,7 +20,6 @@ from swesbi.report import training_tables
 from swesbi.report.figures.training import read_epochs
 from swesbi.verdict.verdict import Verdict, read_verdict
 from tools.docs.coverage import coverage_table
-from tools.docs.statements import statements_table
 
 PROJECT: Final = Path(__file__).parents[2]
 RANGE: Final = (0.5, 0.05, 0.95)
@@ -153,7 +152,6 @@ def _subject(study: Study, name: str, subject: str) -> Path:
 
 
 MADE: Final[Mapping[str, Callable[[Study], pd.DataFrame]]] = {
-    "statements": statements_table,
     "nuisances": nuisances_table,
     "verdicts": verdicts_table,
     "noise": noise_table,

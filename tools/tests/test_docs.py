@@ -14,7 +14,6 @@ from swesbi.study.model_version import MODEL_VERSION, read_versions
 from tools.docs.__main__ import main
 from tools.docs.directives import PageError, filled
 from tools.docs.made import MADE, OF_STORED
-from tools.docs.statements import STATEMENTS, agreement, of_comparison
 
 HEARTS = """subject,experiment,parameter,n,coverage,median,low,high,inside,note
 01,a,k0,1200,0.905,1.25,-1,2.5,True,x|y
@@ -166,46 +165,6 @@ def test_nothing_is_written_when_one_thing_fails(
     assert {path: path.read_bytes() for path in project.rglob("*") if path.is_file()} == before
 
 
-def test_statements_agree_by_the_readings_of_the_comparison() -> None:
-    rows = [[f"{begin}, case A [x]", "-0.84 ± 0.1", "yes: 2", "as in the paper. Why.", "found"]
-            for _, begin, _ in STATEMENTS]  # fmt: skip
-    table = pd.DataFrame(rows, columns=["quantity", "paper", "this_study", "note", "origin"])
-    shown = of_comparison(table)
-    assert shown.loc[0].tolist() == [
-        STATEMENTS[0][0],
-        "A −0.84 ± 0.1",
-        "A yes",
-        "agrees",
-        "as in the paper",
-        "found",
-    ]
-    with pytest.raises(ValueError, match="no number that begins 'subjects that pass'"):
-        of_comparison(table.iloc[1:])
-
-
-@pytest.mark.parametrize(
-    ("notes", "said"),
-    [
-        (["the same number"], "agrees"),
-        (["within the paper's spread"], "agrees"),
-        (["no difference beyond binomial error"], "agrees"),
-        (["holds in every supported case, as in the paper"], "agrees"),
-        (["holds in part of the subjects"], "in part"),
-        (["holds in 3 of 4 supported cases, in the paper in all"], "in part"),
-        (["holds in 0 of 4 supported cases, in the paper in all"], "does not"),
-        (["outside the paper's spread: higher by 0.6"], "does not"),
-        (["differs from the paper"], "does not"),
-        (["lower by 0.1", "higher by 0.1"], "in part"),
-        (["lower by 0.1", "lower by 0.2"], "does not"),
-        (["lower by 0.1", "no value to compare: C is not prior-supported"], "does not"),
-        (["above 0.99 too", "no value to compare: C is not prior-supported"], "agrees"),
-        (["above 0.99 too", "equal to the digits printed"], "agrees"),
-    ],
-)
-def test_agreement_follows_the_reading(notes: list[str], said: str) -> None:
-    assert agreement(notes) == said
-
-
 @pytest.mark.slow(minutes=0.5)
 def test_tables_of_the_engine_are_made_of_a_finished_study(finished: StudyCopy, tmp_path: Path) -> None:
     (tmp_path / "docs").mkdir()
@@ -215,7 +174,6 @@ def test_tables_of_the_engine_are_made_of_a_finished_study(finished: StudyCopy, 
         patch.chdir(finished.folder)
         assert main(["--overlay", "smoke.yaml", "--folder", str(tmp_path)]) == 0
     tables = {name: pd.read_csv(tmp_path / "docs" / "tables" / f"{name}.csv") for name in MADE}
-    assert len(tables["statements"]) == len(STATEMENTS)
     assert tables["nuisances"]["source"].str.len().min() > 40
     assert (tables["nuisances"]["low"] < tables["nuisances"]["median"]).all()
     assert set(tables["verdicts"]["experiment"]) >= {"paper", "calibrated"}

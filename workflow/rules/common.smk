@@ -404,6 +404,7 @@ def cohort_outputs():
                 "features.csv",
                 "posterior.csv",
                 "posterior.tex",
+                "statements.csv",
                 "paper_comparison.csv",
                 "paper_comparison.tex",
             ],

@@ -17,6 +17,7 @@ rule report:
         features_csv=rules.tables.output.features_csv,
         posterior_csv=rules.tables.output.posterior_csv,
         comparison_csv=rules.paper_comparison.output.comparison_csv,
+        statements_csv=rules.paper_comparison.output.statements_csv,
         study_pngs=expand(
             f"{RESULTS}/figures/{{figure}}.png", figure=names_of("cohort")
         ),

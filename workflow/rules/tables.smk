@@ -61,7 +61,7 @@ rule truth:
 
 
 rule paper_comparison:
-    """Every number that the paper prints beside this study's."""
+    """Every number that the paper prints, and every statement on its results, beside this study's."""
     input:
         protocol=str(STUDY.cohort / "recording.yaml"),
         ppc=rules.tables.output.ppc_csv,
@@ -83,6 +83,12 @@ rule paper_comparison:
             labels={"result": "beside the paper"},
         ),
         comparison_tex=f"{RESULTS}/tables/paper_comparison.tex",
+        statements_csv=report(
+            f"{RESULTS}/tables/statements.csv",
+            caption="../report/table_statements.rst",
+            category="Tables",
+            labels={"result": "statements of the paper"},
+        ),
     log:
         f"{RESULTS}/logs/paper_comparison.log",
     params:

@@ -67,6 +67,10 @@ Landmarks = Literal["paper", "robust"]
 """How S(.) finds peak and crossings: from single values, or so that one noisy phase cannot move them far."""
 
 
+DecaySlope = Literal["90_to_10", "peak_to_end"]
+"""Between which points of the fall S(.) takes the post-peak decay slope."""
+
+
 class SummarySettings(Settings):
     """The summary S(.) of a curve: scalar descriptors and, if wanted, the resampled trajectory."""
 
@@ -77,6 +81,11 @@ class SummarySettings(Settings):
         default="paper",
         description="How peak and crossings are found. paper: largest value, crossings next to it. "
         "robust: a parabola through the largest values, outermost crossings. Chosen.",
+    )
+    decay_slope: DecaySlope = Field(
+        default="90_to_10",
+        description="Where the decay slope runs. 90_to_10: between 90 and 10 % of the amplitude. "
+        "peak_to_end: from the peak to the end of the cycle. Chosen.",
     )
     trajectory_points: int = Field(
         ge=2, le=500, description="Uniformly resampled values of the curve (paper, Sec. 2.3)."

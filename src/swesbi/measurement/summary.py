@@ -58,6 +58,10 @@ def _scalars(curves: FloatArray, settings: SummarySettings) -> tuple[FloatArray,
     rise = {f: find.before(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
     fall = {f: find.after(grid, curves, peak, baseline + f * amplitude) for f in (0.1, 0.5, 0.9)}
     slope = np.diff(curves, axis=1) / step
+    if settings.decay_slope == "peak_to_end":
+        drop, lasting = peak.height - curves[:, -1], 1.0 - peak.phase
+    else:
+        drop, lasting = 0.8 * amplitude, fall[0.1] - fall[0.9]
     return (
         baseline,
         curves.min(axis=1),
@@ -71,7 +75,7 @@ def _scalars(curves: FloatArray, settings: SummarySettings) -> tuple[FloatArray,
         rise[0.9] - rise[0.1],
         rise[0.5],
         slope.min(axis=1),
-        -0.8 * amplitude / np.maximum(fall[0.1] - fall[0.9], 0.8 * step),
+        -drop / np.maximum(lasting, 0.8 * step),
         fall[0.5] - peak.phase,
         fall[0.1] - peak.phase,
         fall[0.5] - rise[0.5],

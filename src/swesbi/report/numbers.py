@@ -93,6 +93,11 @@ def fixed(value: float, decimals: int) -> str:
     return MISSING if math.isnan(value) else _signed(f"{value:.{decimals}f}")
 
 
+def with_minus(text: str) -> str:
+    """Return a number that is a text with a true minus; other text passes."""
+    return f"{MINUS}{text[1:]}" if text[:1] == "-" and text[1:2].isdigit() else text
+
+
 def in_sentences(text: str) -> str:
     """Return a text with its components in words: "hr_bpm (z = 4.09)" as "heart rate (z = 4.09)"."""
     return COMPONENT.sub(lambda found: component(found[0]), text)

@@ -107,6 +107,7 @@ class Results:
     experiments: tuple[Experiment, ...]
     main: Experiment
     comparison: pd.DataFrame
+    statements: pd.DataFrame
 
 
 def records(table: pd.DataFrame) -> list[dict[Hashable, Any]]:

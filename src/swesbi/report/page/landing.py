@@ -21,6 +21,7 @@ from swesbi.report.numbers import (
     with_limits,
 )
 from swesbi.report.page.forest import Panel, panel
+from swesbi.report.paper.comparison import score_in_words
 from swesbi.report.results import Experiment, Results, columns_of, is_true, records, wide
 from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.exact import VERDICT, Exact
@@ -92,7 +93,7 @@ def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Se
             for each in results.observations
             if each.context.subject in experiment.verdicts
         ],
-        paper=paper_in_a_line(results.main),
+        paper=paper_in_a_line(results.main, results.statements),
         explorer="explorer.html" if "explorer.html" in links else "",
     )
 
@@ -204,15 +205,15 @@ def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
         yield f"These recordings were simulated: {inside} of {len(known)} intervals contain the truth."
 
 
-def paper_in_a_line(main: Experiment) -> str:
-    """Return what came out of the experiment that repeats the paper."""
+def paper_in_a_line(main: Experiment, statements: pd.DataFrame) -> str:
+    """Return what came out of the experiment that repeats the paper, beside its statements."""
     table = main.at_level(main.recovery.acquisition)
     nominal, covered = float(table["nominal"].iloc[0]), table["coverage"]
     span = " to ".join(dict.fromkeys((percent(covered.min(), 0), percent(covered.max(), 0))))
     inside = sum(verdict.may_be_read for verdict in main.verdicts.values())
     return (
-        f"The experiment {main.name} repeats the published method: its prior supports {inside} of "
-        f"{len(main.verdicts)} subjects, and with the noise of an acquisition its "
+        f"The experiment {main.name} repeats the published method: {score_in_words(statements)}. Its prior "
+        f"supports {inside} of {len(main.verdicts)} subjects, and with the noise of an acquisition its "
         f"{share(nominal, 0)} intervals contain the true value in {span} %."
     )
 

@@ -33,6 +33,7 @@ from swesbi.report.tables.experiments import (
     median_table,
     paper_table,
     recovery_table,
+    statements_table,
     training_table,
 )
 from swesbi.report.tables.validation import StoredValidation
@@ -216,4 +217,5 @@ def _tables(results: Results, title: str) -> dict[str, Table]:
         "recovery": recovery_table(experiments),
         "training": training_table(experiments),
         "paper": paper_table(results.comparison, title),
+        "statements": statements_table(results.statements, title),
     }

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
 import pandas as pd
 
 from swesbi.report.paper import design, measures
@@ -13,9 +15,11 @@ from swesbi.report.paper.values import PaperNumber
 
 PAPER_RECORDINGS: Final = 400
 """The recordings behind the coverages that the paper prints (Sec. 3)."""
-
-Reading = Callable[[PaperNumber, Measured, str], str]
+EQUAL: Final = "equal to the digits printed"
+ONE_PHASE: Final = 0.05
+"""A coverage counts phases of a cycle, of which the paper has 20."""
 COLUMNS: Final = ("quantity", "paper", "this_study", "note", "origin")
+STATEMENT_COLUMNS: Final = ("statement", "paper", "this_study", "agrees", "origin")
 FOUND: Final = "found"
 DESIGNED: Final = "designed"
 MAIN: Final = "experiment."
@@ -33,8 +37,19 @@ class ReadingError(ValueError):
     """A row of the paper's numbers that no rule can read."""
 
 
-def read_difference(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    """Return the reading of one row, its remark included where there is a value.
+@dataclass(frozen=True)
+class Difference:
+    """How this study's value differs from the paper's: whether both agree, by the rule, and in words."""
+
+    agrees: bool
+    words: str
+
+
+Reading = Callable[[PaperNumber, Measured, str], Difference]
+
+
+def read_difference(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    """Return the reading of one row, its remark included where there is a value; none agrees with nothing.
 
     Args:
         paper: What the paper prints.
@@ -49,9 +64,9 @@ def read_difference(paper: PaperNumber, measured: Measured, cohort_title: str) -
         raise ReadingError(f"{paper.quantity}: {paper.row.reading!r} is no reading; known: {known}")
     rule = READINGS[paper.row.reading]
     if measured.missing:
-        return f"no value to compare: {measured.missing}"
+        return Difference(False, f"no value to compare: {measured.missing}")
     reading = rule(paper, measured, cohort_title)
-    return f"{reading}. {paper.row.remark}" if paper.row.remark else reading
+    return replace(reading, words=f"{reading.words}. {paper.row.remark}") if paper.row.remark else reading
 
 
 def origin(paper: PaperNumber, main: str) -> str:
@@ -71,69 +86,82 @@ def origin(paper: PaperNumber, main: str) -> str:
     return f"{DESIGNED} (config.yaml: {owner}{within})"
 
 
-def _configured(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    return "same by configuration" if _same(paper, measured) else "configured otherwise here"
+def _configured(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    same = _same(paper, measured)
+    return Difference(same, "same by configuration" if same else "configured otherwise here")
 
 
-def _identity(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    return "same definition" if _same(paper, measured) else "another definition here"
+def _identity(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    same = _same(paper, measured)
+    return Difference(same, "same definition" if same else "another definition here")
 
 
-def _protocol(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    return f"{'same' if _same(paper, measured) else 'another'} protocol ({cohort_title})"
+def _protocol(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    same = _same(paper, measured)
+    return Difference(same, f"{'same' if same else 'another'} protocol ({cohort_title})")
 
 
-def _count(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    return "the same number" if _same(paper, measured) else _difference(paper, measured)
+def _count(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    same = _same(paper, measured)
+    return Difference(same, "the same number" if same else _difference(paper, measured))
 
 
-def _spread(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
+def _spread(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
     """Say whether the mean lies within the paper's mean ± sd, else by how much it does not."""
     if abs(measured.value - paper.value) <= paper.sd:
-        return "within the paper's spread"
+        return Difference(True, "within the paper's spread")
     difference = _difference(paper, measured)
-    return f"outside the paper's spread: {difference}; {cohort_title}, other subjects than the paper's"
+    words = f"outside the paper's spread: {difference}; {cohort_title}, other subjects than the paper's"
+    return Difference(False, words)
 
 
-def _case(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    if paper.printed.startswith(">") and measured.value > paper.value:
-        return f"above {shown(paper.value, paper.row.digits)} too; another subject than the paper's"
-    return f"{_difference(paper, measured)}; another subject than the paper's"
+def _case(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    """Compare a number of one case, who is another person than the paper's."""
+    above = paper.printed.startswith(">") and measured.value > paper.value
+    difference = (
+        f"above {shown(paper.value, paper.row.digits)} too" if above else _difference(paper, measured)
+    )
+    same = above or difference == EQUAL
+    return Difference(same, f"{difference}; another subject than the paper's")
 
 
-def _among(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    """Place the paper's value among those of the excluded subjects here."""
-    low, high = min(measured.several), max(measured.several)
-    where = "within" if low <= paper.value <= high else "below" if paper.value < low else "above"
-    return f"the paper's value is {where} those of the subjects excluded here, which are other subjects"
+def _phase(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    """Say whether a coverage lies within one phase of the paper's; ">0.99" begins at 0.99."""
+    off = measured.value - paper.value
+    near = off >= -ONE_PHASE and (off <= ONE_PHASE or paper.printed.startswith(">"))
+    return Difference(near, f"{_case(paper, measured, cohort_title).words}")
 
 
-def _beyond_prior(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    """Count the excluded subjects whose median lies beyond the bound of the paper's prior."""
-    bound, values = float(paper.row.of["bound"]), measured.several
-    beyond = sum(value > bound for value in values)
-    text = f"beyond the paper's bound of {bound:g} in {beyond} of {len(values)} excluded subjects"
-    return f"{text}, as in the paper" if beyond == len(values) else text
+def _side(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    """Say whether both values lie on one side of a bound."""
+    bound = float(paper.row.of["bound"])
+    same = (measured.value > bound) == (paper.value > bound)
+    where = "above" if measured.value > bound else "not above"
+    return Difference(same, f"{where} {shown(bound, 0)}, {'as' if same else 'unlike'} in the paper")
 
 
-def _all_inside(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
-    if measured.value == measured.n:
-        return "holds in every supported case, as in the paper"
-    return f"holds in {shown(measured.value, 0)} of {measured.n} supported cases, in the paper in all"
+def _all_inside(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    of = f"{shown(measured.value, 0)} of {measured.n} supported cases"
+    if measured.value == measured.n == paper.value:
+        return Difference(True, f"holds in {of}, as in the paper")
+    return Difference(False, f"holds in {of}, in the paper in all {shown(paper.value, 0)}")
 
 
-def _binomial(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
+def _binomial(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+    """Say whether two frequencies differ beyond the 95 % interval of their difference."""
     if not differ(paper.value / 100.0, PAPER_RECORDINGS, measured.value / 100.0, measured.n):
-        return "no difference beyond binomial error"
-    return f"{_difference(paper, measured)} percentage points, beyond binomial error"
+        return Difference(True, "no difference beyond binomial error")
+    words = f"{_difference(paper, measured)} percentage points, beyond binomial error"
+    return Difference(False, words)
 
 
-def _words(paper: PaperNumber, measured: Measured, cohort_title: str) -> str:
+def _words(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
     """Compare what stands before the details of this study's value."""
     said = measured.text.split(" (")[0].split(":")[0]
-    if said.startswith("in "):
-        return "holds in part of the subjects"
-    return "as in the paper" if said == paper.printed else "differs from the paper"
+    if said == paper.printed:
+        return Difference(True, "as in the paper")
+    partly = said.startswith("in ")
+    return Difference(False, "holds in part of the subjects" if partly else "differs from the paper")
 
 
 def _same(paper: PaperNumber, measured: Measured) -> bool:
@@ -145,7 +173,7 @@ def _difference(paper: PaperNumber, measured: Measured) -> str:
     digits = paper.row.digits
     difference = round(measured.value, digits) - round(paper.value, digits)
     if shown(difference, digits) == shown(0.0, digits):
-        return "equal to the digits printed"
+        return EQUAL
     return f"{'higher' if difference > 0.0 else 'lower'} by {shown(abs(difference), digits)}"
 
 
@@ -156,8 +184,8 @@ READINGS: Final[Mapping[str, Reading]] = {
     "count": _count,
     "spread": _spread,
     "case": _case,
-    "among": _among,
-    "beyond_prior": _beyond_prior,
+    "phase": _phase,
+    "side": _side,
     "all_inside": _all_inside,
     "binomial": _binomial,
     "words": _words,
@@ -170,14 +198,65 @@ def comparison_table(paper: Sequence[PaperNumber], study: StudyResults) -> pd.Da
     Raises:
         ReadingError: A row names a measure or a reading that does not exist.
     """
-    return pd.DataFrame(list(_rows(paper, study)), columns=list(COLUMNS))
+    rows = (
+        (printed.quantity, printed.printed, measured.text, difference.words, origin(printed, study.main))
+        for printed, measured, difference in _compared(paper, study)
+    )
+    return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _rows(paper: Sequence[PaperNumber], study: StudyResults) -> Iterator[tuple[str, ...]]:
+def statements_table(paper: Sequence[PaperNumber], study: StudyResults) -> pd.DataFrame:
+    """Return the columns ``STATEMENT_COLUMNS``: a row for each of the paper's statements on its results.
+
+    A statement is one or several of the paper's numbers. It agrees where each of them agrees, and is designed
+    where one of them is.
+
+    Raises:
+        ReadingError: A row names a measure or a reading that does not exist.
+    """
+    scored = [number for number in paper if number.row.statement]
+    compared = pd.DataFrame(
+        [
+            {
+                "statement": printed.row.statement,
+                "paper": _brief(printed, printed.printed),
+                "this_study": _brief(printed, measured.text),
+                "agrees": difference.agrees,
+                "designed": origin(printed, study.main) != FOUND,
+            }
+            for printed, measured, difference in _compared(scored, study)
+        ]
+    )
+    table = compared.groupby("statement", sort=False).agg(
+        paper=("paper", "; ".join),
+        this_study=("this_study", "; ".join),
+        agrees=("agrees", "all"),
+        designed=("designed", "any"),
+    )
+    table["origin"] = np.where(table.pop("designed"), DESIGNED, FOUND)
+    table["agrees"] = np.where(table["agrees"], "yes", "no")
+    return table.reset_index()[list(STATEMENT_COLUMNS)]
+
+
+def score_in_words(statements: pd.DataFrame) -> str:
+    """Return how many of the paper's statements agree, and how many of these by design."""
+    agrees = statements["agrees"] == "yes"
+    designed = agrees & (statements["origin"] == DESIGNED)
+    of_all = f"{agrees.sum()} of the paper's {len(statements)} statements agree"
+    return f"{of_all}, {designed.sum()} of them by design"
+
+
+def _compared(
+    paper: Sequence[PaperNumber], study: StudyResults
+) -> Iterator[tuple[PaperNumber, Measured, Difference]]:
     for printed in paper:
         row = printed.row
         if row.measure not in MEASURES:
             raise ReadingError(f"{printed.quantity}: there is no measure {row.measure!r}")
         measured = MEASURES[row.measure](study, printed)
-        note = read_difference(printed, measured, study.cohort_title)
-        yield printed.quantity, printed.printed, measured.text, note, origin(printed, study.main)
+        yield printed, measured, read_difference(printed, measured, study.cohort_title)
+
+
+def _brief(paper: PaperNumber, text: str) -> str:
+    """Return a cell with its case, without details: what stands in brackets, and behind a colon."""
+    return f"{paper.case} {text.split(' (')[0].split(' [')[0].split(':')[0]}".strip()

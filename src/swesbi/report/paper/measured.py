@@ -93,7 +93,6 @@ class Measured:
         value: The number; NaN where there is none.
         sd: Standard deviation over the prior-supported subjects; NaN where there is none.
         n: How many things the value counts over, where the reading needs it.
-        several: Values of several subjects, where the paper has one.
         missing: Why there is no value; empty where there is one.
     """
 
@@ -101,7 +100,6 @@ class Measured:
     value: float = NAN
     sd: float = NAN
     n: int = 0
-    several: tuple[float, ...] = ()
     missing: str = ""
 
 

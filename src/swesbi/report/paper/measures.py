@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -23,6 +24,9 @@ from swesbi.report.paper.values import PaperNumber
 from swesbi.verdict.prior_support import support_numbers
 from swesbi.verdict.verdict import Verdict
 
+EXCLUDED_CASES: Final = {"first": 0, "second": -1}
+"""Places of the paper's two excluded cases among those of this study, by their max |z|."""
+
 
 def supported_count(study: StudyResults, asked: PaperNumber) -> Measured:
     """Return how many subjects the prior supports, and their names."""
@@ -37,19 +41,20 @@ def excluded_count(study: StudyResults, asked: PaperNumber) -> Measured:
 
 
 def excluded(study: StudyResults, asked: PaperNumber) -> Measured:
-    """Return a diagnostic of every excluded subject: max |z|, its component, in-prior draws, or a median."""
+    """Return a diagnostic of the first or the second excluded case.
+
+    The paper has two. Its first has the smaller max |z|, its second the larger; so have those of this study.
+    """
+    cases = sorted(_excluded(study).items(), key=lambda item: item[1].max_abs_z)
+    if len(cases) < len(EXCLUDED_CASES):
+        return absent(f"{len(cases)} of two subjects are excluded")
+    subject, verdict = cases[EXCLUDED_CASES[asked.option("which")]]
     what = asked.option("what")
-    cases = {name: _diagnostic(verdict, what) for name, verdict in _excluded(study).items()}
-    if not cases:
-        return absent("no subject is excluded")
-    suffix = {
-        name: f" ({verdict.worst_component})" if what == "worst_component" else ""
-        for name, verdict in _excluded(study).items()
-    }
-    text = "; ".join(
-        f"{name}: {shown(value, asked.row.digits)}{suffix[name]}" for name, value in cases.items()
-    )
-    return Measured(text, several=tuple(cases.values()))
+    if what == "worst_component":
+        is_named = verdict.worst_component.endswith(asked.option("ends"))
+        return Measured(f"{asked.printed if is_named else verdict.worst_component} ({subject})")
+    numbers = {"max_abs_z": verdict.max_abs_z, "in_prior_draws": float(verdict.in_prior_draws)}
+    return number((numbers | verdict.unfiltered_median)[what], asked, f" ({subject})")
 
 
 def score_mean(study: StudyResults, asked: PaperNumber) -> Measured:
@@ -139,15 +144,6 @@ def _excluded(study: StudyResults) -> dict[str, Verdict]:
     return {name: verdict for name, verdict in study.verdicts.items() if not verdict.may_be_read}
 
 
-def _diagnostic(verdict: Verdict, what: str) -> float:
-    numbers = {
-        "max_abs_z": verdict.max_abs_z,
-        "worst_component": verdict.max_abs_z,
-        "in_prior_draws": float(verdict.in_prior_draws),
-    }
-    return (numbers | verdict.unfiltered_median)[what]
-
-
 def _named_share(names: list[str], total: int) -> Measured:
     return Measured(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
 
@@ -157,14 +153,16 @@ def _listed(names: list[str]) -> str:
 
 
 def scalar_only_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
-    """Say whether the RMSE is higher in the other experiment, over the subjects prior-supported in both."""
+    """Say whether the mean RMSE is higher in the other experiment, over the subjects supported in both."""
     if missing := _not_run(study, asked):
         return missing
     both = _beside(study.scores(), study.scores(asked.option("experiment")))
     if both.empty:
         return absent("no subject is prior-supported in both experiments")
-    worse = both["rmse_kpa_other"] > both["rmse_kpa"]
-    return Measured(f"{_verdict(worse)}: RMSE {_changes(both, 'rmse_kpa', asked)} kPa")
+    means = both[["rmse_kpa", "rmse_kpa_other"]].mean().to_frame("mean").T
+    worse = bool(means["rmse_kpa_other"].iloc[0] > means["rmse_kpa"].iloc[0])
+    changes = _changes(pd.concat([means, both]), "rmse_kpa", asked)
+    return Measured(f"{'yes' if worse else 'no'}: RMSE {changes} kPa")
 
 
 def k_atp_shift(study: StudyResults, asked: PaperNumber) -> Measured:
@@ -180,7 +178,7 @@ def k_atp_shift(study: StudyResults, asked: PaperNumber) -> Measured:
 
 
 def coverage_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
-    """Say whether a coverage of the other experiment is farther from nominal, beyond binomial error."""
+    """Say whether a coverage of the other experiment is below nominal and lower, beyond binomial error."""
     if missing := _not_run(study, asked):
         return missing
     nominal = float(asked.row.of["nominal"])
@@ -191,7 +189,7 @@ def coverage_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
     if both.empty:
         return absent("no recording was scored in both experiments")
     rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
-    worse = any(abs(row[2] - nominal) > abs(row[0] - nominal) and differ(*map(float, row)) for row in rows)
+    worse = any(row[2] < min(row[0], nominal) and differ(*map(float, row)) for row in rows)
     percent = both.assign(coverage=100 * both["coverage"], coverage_other=100 * both["coverage_other"])
     return Measured(f"{'yes' if worse else 'no'}: {_changes(percent, 'coverage', asked)} %")
 

@@ -35,6 +35,7 @@ class PaperRow(Settings):
     reading: str
     remark: str = ""
     designed: str = ""
+    statement: str = ""
 
     @model_validator(mode="after")
     def _check_printed(self) -> Self:

@@ -13,14 +13,15 @@ import pandas as pd
 from swesbi.artefacts.csv import checked, read_csv
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.numbers import (
-    MINUS,
     MISSING,
     PARAMETER_UNITS,
     PARAMETERS,
     mean_sd,
     percent,
     with_limits,
+    with_minus,
 )
+from swesbi.report.paper.comparison import DESIGNED, score_in_words
 from swesbi.report.results import Experiment, records
 from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.subjects import ESTIMATE, PARAMETER, SCORES, SUBJECT, UNIT, parameters_of
@@ -52,7 +53,6 @@ TRAINING: Final = (
     Column("training_loss", "Training loss there", "", "2f"),
     Column("last", "Validation loss at the end", "", "2f"),
 )
-DESIGNED: Final = "designed"
 MARK: Final = "†"
 
 
@@ -180,13 +180,12 @@ def training_table(experiments: Sequence[Experiment]) -> Table:
     return Table("Training of the estimators.", pd.DataFrame(rows), TRAINING, note)
 
 
-def read_comparison(path: Path) -> pd.DataFrame:
-    """Read ``paper_comparison.csv`` as text, as it was written.
+def read_as_written(path: Path, columns: Sequence[str]) -> pd.DataFrame:
+    """Read a table of text as it was written.
 
     Raises:
         ArtefactError: A column is missing.
     """
-    columns = ("quantity", "paper", "this_study", "note", "origin")
     return checked(read_csv(path, columns), path, columns)
 
 
@@ -194,8 +193,8 @@ def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     """Return the comparison; numbers keep the digits that the table of the study gives them."""
     columns = (
         words("quantity", "Quantity"),
-        words("paper", "Paper", _number),
-        words("this_study", "This study", _number),
+        words("paper", "Paper", with_minus),
+        words("this_study", "This study", with_minus),
         words("note", "Reading"),
         words("origin", "Designed or found", marked),
     )
@@ -207,11 +206,24 @@ def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     return Table(caption, comparison, columns, note)
 
 
+def statements_table(statements: pd.DataFrame, cohort_title: str) -> Table:
+    """Return the paper's statements on its results, and whether each agrees."""
+    columns = (
+        words("statement", "Statement"),
+        words("paper", "Paper", with_minus),
+        words("this_study", "This study", with_minus),
+        words("agrees", "Agrees"),
+        words("origin", "Designed or found", marked),
+    )
+    note = (
+        "A mean with a printed spread agrees within it, a share within the joint 95 % binomial interval, a "
+        "coverage within one of 20 phases, an order, a count or a yes as printed. "
+        f"{MARK} Designed: a choice of this study brought a number of the statement about."
+    )
+    caption = f"{score_in_words(statements)} ({cohort_title})."
+    return Table(caption, statements, columns, note)
+
+
 def marked(origin: str) -> str:
     """Return where a number comes from, with a mark where it is designed."""
     return f"{MARK} {origin}" if origin.startswith(DESIGNED) else origin
-
-
-def _number(text: str) -> str:
-    """Return a number with a true minus; text passes."""
-    return f"{MINUS}{text[1:]}" if text[:1] == "-" and text[1:2].isdigit() else text

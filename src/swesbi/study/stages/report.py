@@ -62,6 +62,7 @@ class ReportFiles:
         features_csv: Features of every subject.
         posterior_csv: Posteriors of every subject.
         comparison_csv: What the paper prints beside this study.
+        statements_csv: The paper's statements beside this study.
         study_pngs: Figures of the study.
         training_pngs: Figures of the trainings.
         exact_posteriors: ``posterior.h5`` of experiments on speeds, as what follows is.
@@ -93,6 +94,7 @@ class ReportFiles:
     features_csv: Path
     posterior_csv: Path
     comparison_csv: Path
+    statements_csv: Path
     study_pngs: Sequence[Path]
     training_pngs: Sequence[Path]
     exact_posteriors: Sequence[Path]
@@ -149,7 +151,7 @@ def _numbers(files: ReportFiles, settings: ReportSettings) -> tuple[Results, tup
     }
     results = read_results(
         settings.experiments, settings.main_experiment, files.observations, files.verdicts, tables,
-        by_experiment, files.comparison_csv,
+        by_experiment, (files.comparison_csv, files.statements_csv),
     )  # fmt: skip
     checks = {
         "calibration": files.calibrations,

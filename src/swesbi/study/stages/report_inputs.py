@@ -19,9 +19,10 @@ from swesbi.report.figures.population import read_strata
 from swesbi.report.figures.training import read_history
 from swesbi.report.numbers import protocol_entry
 from swesbi.report.page.page import Cohort
+from swesbi.report.paper.comparison import COLUMNS, STATEMENT_COLUMNS
 from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.report.tables.exact import Exact
-from swesbi.report.tables.experiments import read_comparison
+from swesbi.report.tables.experiments import read_as_written
 from swesbi.report.tables.population import OverPopulation
 from swesbi.report.tables.pressures import pressures_of
 from swesbi.study.stages.origin import ResultKey, by_key
@@ -36,7 +37,7 @@ def read_results(
     verdicts: Sequence[Path],
     tables: Mapping[str, Path],
     files: Mapping[str, Sequence[Path]],
-    comparison: Path,
+    paper: tuple[Path, Path],
 ) -> Results:
     """Read everything that the page shows in numbers.
 
@@ -47,7 +48,7 @@ def read_results(
         verdicts: Verdicts of every subject in every experiment.
         tables: By kind, a table of all experiments.
         files: By kind ("training", "own", "acquisition"), a table of each experiment.
-        comparison: What the paper prints beside this study.
+        paper: The paper's numbers and statements beside this study.
 
     Raises:
         ArtefactError: A file of an experiment is missing, or not what its name says.
@@ -62,7 +63,8 @@ def read_results(
         observations=tuple(map(read_observation, observations)),
         experiments=experiments,
         main=next(each for each in experiments if each.name == main),
-        comparison=read_comparison(comparison),
+        comparison=read_as_written(paper[0], COLUMNS),
+        statements=read_as_written(paper[1], STATEMENT_COLUMNS),
     )
 
 

@@ -25,7 +25,7 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.report import study_tables
 from swesbi.report.figures.training import read_history
 from swesbi.report.latex import comparison_latex, posterior_latex, ppc_latex
-from swesbi.report.paper.comparison import comparison_table
+from swesbi.report.paper.comparison import comparison_table, score_in_words, statements_table
 from swesbi.report.paper.measured import StudyResults, pool_size
 from swesbi.report.paper.values import read_paper
 from swesbi.study.stages.origin import by_key, by_subject, pick
@@ -162,10 +162,11 @@ def paper_comparison(
     cmaes: Sequence[Path],
     comparison_csv: Path,
     comparison_tex: Path,
+    statements_csv: Path,
     settings: PaperComparisonSettings,
     origin: Origin,
 ) -> None:
-    """Write one row for every number that the paper prints.
+    """Write one row for every number that the paper prints, and one for every statement on its results.
 
     ``protocol`` is the cohort's ``recording.yaml``; ``verdicts``, ``training`` and ``pool`` are of the main
     experiment, the other tables of all.
@@ -192,6 +193,9 @@ def paper_comparison(
     table = comparison_table(numbers, study)
     write_csv(comparison_csv, table)
     _write_text(comparison_tex, comparison_latex(numbers, table, settings.cohort_title))
+    statements = statements_table(numbers, study)
+    write_csv(statements_csv, statements)
+    LOGGER.info(score_in_words(statements))
 
 
 def _read_protocol(path: Path) -> dict[str, Any]:
