@@ -16,6 +16,7 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.parameters import NUISANCES, PHI, PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import sample
+from swesbi.recording.noise import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
@@ -39,7 +40,7 @@ class ExploredSubject:
 
 def page_data(
     subjects: Sequence[ExploredSubject],
-    noise: NoiseComponents,
+    noise: CohortNoise,
     model: SpeedModelSettings,
     quality: RecordingSettings,
     seed: int,
@@ -59,9 +60,9 @@ def page_data(
         "context": asdict(subjects[0].observation.context),
         "context_sliders": context_sliders(),
         "prior_draws": rounded(prior),
-        "noise": asdict(noise),
+        "noise": asdict(noise.usual),
         "quality": quality.to_plain(),
-        "subjects": [subject_data(subject, noise) for subject in subjects],
+        "subjects": [subject_data(subject, noise.of(subject.observation.subject)) for subject in subjects],
     }
 
 

@@ -66,8 +66,7 @@ def explorer(
         )
         for observation, (key, posterior) in zip(observations, by_key(posteriors).items(), strict=True)
     ]
-    components = read_noise(noise).components
-    data = page_data(subjects, components, settings.model, settings.recording, origin.seed)
+    data = page_data(subjects, read_noise(noise), settings.model, settings.recording, origin.seed)
     words = {
         "title": settings.cohort_title,
         "cohort_title": settings.cohort_title,

@@ -14,7 +14,9 @@ from explorer.page import render_page
 from explorer.physics import physics
 from swesbi.prior import sample
 from swesbi.recording.cohort import find_recording, read_subject_table
+from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.ingest import ingest
+from swesbi.recording.noise import CohortNoise, GroupNoise, NoiseEstimate
 from swesbi.recording.observation import Observation
 from swesbi.recording.reader import read_samples
 from swesbi.recording.speed import NoiseComponents
@@ -22,6 +24,9 @@ from swesbi.verdict.verdict import Verdict
 
 COHORT = ROOT / "data" / "virtual_volunteers"
 NOISE = NoiseComponents(0.03, 0.06, 0.015)
+PARTS = [ComponentEstimate(size, 0.001, size, size) for size in (0.03, 0.06, 0.015)]
+ALONE = NoiseEstimate(PARTS[0], PARTS[1], 60, 700, PARTS[2])
+COHORT_NOISE = CohortNoise({"others": GroupNoise(ALONE, dict.fromkeys("AB", ALONE), 0.5)}, 0.9)
 WORDS = {
     "title": "virtual volunteers",
     "cohort_title": "virtual volunteers",
@@ -54,5 +59,7 @@ def explored(subject: str) -> ExploredSubject:
 def page() -> str:
     """Return the page."""
     settings = speed_case.settings("calibrated")
-    data = page_data([explored("A"), explored("B")], NOISE, settings, speed_case.shipped().recording, 1)
+    data = page_data(
+        [explored("A"), explored("B")], COHORT_NOISE, settings, speed_case.shipped().recording, 1
+    )
     return render_page(WORDS, data, physics(settings, speed_case.exact(), speed_case.rule()))

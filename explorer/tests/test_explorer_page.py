@@ -40,7 +40,7 @@ def test_the_page_is_one_small_file_that_names_no_address() -> None:
 def test_the_same_study_makes_the_same_page() -> None:
     settings = speed_case.settings("calibrated")
     subjects = [explorer_case.explored(name) for name in "AB"]
-    data = page_data(subjects, explorer_case.NOISE, settings, speed_case.shipped().recording, 1)
+    data = page_data(subjects, explorer_case.COHORT_NOISE, settings, speed_case.shipped().recording, 1)
     assert (
         render_page(explorer_case.WORDS, data, physics(settings, speed_case.exact(), speed_case.rule()))
         == explorer_case.page()
@@ -51,7 +51,7 @@ def test_error_bars_are_those_of_stiffness() -> None:
     """A speed off by its standard error makes a stiffness, 3 rho c2, that is off by the error bar."""
     settings = speed_case.settings("calibrated")
     subjects = [explorer_case.explored("A")]
-    data = page_data(subjects, explorer_case.NOISE, settings, speed_case.shipped().recording, 1)
+    data = page_data(subjects, explorer_case.COHORT_NOISE, settings, speed_case.shipped().recording, 1)
     shown = data["subjects"][0]["recording"]
     stiffness, bar = np.array(shown["stiffness_kpa"]), np.array(shown["stiffness_se_kpa"])
     errors = measured_speeds(explorer_case.observation("A"), explorer_case.NOISE).errors.total

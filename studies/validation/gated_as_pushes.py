@@ -192,7 +192,7 @@ def both_doors(study: Study, options: argparse.Namespace) -> BothDoors:
     check_network(finished.estimator, settings.train_population.to_plain())
     base = study.config.base_of(experiment)
     draws = study.config.speed_experiments[base].calibration.local.two_sample_draws
-    noise = read_noise(finished.noise).components.of_separate_repeats
+    noise = read_noise(finished.noise).usual.of_separate_repeats
     return BothDoors(load_flow(finished.estimator)[0], noise, settings, draws, study.config.seed)
 
 

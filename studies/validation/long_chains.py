@@ -172,7 +172,7 @@ def answerer(study: Study, finished: FinishedPopulation, options: argparse.Names
     check_network(finished.estimator, settings.train_population.to_plain())
     base = study.config.base_of(configured().experiment)
     local = study.config.speed_experiments[base].calibration.local
-    flow, noise = load_flow(finished.estimator)[0], read_noise(finished.noise).components
+    flow, noise = load_flow(finished.estimator)[0], read_noise(finished.noise).usual
     return Answerer(flow, noise, settings, local, study.config.seed)
 
 

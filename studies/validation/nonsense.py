@@ -230,7 +230,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     finished = finished_population(results, configured().experiment)
     check_finished(finished)
     settings = with_fewer_draws(asked_of(study, "a", options.hearts, STREAM))
-    cohort = read_noise(finished.noise).components
+    cohort = read_noise(finished.noise).usual
     asked = Questions(finished.knowledge(), cohort, settings, study.config.seed)
     rows: list[dict[str, object]] = []
     for number in settings.numbers:

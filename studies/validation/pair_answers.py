@@ -109,7 +109,7 @@ class Answerer:
         clock, settings = Clock(), self.settings
         made = make()
         clock.stop("cost_record_s")
-        components, knowledge = read_noise(self.finished.noise).components, knowledge_of(self.finished)
+        components, knowledge = read_noise(self.finished.noise).usual, knowledge_of(self.finished)
         recording = recorded_as_answered(made.observation, made.samples, components, settings)
         answered, efficiency = inferred(recording, knowledge, settings, self.seed)
         own = own_posterior(answered, knowledge.space(recording.model))

@@ -46,7 +46,7 @@ def validation_answers(
         ValueError: No generator has this letter.
     """
     check_network(estimator, settings.train_population.to_plain())
-    components = read_noise(noise).components
+    components = read_noise(noise).usual
     questioner = Questioner(knowledge_of_population(estimator, null), components, settings, origin.seed)
     label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
     progress = Progress(label, settings.hearts, unit="heart")

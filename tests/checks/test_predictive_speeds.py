@@ -29,7 +29,7 @@ from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.components import ComponentEstimate
-from swesbi.recording.noise import CohortNoise, NoiseEstimate
+from swesbi.recording.noise import CohortNoise, GroupNoise, NoiseEstimate
 from swesbi.recording.noise import to_dataset as noise_dataset
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.study.stages import predictive
@@ -146,7 +146,7 @@ def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
     save(paths["observation"], groups, origin.provenance("observation", settings))
     parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.04, 0.08)]
     estimate = NoiseEstimate(*parts, repeats=60, samples=700)
-    noise = CohortNoise(estimate, {"A": estimate}, 0.9, float("nan"))
+    noise = CohortNoise({"others": GroupNoise(estimate, {"A": estimate}, float("nan"))}, 0.9)
     save(paths["noise"], noise_dataset(noise), origin.provenance("noise", settings))
     shard = simulations_dataset.to_dataset(prior_simulations())
     save(paths["shard"], shard, origin.provenance("simulations", settings))

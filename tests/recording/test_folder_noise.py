@@ -26,7 +26,7 @@ def folder(count: int, repeat_sd: float, sample_sd: float, first: int = 0) -> di
 @pytest.mark.parametrize("factor", [0.7, 1.5, 2.0])
 def test_many_recordings_have_their_own_noise_whatever_is_expected(factor: float) -> None:
     levels = folder(20, factor * 0.03, factor * 0.06)
-    found, reml = folder_noise(list(levels.values()), PRIOR), fit_noise(levels).components
+    found, reml = folder_noise(list(levels.values()), PRIOR), fit_noise(levels).pooled.components
     assert found.recordings == 20
     np.testing.assert_allclose(
         [found.components.repeat_fraction, found.components.sample_fraction],
@@ -40,7 +40,7 @@ def test_without_recordings_it_is_what_is_expected_and_one_lies_between() -> Non
     none = folder_noise([], PRIOR)
     assert (none.recordings, none.components.repeat_fraction) == (0, pytest.approx(0.03))
     loud = recording(0.12, 0.24, 1)
-    alone = fit_noise({"S": loud}).components
+    alone = fit_noise({"S": loud}).pooled.components
     one = folder_noise([loud], PRIOR)
     assert 0.03 < one.components.repeat_fraction < alone.repeat_fraction
     assert "one recording, shrunk towards what is expected" in one.in_words
@@ -75,6 +75,18 @@ def test_what_the_others_gain_by_a_noise_of_their_own_counts_for_a_difference(lo
     assert 1e-6 < expected < 0.1
     for name in levels:
         assert FolderRecordings(levels, nothing).compared(name).p_value == pytest.approx(expected, rel=0.01)
+
+
+def test_declared_groups_of_a_folder_are_estimated_and_compared_apart() -> None:
+    quiet, loud = folder(3, 0.02, 0.04), folder(3, 0.04, 0.08, 50)
+    levels = {f"Q{name}": own for name, own in quiet.items()} | {
+        f"L{name}": own for name, own in loud.items()
+    }
+    mixed = FolderRecordings(levels, PRIOR)
+    apart = FolderRecordings(levels, PRIOR, {name: "quiet" for name in levels if name.startswith("Q")})
+    for group, first in ((quiet, "QS00"), (loud, "LS00")):
+        assert apart.noise(first) == folder_noise(list(group.values()), PRIOR)
+        assert apart.compared(first).p_value > 0.01 > mixed.compared(first).p_value
 
 
 def test_a_recording_alone_in_its_folder_is_compared_with_nobody() -> None:

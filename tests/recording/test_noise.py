@@ -22,7 +22,16 @@ from swesbi.recording.components import (
 )
 from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
-from swesbi.recording.noise import KIND, fit_noise, read_noise, relative_se, to_dataset
+from swesbi.recording.noise import (
+    KIND,
+    OTHERS,
+    CohortNoise,
+    fit_cohort,
+    fit_noise,
+    read_noise,
+    relative_se,
+    to_dataset,
+)
 from swesbi.recording.observation import read_contexts
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
@@ -34,7 +43,7 @@ from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 TRUE = NoiseComponents(0.04, 0.08)
 SETTINGS = stage.NoiseStageSettings(
-    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout()
+    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout(), noise_groups={}
 )
 
 
@@ -133,6 +142,26 @@ def test_recordings_of_unequal_noise_are_told_apart() -> None:
     assert found.by_subject["Z"].repeat.low > found.by_subject["X"].repeat.high
 
 
+def test_groups_of_recordings_have_noise_of_their_own(tmp_path: Path) -> None:
+    """As each has it alone; together the quiet ones would be told loud, and the loud ones quiet."""
+    sizes = {"P": 0.5, "R": 1.0, "Q": 0.5, "S": 1.0}
+    levels = {
+        name: levels_of(make_samples(repeat_sd=0.04 * size, sample_sd=0.08 * size, seed=seed))
+        for seed, (name, size) in enumerate(sizes.items())
+    }
+    noise = fit_cohort(levels, {"P": "quiet", "Q": "quiet"}, 0.9)
+    save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
+    found = read_noise(tmp_path / "noise.h5")
+    assert found == noise and found.group_of == {"P": "quiet", "Q": "quiet", "R": OTHERS, "S": OTHERS}
+    for group in (("P", "Q"), ("R", "S")):
+        alone = fit_noise({name: levels[name] for name in group}, 0.9)
+        assert found.of(group[0]) == found.of(group[1]) == alone.pooled.components
+    together = fit_noise(levels, 0.9)
+    assert together.homogeneity_p < 1e-6 < min(group.homogeneity_p for group in found.groups.values())
+    assert found.usual == found.of("R")
+    assert found.of("P").repeat_fraction < 0.7 * together.pooled.repeat.fraction
+
+
 def test_no_noise_between_repeats_has_an_interval_from_zero() -> None:
     found = fit_noise({"X": unbalanced(0.0, 0.08, seed=11)[0]}).pooled.repeat
     assert found.low == 0.0
@@ -211,8 +240,11 @@ def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
         {n: levels_of(make_samples(repeat_sd=0.04, sample_sd=0.08, seed=s)) for s, n in enumerate("PQ")}
     )
     found = read_noise(target)
-    assert found == expected
-    assert list(found.by_subject) == ["P", "Q"]
+    assert found == CohortNoise({OTHERS: expected}, 0.9)
+    assert found.group_of == {"P": OTHERS, "Q": OTHERS}
+    assert found.of("Q") == found.usual == expected.pooled.components
+    with pytest.raises(ArtefactError, match="the noise of R is not known; it is of P, Q"):
+        found.of("R")
     assert read_contexts(tmp_path / "contexts.h5") == tuple(replace(CONTEXT, subject=n) for n in "PQ")
 
 
@@ -233,7 +265,7 @@ def test_curves_of_other_recordings_are_refused(tmp_path: Path) -> None:
 def test_one_recording_has_no_test_of_homogeneity(tmp_path: Path) -> None:
     noise = fit_noise({"X": unbalanced(0.04, 0.08, seed=1)[0]})
     assert np.isnan(noise.homogeneity_p)
-    save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
-    again = read_noise(tmp_path / "noise.h5")
-    assert again.pooled == noise.pooled
-    assert again.components == NoiseComponents(noise.repeat_fraction, noise.sample_fraction)
+    cohort = CohortNoise({"quiet": noise}, 0.9)
+    save(tmp_path / "noise.h5", to_dataset(cohort), Origin(1, "", "c").provenance(KIND, SETTINGS))
+    again = read_noise(tmp_path / "noise.h5").groups["quiet"]
+    assert again.pooled == noise.pooled and list(again.by_subject) == ["X"]

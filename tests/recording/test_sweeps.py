@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -29,6 +30,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import (
     KIND,
+    OTHERS,
     compare_noise,
     fit_noise,
     mean_errors,
@@ -36,7 +38,7 @@ from swesbi.recording.noise import (
     relative_se,
 )
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.protocol import read_protocol, read_repeats
+from swesbi.recording.protocol import read_noise_groups, read_protocol, read_repeats
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import NoiseSettings
@@ -56,7 +58,7 @@ TRUE = NoiseComponents(0.04, 0.08, 0.05)
 OWN = {"repeat_sd_fraction": 0.04, "sample_sd_fraction": 0.08, "scale_fraction": 0.0}
 """Of recordings with these components, but sweeps."""
 SETTINGS = stage.NoiseStageSettings(
-    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout()
+    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout(), noise_groups={}
 )
 
 
@@ -411,10 +413,33 @@ def test_the_stage_fits_the_model_that_the_cohort_says(tmp_path: Path) -> None:
     found, names = read_noise(written), list(acquired(0.05, range(1)))[:2]
     recordings = dict(zip("PQ", [acquired(0.05, range(1))[name] for name in names], strict=True))
     expected = fit_noise(by("sweeps", recordings))
-    assert found == expected
+    assert found.groups == {OTHERS: expected}
     assert (expected.pooled.repeat, expected.pooled.sample, expected.pooled.sweep) == pooled(recordings)
-    assert found.components.sweep_fraction == found.sweep_fraction > 0.0
+    assert found.usual.sweep_fraction == expected.pooled.sweep.fraction > 0.0
     assert load(written, KIND)[0]["component"].to_numpy().tolist() == ["repeat", "sample", "sweep"]
+
+
+@pytest.mark.parametrize(
+    ("said", "found"),
+    [
+        ("", {}),
+        ("noise_groups:", {}),
+        ("noise_groups: {quiet: [P], loud: [Q]}", {"P": "quiet", "Q": "loud"}),
+        ("noise_groups: {quiet: P}", "has no lists of subjects"),
+        ("noise_groups: [P]", "has no lists of subjects"),
+        ("noise_groups: {quiet: [P, Z]}", "'Z' .*`noise_groups.quiet` is no subject of subjects.csv"),
+        ("noise_groups: {quiet: [P], loud: [P]}", "'P' .*`noise_groups.loud` is in quiet too"),
+    ],
+)
+def test_groups_are_read_or_refused(tmp_path: Path, said: str, found: dict[str, str] | str) -> None:
+    path = tmp_path / "recording.yaml"
+    path.write_text(f"origin: a\n{said}\n", encoding="utf-8")
+    if isinstance(found, dict):
+        assert read_noise_groups(path, ("P", "Q", "R")) == found
+        return
+    with pytest.raises(RecordingError) as refused:
+        read_noise_groups(path, ("P", "Q", "R"))
+    assert re.search(found, str(refused.value).replace("\n", " ")), refused.value
 
 
 def test_separate_is_what_a_cohort_means_that_says_nothing(tmp_path: Path) -> None:
@@ -425,7 +450,7 @@ def test_separate_is_what_a_cohort_means_that_says_nothing(tmp_path: Path) -> No
     assert first["component"].to_numpy().tolist() == ["repeat", "sample"]
     for other in (unsaid, empty):
         assert load(other, KIND)[0].identical(first)
-    assert read_noise(said).sweep_fraction == 0.0
+    assert read_noise(said).usual.sweep_fraction == 0.0
 
 
 @pytest.mark.parametrize(

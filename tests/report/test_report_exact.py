@@ -17,7 +17,7 @@ from swesbi.checks.calibration.alarms import ALARMS
 from swesbi.checks.calibration.table import COLUMNS as CALIBRATION_COLUMNS
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.recording.components import ComponentEstimate
-from swesbi.recording.noise import CohortNoise, NoiseEstimate
+from swesbi.recording.noise import CohortNoise, GroupNoise, NoiseEstimate
 from swesbi.report.figures.style import save_figure
 from swesbi.report.page.figures import PagePart
 from swesbi.report.page.sections import make_section, section_figures
@@ -105,7 +105,7 @@ def truth() -> pd.DataFrame:
 def noise() -> CohortNoise:
     parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.0443, 0.0794)]
     estimate = NoiseEstimate(*parts, repeats=330, samples=3700)
-    return CohortNoise(estimate, dict.fromkeys(SUBJECTS, estimate), 0.9, 0.62)
+    return CohortNoise({"others": GroupNoise(estimate, dict.fromkeys(SUBJECTS, estimate), 0.62)}, 0.9)
 
 
 @pytest.fixture

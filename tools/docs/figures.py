@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 
 from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
-from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.noise import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.population import population_figure
@@ -29,10 +28,12 @@ def noise_figure(study: Study) -> Figure:
         ArtefactError: The study is not finished.
     """
     estimates = read_noise(Path(study.config.results) / "cohort" / "noise.h5")
-    virtual = {volunteer.context.subject for volunteer in VOLUNTEERS} >= set(estimates.by_subject)
-    made_with = NoiseComponents(
-        ACQUISITION.repeat_sd_fraction, ACQUISITION.sample_sd_fraction, ACQUISITION.sweep_fraction
-    )
+    acquired = {each.context.subject: each.acquisition for each in VOLUNTEERS}
+    made_with = {
+        name: NoiseComponents(own.repeat_sd_fraction, own.sample_sd_fraction, own.sweep_fraction)
+        for name, own in acquired.items()
+    }
+    virtual = made_with.keys() >= set(estimates.group_of)
     return draw_noise(estimates, study.config.cohort_title, made_with if virtual else None)
 
 

@@ -85,18 +85,19 @@ def nuisances_table(study: Study) -> pd.DataFrame:
 
 def noise_table(study: Study) -> pd.DataFrame:
     """Return the noise of the measured speeds, and the model's discrepancy, in percent of the speed."""
-    parts = read_noise(Path(study.config.results) / "cohort" / "noise.h5").pooled.parts
+    groups = read_noise(Path(study.config.results) / "cohort" / "noise.h5").groups
     rows = [
-        [f"between {name}s", part.fraction, part.standard_error, part.low, part.high]
-        for name, part in parts.items()
+        [group, f"between {name}s", part.fraction, part.standard_error, part.low, part.high]
+        for group, noise in groups.items()
+        for name, part in noise.pooled.parts.items()
     ]
     discrepancy = study.config.speed_experiments[_on_speeds(study)].observation_model.discrepancy
     rows += [
-        ["model discrepancy in speed", discrepancy.speed_fraction, np.nan, np.nan, np.nan],
-        ["model discrepancy in timing, % of the cycle", discrepancy.timing_cycle, np.nan, np.nan, np.nan],
+        ["all", "model discrepancy in speed", discrepancy.speed_fraction, np.nan, np.nan, np.nan],
+        ["all", "model discrepancy in timing, % of the cycle", discrepancy.timing_cycle, *[np.nan] * 3],
     ]
     columns = ["percent", "standard_error", "low", "high"]
-    table = pd.DataFrame(rows, columns=["component", *columns])
+    table = pd.DataFrame(rows, columns=["group", "component", *columns])
     return table.assign(**{name: 100.0 * table[name] for name in columns})
 
 

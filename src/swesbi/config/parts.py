@@ -186,6 +186,7 @@ def _name_of_population(study: Study, wildcards: Wildcards) -> str:
 NAMED: Final[Mapping[str, Callable[[Study, Wildcards], Any]]] = {
     "context": lambda study, by: study.context_rows[named(study, by, "subject")].to_plain(),
     "layout": lambda study, _: study.layout.to_plain(),
+    "noise_groups": lambda study, _: dict(study.noise_groups),
     "clinical_of_subject": lambda study, by: study.clinical_of(named(study, by, "subject")).to_plain(),
     "contexts_of_experiment": _contexts_of_experiment,
     "visits_of_experiment": _visits_of_experiment,

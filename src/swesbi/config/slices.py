@@ -16,7 +16,7 @@ from swesbi.config.study import Study
 
 SOURCES: Final[Mapping[str, str]] = {
     "ingest": "context clinical=clinical_of_subject recording measurement layout",
-    "noise": "recording noise layout",
+    "noise": "recording noise layout noise_groups",
     "passive": "prior=reference_prior forward_model passive measurement",
     "simulate": "draws=draws_of_shard context prior=prior_simulated forward_model",
     "population_simulate": "contexts=contexts_of_shard population.simulations.draws_per_context "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
@@ -23,7 +23,14 @@ from swesbi.recording.cohort import (
 )
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.problems import Problem, RecordingError, listed
-from swesbi.recording.protocol import Said, own_protocol, read_layout, said_of, with_own_phases
+from swesbi.recording.protocol import (
+    Said,
+    own_protocol,
+    read_layout,
+    read_noise_groups,
+    said_of,
+    with_own_phases,
+)
 from swesbi.recording.settings import ContextRow
 from swesbi.recording.visits import Person, Visit, persons_of
 
@@ -48,6 +55,8 @@ class Study:
         new_visit_rows: The same of those outside, the refused ones included.
         layout: How the cohort's tables differ from this project's form.
         new_layout: The same of those outside.
+        noise_groups: The group of each subject whose errors are estimated apart from those of the others.
+        new_noise_groups: The same of those outside.
         new_refused: Those outside whose row or recording cannot be used, and why; they have no row here.
         new_cohort: The folder of the recordings of those outside.
         new_recordings: The file of each of those outside.
@@ -62,6 +71,8 @@ class Study:
     new_visit_rows: Mapping[str, Visit] = field(default_factory=dict)
     layout: TableLayout = field(default_factory=TableLayout)
     new_layout: TableLayout = field(default_factory=TableLayout)
+    noise_groups: Mapping[str, str] = field(default_factory=dict)
+    new_noise_groups: Mapping[str, str] = field(default_factory=dict)
     new_refused: Mapping[str, str] = field(default_factory=dict)
     new_cohort: Path = Path()
     new_recordings: Mapping[str, Path] = field(default_factory=dict)
@@ -214,8 +225,15 @@ def load_study(
         return _with_new_subjects(Study(config, {}), new_cohort)
     table = _read_table(config.cohort, f"{source}: cohort")
     rows = _select(config, table.rows, source)
-    layout = _check_protocol(Path(config.cohort), f"{source}: cohort")
-    study = Study(config, rows, clinical_rows=table.clinical, visit_rows=table.visits, layout=layout)
+    layout, groups = _check_protocol(Path(config.cohort), f"{source}: cohort", table.names)
+    study = Study(
+        config,
+        rows,
+        clinical_rows=table.clinical,
+        visit_rows=table.visits,
+        layout=layout,
+        noise_groups=groups,
+    )
     _check_lists(study, table.rows, source)
     _check_files(study, f"{source}: cohort")
     return study if new_cohort is None else _with_new_subjects(study, new_cohort)
@@ -229,7 +247,7 @@ def _with_new_subjects(study: Study, cohort: Path) -> Study:
             "letters, digits, spaces and . _ - alone; rename it"
         )
     new = _read_table(str(cohort), NEW_COHORT, examine_subjects)
-    layout = _check_protocol(cohort, NEW_COHORT)
+    layout, groups = _check_protocol(cohort, NEW_COHORT, new.names)
     refused, files = dict(new.refused), {}
     for subject in new.rows:
         try:
@@ -246,6 +264,7 @@ def _with_new_subjects(study: Study, cohort: Path) -> Study:
         new_clinical_rows={subject: new.clinical[subject] for subject in usable},
         new_visit_rows=new.visits,
         new_layout=layout,
+        new_noise_groups=groups,
         new_refused=refused,
         new_cohort=cohort,
         new_recordings={subject: files[subject] for subject in usable},
@@ -297,11 +316,14 @@ def _check_lists(study: Study, known: Mapping[str, ContextRow], source: str) -> 
             )
 
 
-def _check_protocol(cohort: Path, key: str) -> TableLayout:
-    """Return how a cohort's tables differ, once its ``recording.yaml`` is there and says so plainly."""
+def _check_protocol(cohort: Path, key: str, subjects: Collection[str]) -> tuple[TableLayout, dict[str, str]]:
+    """Return how a cohort's tables differ, and which recordings have errors of their own.
+
+    Its ``recording.yaml`` must be there and say so plainly.
+    """
     try:
         check_file(cohort / PROTOCOL, cohort)
-        return read_layout(cohort / PROTOCOL)
+        return read_layout(cohort / PROTOCOL), read_noise_groups(cohort / PROTOCOL, subjects)
     except RecordingError as error:
         raise ConfigError(f"{key} = {str(cohort)!r}: {error}") from error
 

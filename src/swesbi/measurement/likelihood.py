@@ -39,9 +39,8 @@ from swesbi.measurement.shared_error import Errors, Innovations, draw_shared, in
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, OPERATOR_NAMES, STRETCHED
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
-from swesbi.recording.noise import MeanErrors, read_noise
+from swesbi.recording.noise import CohortNoise, MeanErrors, read_noise
 from swesbi.recording.observation import Observation, read_observation
-from swesbi.recording.speed import NoiseComponents
 
 
 def log_speed_sd(
@@ -313,19 +312,18 @@ def read_speed_model(observation: Path, noise: Path, settings: SpeedModelSetting
         ArtefactError: A file is no such artefact.
         ValueError: The reference beat does not become periodic.
     """
-    return build_speed_model(observation, read_noise(noise).components, settings)
+    return build_speed_model(observation, read_noise(noise), settings)
 
 
-def build_speed_model(
-    observation: Path, components: NoiseComponents, settings: SpeedModelSettings
-) -> SpeedModel:
+def build_speed_model(observation: Path, noise: CohortNoise, settings: SpeedModelSettings) -> SpeedModel:
     """Read one recording, and build its model with this noise; errors as of ``read_speed_model``."""
-    return SpeedModel(speeds.measured_speeds(read_observation(observation), components), settings)
+    recording = read_observation(observation)
+    return SpeedModel(speeds.measured_speeds(recording, noise.of(recording.subject)), settings)
 
 
 def read_speed_models(
     observations: Sequence[Path], noise: Path, settings: SpeedModelSettings
 ) -> tuple[SpeedModel, ...]:
     """Read the models of several recordings, in the order given."""
-    components = read_noise(noise).components
-    return tuple(build_speed_model(path, components, settings) for path in observations)
+    of_cohort = read_noise(noise)
+    return tuple(build_speed_model(path, of_cohort, settings) for path in observations)

@@ -8,7 +8,7 @@ tell is as the prior has it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
 
@@ -17,7 +17,13 @@ from scipy.special import chdtrc
 
 from swesbi.base.arrays import FloatArray
 from swesbi.recording.components import RepeatLevels
-from swesbi.recording.noise import NoiseComparison, compare_noise, log_likelihood_of_noise, together
+from swesbi.recording.noise import (
+    OTHERS,
+    NoiseComparison,
+    compare_noise,
+    log_likelihood_of_noise,
+    together,
+)
 from swesbi.recording.settings import NoisePriorSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import SweepLevels
@@ -30,7 +36,7 @@ MANY: Final = 20
 
 @dataclass(frozen=True)
 class FolderNoise:
-    """The noise of recordings of one kind of repeats.
+    """The noise of recordings of one group and one kind of repeats.
 
     Attributes:
         components: The most probable ones.
@@ -92,26 +98,28 @@ class FolderRecordings:
     Attributes:
         levels: Repeats by subject; of sweeps and separate ones.
         prior: What is expected of a laboratory.
+        groups: The group of each subject whose noise is estimated apart.
     """
 
     levels: Mapping[str, RepeatLevels]
     prior: NoisePriorSettings
+    groups: Mapping[str, str] = field(default_factory=dict)
 
     def noise(self, subject: str) -> FolderNoise:
-        """Return the noise of all recordings of the subject's kind of repeats, its own among them."""
-        return self._by_kind[isinstance(self.levels[subject], SweepLevels)]
+        """Return the noise of all recordings of the subject's group and kind of repeats, its own too."""
+        return self._by_kind[self._kind(subject)]
 
     @cached_property
-    def _by_kind(self) -> dict[bool, FolderNoise]:
-        """The noise of sweeps, and of separate repeats."""
-        return {swept: folder_noise(self._of_kind(swept=swept), self.prior) for swept in (True, False)}
+    def _by_kind(self) -> dict[tuple[str, bool], FolderNoise]:
+        """The noise of each group's sweeps, and of its separate repeats."""
+        kinds = dict.fromkeys(map(self._kind, self.levels))
+        return {kind: folder_noise(self._of_kind(kind), self.prior) for kind in kinds}
 
-    def _of_kind(self, *, swept: bool, but: str = "") -> list[RepeatLevels]:
-        return [
-            levels
-            for name, levels in self.levels.items()
-            if name != but and isinstance(levels, SweepLevels) == swept
-        ]
+    def _kind(self, subject: str) -> tuple[str, bool]:
+        return self.groups.get(subject, OTHERS), isinstance(self.levels[subject], SweepLevels)
+
+    def _of_kind(self, kind: tuple[str, bool], but: str = "") -> list[RepeatLevels]:
+        return [own for name, own in self.levels.items() if name != but and self._kind(name) == kind]
 
     def compared(self, subject: str) -> NoiseComparison | None:
         """Test by the restricted likelihood ratio that a recording has the noise of the others.
@@ -128,7 +136,7 @@ class FolderRecordings:
         alone = compare_noise(own, noise.components)
         if noise.recordings > MANY:
             return alone
-        others = self._of_kind(swept=isinstance(own, SweepLevels), but=subject)
+        others = self._of_kind(self._kind(subject), but=subject)
         apart, rest = folder_noise(others, self.prior).components, together(others)
         gained = log_likelihood_of_noise(rest, apart) - log_likelihood_of_noise(rest, noise.components)
         ratio = alone.statistic + max(0.0, 2.0 * gained)

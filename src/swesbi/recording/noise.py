@@ -1,4 +1,4 @@
-"""The noise of the measured speeds, estimated from the repeats of the whole cohort; standard errors."""
+"""The noise of the measured speeds, estimated from the repeats of a cohort, by group; standard errors."""
 
 from __future__ import annotations
 
@@ -32,12 +32,16 @@ from swesbi.recording.sweeps import (
 
 VALUES: Final = artefacts.schema_of(ComponentEstimate)["/"]
 POOLED: Final = artefacts.Part(
-    along="component",
-    words={"whose": "common to the cohort", "none": ", NaN at zero", "kind": "profile-likelihood "},
+    along="group component",
+    words={"whose": "common to a group", "none": ", NaN at zero", "kind": "profile-likelihood "},
 )
 OWN: Final = artefacts.Part(
     "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
 )
+
+
+OTHERS: Final = "others"
+"""The group of the recordings that no declared group names."""
 
 
 @dataclass(frozen=True)
@@ -71,46 +75,77 @@ class NoiseEstimate:
 
 
 @dataclass(frozen=True)
-class CohortNoise:
-    """Relative standard deviations of the speed over a cohort.
+class GroupNoise:
+    """Relative standard deviations of the speed over a group of recordings.
 
     Attributes:
-        pooled: Components common to all recordings.
+        pooled: Components common to all of them.
         by_subject: Those of each recording alone, NaN where it does not tell them; for comparison alone.
-        interval: Of all of them.
         homogeneity_p: By the likelihood ratio; NaN for one recording.
     """
 
     pooled: NoiseEstimate
     by_subject: Mapping[str, NoiseEstimate]
-    interval: Annotated[float, artefacts.Variable("", "1", "mass of the intervals")]
     homogeneity_p: Annotated[
-        float, artefacts.Variable("", "1", "p-value: all recordings share their components")
+        float, artefacts.Variable("group", "1", "p-value: all recordings share their components")
     ]
 
-    @property
-    def components(self) -> NoiseComponents:
-        """The pooled components, as a recording has its own."""
-        return self.pooled.components
+
+@dataclass(frozen=True)
+class CohortNoise:
+    """The noise of a cohort: of each group that its ``recording.yaml`` declares, or of all recordings.
+
+    Attributes:
+        groups: By name.
+        interval: Of all intervals.
+    """
+
+    groups: Mapping[str, GroupNoise]
+    interval: Annotated[float, artefacts.Variable("", "1", "mass of the intervals")]
 
     @property
-    def repeat_fraction(self) -> float:
-        """Relative standard deviation between repeats."""
-        return self.pooled.repeat.fraction
+    def usual(self) -> NoiseComponents:
+        """The components of the recordings that no declared group names, or of the first group."""
+        return self.groups.get(OTHERS, next(iter(self.groups.values()))).pooled.components
 
     @property
-    def sample_fraction(self) -> float:
-        """Relative standard deviation between samples of a repeat."""
-        return self.pooled.sample.fraction
+    def group_of(self) -> dict[str, str]:
+        """The group of each subject, in the order of the groups."""
+        return {name: group for group, noise in self.groups.items() for name in noise.by_subject}
 
-    @property
-    def sweep_fraction(self) -> float:
-        """Relative standard deviation between sweeps; 0 where repeats are separate."""
-        return self.components.sweep_fraction
+    def of(self, subject: str) -> NoiseComponents:
+        """Return the components of a subject's group.
+
+        Raises:
+            ArtefactError: The cohort has no such subject.
+        """
+        if subject not in self.group_of:
+            known = ", ".join(self.group_of)
+            raise artefacts.ArtefactError(f"the noise of {subject} is not known; it is of {known}")
+        return self.groups[self.group_of[subject]].pooled.components
 
 
-def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> CohortNoise:
-    """Fit a mixed model to the log speeds of a cohort by REML.
+def fit_cohort(
+    recordings: Mapping[str, RepeatLevels], groups: Mapping[str, str], interval: float = 0.9
+) -> CohortNoise:
+    """Fit the noise of each group of a cohort by itself, as :func:`fit_noise` does.
+
+    Args:
+        recordings: Repeats of each subject's recording, by subject.
+        groups: The group of each subject that a group names; the rest are ``OTHERS``.
+        interval: Mass of the profile-likelihood intervals.
+
+    Raises:
+        ValueError: As of :func:`fit_noise`.
+    """
+    apart: dict[str, dict[str, RepeatLevels]] = {}
+    for subject, levels in recordings.items():
+        apart.setdefault(groups.get(subject, OTHERS), {})[subject] = levels
+    return CohortNoise({name: fit_noise(own, interval) for name, own in apart.items()}, interval)
+
+
+def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> GroupNoise:
+    """Fit a mixed model to the log speeds of recordings by REML.
 
     Every phase of every subject has a mean of its own (fixed), repeats and samples are random, and so are
     sweeps where repeats are such; the components, c of them, are common to all. Sharing them is tested by the
@@ -139,11 +174,11 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
     ratio = 2.0 * (sum(fits[name][1] for name in told) - top)
     p_value = float(chdtrc(freedom, max(ratio, 0.0))) if freedom > 0 else float(np.nan)
     by_subject = {name: estimate for name, (estimate, _) in fits.items()}
-    return CohortNoise(pooled, by_subject, interval, p_value)
+    return GroupNoise(pooled, by_subject, p_value)
 
 
 def check_together(recordings: Sequence[RepeatLevels]) -> None:
-    """Refuse recordings that do not tell the noise of a cohort together.
+    """Refuse recordings that do not tell their noise together.
 
     Raises:
         ValueError: Only some are of sweeps, or all together do not tell a component.
@@ -340,28 +375,36 @@ def log_likelihood_of_noise(levels: RepeatLevels, noise: NoiseComponents) -> flo
 COUNTS: Final = artefacts.schema_of(NoiseEstimate)["/"]
 SCHEMA: Final = {
     "component": artefacts.Variable("component", "1", "between repeats, samples of a repeat, sweeps if any"),
+    "group": artefacts.Variable("group", "1", "groups of recordings whose noise is estimated together"),
     "subject": artefacts.Variable("subject", "1", "subjects of the cohort"),
+    "subject_group": artefacts.Variable("subject", "1", "group of the recording", text=True),
     **POOLED.place_all(VALUES),
-    **COUNTS,
+    **artefacts.Part("{}", "group").place_all(COUNTS),
     **OWN.place_all(VALUES),
     **artefacts.Part("subject_{}", "subject").place_all(COUNTS),
+    **artefacts.schema_of(GroupNoise)["/"],
     **artefacts.schema_of(CohortNoise)["/"],
 }
 KIND: Final = artefacts.register("noise", {"/": SCHEMA})
 
 
 def to_dataset(noise: CohortNoise) -> xr.Dataset:
-    """Return the artefact's content; subjects in the order of the cohort."""
-    estimates = tuple(noise.by_subject.values())
-    values: dict[str, Any] = {name: _table((noise.pooled,), name)[0] for name in VALUES}
-    values |= {f"subject_{name}": _table(estimates, name) for name in VALUES}
+    """Return the artefact's content; subjects in the order of the groups."""
+    groups = tuple(noise.groups.values())
+    pooled = tuple(group.pooled for group in groups)
+    alone = tuple(own for group in groups for own in group.by_subject.values())
+    values: dict[str, Any] = {name: _table(pooled, name) for name in VALUES}
+    values |= {f"subject_{name}": _table(alone, name) for name in VALUES}
+    values |= {name: np.array([getattr(each, name) for each in pooled]) for name in COUNTS}
+    values |= {f"subject_{name}": np.array([getattr(each, name) for each in alone]) for name in COUNTS}
     values |= {
-        f"subject_{name}": np.array([getattr(estimate, name) for estimate in estimates]) for name in COUNTS
+        "component": list(pooled[0].parts),
+        "group": list(noise.groups),
+        "subject": list(noise.group_of),
+        "subject_group": list(noise.group_of.values()),
+        "homogeneity_p": np.array([group.homogeneity_p for group in groups]),
     }
-    values |= {"component": list(noise.pooled.parts), "subject": list(noise.by_subject)}
-    return artefacts.build_dataset(
-        SCHEMA, values | artefacts.values_of(noise.pooled)["/"] | artefacts.values_of(noise)["/"]
-    )
+    return artefacts.build_dataset(SCHEMA, values | artefacts.values_of(noise)["/"])
 
 
 def read_noise(path: Path) -> CohortNoise:
@@ -371,13 +414,23 @@ def read_noise(path: Path) -> CohortNoise:
         ArtefactError: The file is no such artefact.
     """
     data, _ = artefacts.load(path, KIND)
-    names = [name for name in data if str(name).startswith("subject_")]
+    names = [name for name in data if str(name).startswith("subject_") and name != "subject_group"]
     subjects = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
-    by_subject = {
-        str(name): _estimate(subjects.isel(subject=index))
-        for index, name in enumerate(subjects["subject"].to_numpy())
+    alone = {
+        str(name): (str(group), _estimate(subjects.isel(subject=index)))
+        for index, (name, group) in enumerate(
+            zip(subjects["subject"].to_numpy(), data["subject_group"].to_numpy(), strict=True)
+        )
     }
-    return artefacts.from_dataset(CohortNoise, data, pooled=_estimate(data), by_subject=by_subject)
+    groups = {
+        str(group): GroupNoise(
+            pooled=_estimate(data.isel(group=index)),
+            by_subject={name: own for name, (of, own) in alone.items() if of == group},
+            homogeneity_p=float(data["homogeneity_p"][index]),
+        )
+        for index, group in enumerate(data["group"].to_numpy())
+    }
+    return artefacts.from_dataset(CohortNoise, data, groups=groups)
 
 
 def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -6,7 +6,7 @@ What the second says stands in place of the first for that recording: keys of ``
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import Any, Final, Literal, cast, get_args
 import yaml
 from pydantic import ValidationError
 
-from swesbi.recording.cohort import PROTOCOL, RECORDINGS, check_file
+from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS, check_file
 from swesbi.recording.content import in_one_line, read_bytes
 from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
@@ -26,6 +26,7 @@ SEE_TEMPLATE: Final = "`swesbi template FOLDER` writes one to start from"
 LAYOUT: Final = tuple(TableLayout.model_fields)
 OVERRIDING: Final = ("protocol", *LAYOUT, "noise")
 """Keys of ``recording.yaml`` that a recording may say for itself."""
+SAY_GROUPS: Final = "write a name for each group and the list of its subjects, as in `quiet: [P01, P02]`"
 SAY_REPEATS: Final = (
     "write `sweeps` if a repeat of one number runs over all phases, `separate` or nothing if each phase is "
     "repeated by itself"
@@ -141,6 +142,38 @@ def read_repeats(path: Path, subject: str = "") -> Repeats:
     repeats = _repeats(_of_recording(path, subject))
     raise_any(_problems_of_repeats(_said_in(path, subject, "protocol"), repeats))
     return cast("Repeats", repeats)
+
+
+def read_noise_groups(path: Path, subjects: Collection[str]) -> dict[str, str]:
+    """Read from a cohort's ``recording.yaml`` which recordings have errors of their own, and nothing else.
+
+    Args:
+        path: The file. Under ``noise_groups`` stand names of groups, each with its subjects.
+        subjects: All subjects of the cohort's table.
+
+    Returns:
+        The group of each subject that a group names.
+
+    Raises:
+        RecordingError: The file is missing or no YAML mapping, a group is no list of subjects, names one that
+            is not in the table, or one that another group has.
+    """
+    said = _mapping(path).get("noise_groups") or {}
+    if not isinstance(said, dict) or not all(isinstance(names, list) for names in said.values()):
+        reason = "under the key `noise_groups` has no lists of subjects"
+        raise RecordingError(Problem(str(path), reason, SAY_GROUPS, value=str(said)))
+    found: dict[str, str] = {}
+    problems = []
+    for group, name in [(str(group), str(name)) for group, names in said.items() for name in names]:
+        key = f"under the key `noise_groups.{group}`"
+        if name not in subjects:
+            problems.append(
+                Problem(str(path), f"{key} is no subject of {SUBJECTS}", "correct it", value=name)
+            )
+        elif found.setdefault(name, group) != group:
+            problems.append(Problem(str(path), f"{key} is in {found[name]} too", "keep one", value=name))
+    raise_any(problems)
+    return found
 
 
 def read_layout(path: Path, subject: str = "") -> TableLayout:

@@ -51,7 +51,8 @@ def observe_folder(study: Study) -> Folder:
         except RecordingError as error:
             refused[subject] = str(error)
     levels = {name: each.levels for name, each in observed.items() if isinstance(each, Checked)}
-    return Folder(observed, refused, FolderRecordings(levels, study.config.new_subjects.noise_prior))
+    prior, groups = study.config.new_subjects.noise_prior, study.new_noise_groups
+    return Folder(observed, refused, FolderRecordings(levels, prior, groups))
 
 
 def observe(study: Study, subject: str) -> Checked | CheckedFree:

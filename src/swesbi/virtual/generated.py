@@ -108,7 +108,7 @@ def generate_cohort(
     for one in recorded:
         accepted = rejection(one.samples, recording) == ACCEPTED
         levels[one.observation.subject] = levels_by(repeats, one.samples, accepted)
-    noise = fit_noise(levels).components
+    noise = fit_noise(levels).pooled.components
     return tuple(
         GeneratedSubject(measured_speeds(subject.observation, noise), np.array(subject.volunteer.theta))
         for subject in recorded

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any, Final
 
 import numpy as np
@@ -54,26 +53,29 @@ MEAN: Final[dict[str, Any]] = {
 }
 
 
-def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | None = None) -> Figure:
-    """Draw each component: points for each recording alone, a line and a band for the whole cohort.
+def draw_noise(
+    noise: CohortNoise, cohort_title: str, truth: Mapping[str, NoiseComponents] | None = None
+) -> Figure:
+    """Draw each component: points for each recording alone, a line and a band for each group of recordings.
 
     Args:
         noise: The estimates.
         cohort_title: What the subjects are ("virtual volunteers").
-        truth: The components that the recordings were made with, where that is known.
+        truth: The components that each recording was made with, where that is known.
     """
-    made_with = {} if truth is None else asdict(truth)
+    first = next(iter(noise.groups.values()))
     with style():
-        rows = math.ceil(len(noise.pooled.parts) / 2)
+        rows = math.ceil(len(first.pooled.parts) / 2)
         figure = new_figure(TEXT_WIDTH_IN, rows * HEIGHT_IN)
-        for number, (name, pooled) in enumerate(noise.pooled.parts.items()):
+        for number, name in enumerate(first.pooled.parts):
             axes = figure.add_subplot(rows, 2, number + 1)
-            _panel(axes, pooled, {who: one.parts[name] for who, one in noise.by_subject.items()})
+            _panel(axes, noise, name)
             axes.set_title(f"({'abc'[number]}) {BETWEEN[name]}")
             if number % 2 == 0:
                 axes.set_ylabel("relative sd of the speed")
-            if (value := made_with.get(f"{name}_fraction")) is not None:
-                axes.axhline(value, color=TRUTH, ls="--", label=f"made with {as_percent(value)}")
+            if truth is not None:
+                made_with = [getattr(truth[subject], f"{name}_fraction") for subject in noise.group_of]
+                axes.plot(made_with, ls="", marker="_", ms=9.0, color=TRUTH, label="made with")
             if name == "sweep":  # a recording has few, and its interval reaches far up and down
                 axes.set_ylim(top=LEGEND_ROOM * axes.get_ylim()[1])
             axes.legend(loc="upper right" if name == "sweep" else "lower left")
@@ -84,22 +86,25 @@ def draw_noise(noise: CohortNoise, cohort_title: str, truth: NoiseComponents | N
     return figure
 
 
-def _panel(axes: Axes, pooled: ComponentEstimate, own: Mapping[str, ComponentEstimate]) -> None:
-    names, estimates = tuple(own), tuple(own.values())
-    axes.axhspan(pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0)
-    axes.axhline(pooled.fraction, color=POSTERIOR, label=f"whole cohort: {share(pooled.fraction)}")
+def _panel(axes: Axes, noise: CohortNoise, name: str) -> None:
+    """Draw one component: recordings of a group stand beside each other, over what they have together."""
+    estimates: list[ComponentEstimate] = []
+    start = 0
+    for group, members in noise.groups.items():
+        pooled, own = members.pooled.parts[name], [each.parts[name] for each in members.by_subject.values()]
+        ends = np.array([start - 0.4, start + len(own) - 0.6])
+        axes.fill_between(ends, pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0)
+        label = f"{'whole cohort' if len(noise.groups) == 1 else group}: {share(pooled.fraction)}"
+        axes.plot(ends, [pooled.fraction] * 2, color=POSTERIOR, label=label)
+        estimates, start = [*estimates, *own], start + len(own)
     value = np.array([estimate.fraction for estimate in estimates])
-    error = np.array(
-        [
-            [estimate.fraction - estimate.low for estimate in estimates],
-            [estimate.high - estimate.fraction for estimate in estimates],
-        ]
-    )
-    axes.errorbar(np.arange(len(estimates)), value, error, color=OBSERVED, ls="", marker="o", ms=2.8, lw=0.8)
-    if len(names) <= NAMED_SUBJECTS:
-        axes.set_xticks(np.arange(len(names)), names)
+    reach = np.array([[each.fraction - each.low, each.high - each.fraction] for each in estimates]).T
+    axes.errorbar(np.arange(start), value, reach, color=OBSERVED, ls="", marker="o", ms=2.8, lw=0.8)
+    if start <= NAMED_SUBJECTS:
+        axes.set_xticks(np.arange(start), list(noise.group_of))
     axes.set_xlabel("subject")
-    axes.set_ylim(0.0, 1.12 * max(estimate.high for estimate in (*estimates, pooled)))
+    highest = [group.pooled.parts[name].high for group in noise.groups.values()]
+    axes.set_ylim(0.0, 1.12 * max(*highest, *(estimate.high for estimate in estimates)))
     in_percent(axes.yaxis)
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.noise import CohortNoise
+from swesbi.recording.noise import CohortNoise, GroupNoise
 from swesbi.report.numbers import (
     MISSING,
     PARAMETER_UNITS,
@@ -223,22 +223,35 @@ def noise_table(exact: Exact, cohort_title: str) -> Table:
         Column("standard_error", "Standard error", "", "2%"),
         Column(("low", "high"), "Interval", as_percent(exact.noise.interval), "2%"),
     )
-    pooled = exact.noise.pooled
+    groups = exact.noise.groups
     discrepancy = exact.experiment.settings["observation_model"]["discrepancy"]
     rows = [
-        *({"component": f"between {name}s", **vars(part)} for name, part in pooled.parts.items()),
+        *(
+            {"component": f"between {name}s{_of_group(group, groups)}", **vars(part)}
+            for group, noise in groups.items()
+            for name, part in noise.pooled.parts.items()
+        ),
         {"component": "model discrepancy in speed", "fraction": discrepancy["speed_fraction"]},
         {
             "component": "model discrepancy in timing, % of the cycle",
             "fraction": discrepancy["timing_cycle"],
         },
     ]
+    of_group = " ".join(
+        f"From {count(noise.pooled.samples)} samples in {count(noise.pooled.repeats)} repeats"
+        f"{_of_group(group, groups)}; the same in all these recordings: p = {noise.homogeneity_p:.2g}."
+        for group, noise in groups.items()
+    )
     note = (
-        f"Noise from {count(pooled.samples)} samples in {count(pooled.repeats)} repeats, by restricted "
-        f"maximum likelihood; the same in all recordings: p = {exact.noise.homogeneity_p:.2g}. The "
-        "discrepancy was chosen on a generated cohort, none of whose subjects is shown here."
+        f"Noise by restricted maximum likelihood. {of_group} The discrepancy was chosen on a generated "
+        "cohort, none of whose subjects is shown here."
     )
     return Table(f"Noise of the measured speeds ({cohort_title}).", pd.DataFrame(rows), columns, note)
+
+
+def _of_group(name: str, groups: Mapping[str, GroupNoise]) -> str:
+    """Return which recordings are meant, where a cohort has several groups."""
+    return "" if len(groups) == 1 else f", {name} ({', '.join(groups[name].by_subject)})"
 
 
 def _flag(test: VerdictTest) -> str:

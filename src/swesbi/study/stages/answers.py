@@ -49,7 +49,7 @@ def population_answers(
     """
     observed = read_observation(observation)
     stage = settings.exact_posterior
-    model = SpeedModel(measured_speeds(observed, read_noise(noise).components), stage.model)
+    model = SpeedModel(measured_speeds(observed, read_noise(noise).of(observed.subject)), stage.model)
     recording = GatedRecording(observed, model, stream=STREAM)
     knowledge = knowledge_of_population(estimator, null)
     answer = answered(recording, knowledge, settings, origin.seed)

@@ -19,7 +19,7 @@ from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest as ingest_recording
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import KIND as NOISE
-from swesbi.recording.noise import CohortNoise, fit_noise
+from swesbi.recording.noise import GroupNoise, fit_cohort
 from swesbi.recording.noise import to_dataset as noise_to_dataset
 from swesbi.recording.observation import CONTEXTS, Observation, contexts_dataset, read_observation
 from swesbi.recording.observation import KIND as OBSERVATION
@@ -65,11 +65,12 @@ def _account(observed: Observation) -> str:
 
 
 class NoiseStageSettings(Settings):
-    """What the components depend on: which samples are accepted, and the interval."""
+    """What the components depend on: accepted samples, groups estimated apart (by subject), the interval."""
 
     recording: RecordingSettings
     layout: TableLayout
     noise: NoiseSettings
+    noise_groups: dict[str, str]
 
 
 def noise(
@@ -104,11 +105,12 @@ def noise(
         observation.subject: _levels(recording, observation, repeats, settings)
         for recording, observation in zip(recordings, observed, strict=True)
     }
-    fitted = fit_noise(levels, settings.noise.interval)
+    fitted = fit_cohort(levels, settings.noise_groups, settings.noise.interval)
     save(noise, noise_to_dataset(fitted), origin.provenance(NOISE, settings))
     together = contexts_dataset([observation.context for observation in observed])
     save(contexts, together, origin.provenance(CONTEXTS, settings))
-    LOGGER.info("%s", _account_of_noise(fitted))
+    for name, group in fitted.groups.items():
+        LOGGER.info("%s", _account_of_noise(name, group))
 
 
 def _levels(
@@ -125,13 +127,13 @@ def _levels(
     return levels_by(repeats, samples, accepted)
 
 
-def _account_of_noise(noise: CohortNoise) -> str:
+def _account_of_noise(name: str, noise: GroupNoise) -> str:
     parts = [
-        f"{part.fraction:.2%} between {name}s ({part.low:.2%} to {part.high:.2%})"
-        for name, part in noise.pooled.parts.items()
+        f"{part.fraction:.2%} between {of}s ({part.low:.2%} to {part.high:.2%})"
+        for of, part in noise.pooled.parts.items()
     ]
     return (
-        f"noise of {len(noise.by_subject)} recordings: {', '.join(parts)}; the same in all: p = "
+        f"noise of {len(noise.by_subject)} recordings ({name}): {', '.join(parts)}; the same in all: p = "
         f"{noise.homogeneity_p:.2g}"
     )
 

@@ -83,11 +83,11 @@ def cohort_posterior(
             )
         )
         progress.step()
-    components = read_noise(noise).components
+    of_cohort = read_noise(noise)
 
     def redraw(subject: str, prior: PriorSettings, seed: int) -> FloatArray:
         LOGGER.info("subject %s: too few recycled draws lie where the population does; drawn anew", subject)
-        model = build_speed_model(observation_of[subject], components, settings.model)
+        model = build_speed_model(observation_of[subject], of_cohort, settings.model)
         return drawn_anew(model, stored_draws(posterior_of[subject]), prior, settings.exact, seed)
 
     theta_prior = settings.model.prior.theta

@@ -96,7 +96,8 @@ def calibration_recordings(
         ArtefactError: An input is no such artefact.
         ValueError: Ingestion refused every recording.
     """
-    observed, components = read_observation(observation), read_noise(noise).components
+    observed = read_observation(observation)
+    components = read_noise(noise).of(observed.subject)
     model = likelihood.SpeedModel(measured_speeds(observed, components), settings.model)
     flow, _ = load_flow(estimator)
     sizes, subject = settings.recordings, observed.subject
@@ -117,9 +118,15 @@ def calibration_recordings(
 def _acquisition(
     observed: Observation, noise: NoiseComponents, settings: CalibrationRecordingsStageSettings
 ) -> Acquisition:
+    """Return how recordings like the subject's are made: with the errors of its group."""
     missing = tuple(int(index) for index in observed.phase_index[~observed.measured])
-    measurement = settings.model.measurement
-    return Acquisition(settings.acquisition, settings.recording, measurement, noise, missing)
+    errors = {
+        "sample_sd_fraction": noise.sample_fraction,
+        "repeat_sd_fraction": noise.repeat_fraction,
+        "sweep_fraction": noise.sweep_fraction,
+    }
+    acquisition = settings.acquisition.model_copy(update=errors)
+    return Acquisition(acquisition, settings.recording, settings.model.measurement, noise, missing)
 
 
 def _account(inferred: Inferred) -> str:

@@ -74,7 +74,8 @@ def read_recorded(
     Raises:
         ArtefactError: The posterior is empty, or of another subject.
     """
-    observed, components = read_observation(observation), read_noise(noise).components
+    observed = read_observation(observation)
+    components = read_noise(noise).of(observed.subject)
     phi = read_exact_posterior(posterior).phi
     if result_key(posterior).subject != observed.subject:
         raise ArtefactError(

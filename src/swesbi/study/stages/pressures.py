@@ -39,8 +39,7 @@ def pressures(
         NoLikelihoodError: Every simulation fails.
         ValueError: The subject has no pressures.
     """
-    components = read_noise(noise).components
-    speeds = build_speed_model(observation, components, settings.exact_posterior.model)
+    speeds = build_speed_model(observation, read_noise(noise), settings.exact_posterior.model)
     model = with_pressures(speeds, read_observation(observation).clinical, settings.clinical)
     names = (STREAM, "pressures", origin.subject)
     known = read_exact_posterior(of_speeds).weighted
