@@ -19,11 +19,10 @@ from typing import Any, Final, NamedTuple
 
 import yaml
 
-from studies.acquisition_seeds.settings import AcquisitionSeedsSettings
 from studies.discrepancy.settings import ChoiceSettings
 from studies.ladder.settings import LadderSettings, Structure
-from studies.readings.settings import Reading, ReadingsSettings, Treatment
 from studies.sensitivity.settings import SensitivitySettings, Variant
+from studies.statements.settings import Reading, StatementsSettings
 from studies.validation.settings import ValidationSettings
 from swesbi.artefacts import atomic_path
 from swesbi.base.settings import Settings
@@ -34,17 +33,16 @@ from swesbi.prior import ParameterPrior
 ROOT: Final = Path(__file__).parents[1]
 TABLE: Final = ROOT / "docs" / "tables" / "settings.csv"
 STUDIES: Final[Mapping[str, type[Settings]]] = {
-    "acquisition_seeds": AcquisitionSeedsSettings,
     "discrepancy": ChoiceSettings,
     "ladder": LadderSettings,
-    "readings": ReadingsSettings,
     "sensitivity": SensitivitySettings,
+    "statements": StatementsSettings,
     "validation": ValidationSettings,
 }
 """Of each side study, the class of its section."""
 DISTRIBUTIONS: Final = (ParameterPrior, Quantity, SizedQuantity, Fraction)
 """Classes that say how the number of a key is distributed."""
-INLINE: Final = (*DISTRIBUTIONS, Structure, Reading, Treatment, Variant)
+INLINE: Final = (*DISTRIBUTIONS, Structure, Reading, Variant)
 """Classes that occur so often that each is shown as the value of a key; their keys stand once."""
 UNITS: Final = {
     "pa_s2_m3": "Pa s2/m3", "pa_s_m3": "Pa s/m3", "m3_pa": "m3/Pa", "kg_m3": "kg/m3", "pa_s": "Pa s",

@@ -148,7 +148,6 @@ From the median of the successful samples at each phase. *Closure* is the end of
 aortic valve.
 
 {speeds}
-{seeds}
 ## Sources
 
 - Diastolic septal speed, parasternal long axis, in healthy volunteers: Song et al., J Ultrasound Med
@@ -191,29 +190,6 @@ by 8.9 % with the earlier noise. 7 % is reported in pigs (Vos et al. 2016), with
 
 `noise_levels.csv` has this table; `python data/virtual_volunteers/make.py --noise-levels config.yaml`
 measures it anew.
-"""
-OTHER_SEEDS: Final = """
-## Other acquisition seeds
-
-The same volunteers are recorded with other random errors (`record(truth, seed)`). Each recording is ingested
-and its passive baseline calibrated. The network of the study's main experiment judges it, without new
-training, under model version 3.
-Of {seeds} recordings each, the prior supports {supported}.
-The shipped seed stays {seed}, whatever the result.
-
-{table}
-
-`acquisition_seeds.csv` has this table. The side study `studies/acquisition_seeds` makes it after a run of the
-study, with a second table that has a row per recording.
-
-- `seeds`: recordings; `seeds_within_z`: those with every |z| of the conditioning vector within the limit;
-  `seeds_enough_draws`: those with enough posterior draws within the prior's bounds; `seeds_supported`: both.
-- `max_abs_z`: largest |z|, median over all recordings; `rmse_prior_kpa`: error of the prior predictive
-  median, likewise.
-- `rmse_kpa`, `rmse_reduction_percent`, `r2`: error of the posterior predictive median, its reduction against
-  the prior's, coefficient of determination; `coverage_grid`, `coverage_phases`: share of the analysis grid
-  and of the measured phases inside the 90 % band of noiseless curves; medians over the supported recordings,
-  empty where there is none.
 """
 
 
@@ -276,7 +252,6 @@ def readme(
     recordings: Sequence[Samples],
     measures: Sequence[ClinicalMeasures],
     seed: int,
-    seed_medians: pd.DataFrame | None,
     levels: pd.DataFrame | None,
 ) -> str:
     """Return the text of the README.
@@ -286,7 +261,6 @@ def readme(
         recordings: Their recordings, in the same order.
         measures: What a clinic measured of them, likewise.
         seed: The acquisition seed.
-        seed_medians: Results over acquisition seeds, as texts, shown as they are; None if there are none yet.
         levels: What noise of each level leaves, as texts; None if it is not measured yet.
     """
     designs = "\n".join(f"- {t.volunteer.context.subject}: {t.volunteer.design}" for t in truths)
@@ -301,7 +275,6 @@ def readme(
         ejection_sd=EJECTION_MS[1],
         samples=markdown(_sample_rows(truths, recordings)),
         speeds=markdown(_speed_rows(truths, recordings)),
-        seeds="" if seed_medians is None else _seeds(seed_medians, seed),
         levels="" if levels is None else _levels(levels, truths),
         **_sizes(),
     )
@@ -349,17 +322,6 @@ def _level_row(row: pd.Series[str]) -> dict[str, str]:
     shown |= {"as recorded": f"{float(row['rmse_as_recorded_kpa']):.2f}"}
     in_use = float(row["sample_sd_fraction"]) == ACQUISITION.sample_sd_fraction
     return {head: f"**{value}**" if in_use else value for head, value in shown.items()}
-
-
-def _seeds(medians: pd.DataFrame, seed: int) -> str:
-    """Return the section on other acquisition seeds."""
-    counts = zip(medians["subject"], medians["seeds_supported"], strict=True)
-    return OTHER_SEEDS.format(
-        seeds=medians["seeds"].iloc[0],
-        supported=", ".join(f"{count} of {subject}" for subject, count in counts),
-        seed=seed,
-        table=markdown(medians),
-    )
 
 
 def _truth_rows(truths: Sequence[Truth]) -> pd.DataFrame:
@@ -486,7 +448,7 @@ def _draw_recording(axis: Axes, samples: Samples) -> None:
 def write_cohort(folder: Path, seed: int) -> None:
     """Write contexts, recordings, truth, picture and README of the volunteers into ``folder``.
 
-    If ``acquisition_seeds.csv`` or ``noise_levels.csv`` lies there, the README shows it.
+    If ``noise_levels.csv`` lies there, the README shows it.
     """
     truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
     recordings = [record(truth, seed) for truth in truths]
@@ -498,8 +460,8 @@ def write_cohort(folder: Path, seed: int) -> None:
     write_csv(folder / "truth.csv", truth_table(truths))
     write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
     write_text(folder / "recording.yaml", RECORDING.format(origin=ORIGIN, seed=seed))
-    seeds, levels = (stored_table(folder / name) for name in ("acquisition_seeds.csv", NOISE_LEVELS))
-    write_text(folder / "README.md", readme(truths, recordings, measures, seed, seeds, levels))
+    levels = stored_table(folder / NOISE_LEVELS)
+    write_text(folder / "README.md", readme(truths, recordings, measures, seed, levels))
     _write_picture(folder / "recordings.png", recordings)
 
 

@@ -8,9 +8,9 @@ import pytest
 from study_copy import ROOT
 
 from studies.ladder.settings import LadderSettings
-from studies.readings.settings import ReadingsSettings
 from studies.section import left_out
 from studies.sensitivity.settings import SensitivitySettings
+from studies.statements.settings import StatementsSettings
 from swesbi.base.settings import Settings
 from swesbi.config.read import ConfigError, overlay, parse_section, read_yaml
 
@@ -18,10 +18,10 @@ SMALL = [
     ("ladder", LadderSettings, "structures", ["base", "series_spring", "alpha_4"]),
     ("sensitivity", SensitivitySettings, "variants", ["base", "fixed_physiology", "fixed_scale"]),
     (
+        "statements",
+        StatementsSettings,
         "readings",
-        ReadingsSettings,
-        "readings",
-        ["base", "noise_quarter", "robust", "robust_curve_noise_quarter_stretch"],
+        ["laboratory", "former_slope", "own_statistics", "own_beat", "correlation_and_peak"],
     ),
 ]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.report.paper import design, measures
-from swesbi.report.paper.measured import Measure, Measured, StudyResults, differ, shown
+from swesbi.report.paper.measured import Findings, Measure, Measured, StudyResults, differ, shown
 from swesbi.report.paper.values import PaperNumber
 
 PAPER_RECORDINGS: Final = 400
@@ -205,7 +205,7 @@ def comparison_table(paper: Sequence[PaperNumber], study: StudyResults) -> pd.Da
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def statements_table(paper: Sequence[PaperNumber], study: StudyResults) -> pd.DataFrame:
+def statements_table(paper: Sequence[PaperNumber], study: Findings) -> pd.DataFrame:
     """Return the columns ``STATEMENT_COLUMNS``: a row for each of the paper's statements on its results.
 
     A statement is one or several of the paper's numbers. It agrees where each of them agrees, and is designed
@@ -247,7 +247,7 @@ def score_in_words(statements: pd.DataFrame) -> str:
 
 
 def _compared(
-    paper: Sequence[PaperNumber], study: StudyResults
+    paper: Sequence[PaperNumber], study: Findings
 ) -> Iterator[tuple[PaperNumber, Measured, Difference]]:
     for printed in paper:
         row = printed.row

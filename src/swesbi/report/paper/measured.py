@@ -31,39 +31,27 @@ class PoolSize:
     simulations: tuple[int, ...]
 
 
-@dataclass(frozen=True)
-class StudyResults:
-    """Tables and artefacts of a study.
+@dataclass(frozen=True, kw_only=True)
+class Findings:
+    """What was found, as the paper's statements ask for it.
 
     Attributes:
         cohort_title: What the subjects are ("virtual volunteers").
         main: The experiment that stands for the paper's.
-        settings: Plain settings: ``experiment`` (the main one, its prior as such), ``cmaes``, ``recording``.
-        protocol: How the cohort was recorded, as its ``recording.yaml`` says.
         ppc: The predictive scores of every experiment and subject.
         posterior: Medians, intervals and correlations of every experiment and subject.
         features: The checked features of every experiment and subject.
         verdicts: Verdicts of the main experiment, by subject, in the cohort's order.
         recoveries: Recovery scores by experiment.
-        training: Losses of the main experiment, one row an epoch.
-        pool: Size of the main experiment's pool.
-        observations: The recordings.
-        fits: CMA-ES fits by subject.
     """
 
     cohort_title: str
     main: str
-    settings: Mapping[str, Any]
-    protocol: Mapping[str, Any]
     ppc: pd.DataFrame
     posterior: pd.DataFrame
     features: pd.DataFrame
     verdicts: Mapping[str, Verdict]
     recoveries: Mapping[str, pd.DataFrame]
-    training: pd.DataFrame
-    pool: PoolSize
-    observations: Sequence[Observation]
-    fits: Mapping[str, CmaesFit]
 
     def scores(self, experiment: str = "", readable: bool = True) -> pd.DataFrame:
         """Return the scores of one experiment (the main one), by subject, if they may be interpreted."""
@@ -75,6 +63,27 @@ class StudyResults:
         table = self.posterior
         chosen = (table["experiment"] == (experiment or self.main)) & (table["parameter"] == name)
         return table[chosen & table["may_be_read"].astype(bool)].set_index("subject")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyResults(Findings):
+    """What was found, and what the study was made with.
+
+    Attributes:
+        settings: Plain settings: ``experiment`` (the main one, its prior as such), ``cmaes``, ``recording``.
+        protocol: How the cohort was recorded, as its ``recording.yaml`` says.
+        training: Losses of the main experiment, one row an epoch.
+        pool: Size of the main experiment's pool.
+        observations: The recordings.
+        fits: CMA-ES fits by subject.
+    """
+
+    settings: Mapping[str, Any]
+    protocol: Mapping[str, Any]
+    training: pd.DataFrame
+    pool: PoolSize
+    observations: Sequence[Observation]
+    fits: Mapping[str, CmaesFit]
 
 
 def pool_size(pool: Pool) -> PoolSize:
@@ -103,7 +112,7 @@ class Measured:
     missing: str = ""
 
 
-Measure = Callable[[StudyResults, PaperNumber], Measured]
+Measure = Callable[[Any, PaperNumber], Measured]
 
 
 def number(value: float, asked: PaperNumber, suffix: str = "") -> Measured:

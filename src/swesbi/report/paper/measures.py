@@ -11,8 +11,8 @@ import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.paper.measured import (
+    Findings,
     Measured,
-    StudyResults,
     absent,
     differ,
     number,
@@ -28,19 +28,19 @@ EXCLUDED_CASES: Final = {"first": 0, "second": -1}
 """Places of the paper's two excluded cases among those of this study, by their max |z|."""
 
 
-def supported_count(study: StudyResults, asked: PaperNumber) -> Measured:
+def supported_count(study: Findings, asked: PaperNumber) -> Measured:
     """Return how many subjects the prior supports, and their names."""
     names = [name for name, verdict in study.verdicts.items() if verdict.may_be_read]
     return _named_share(names, len(study.verdicts))
 
 
-def excluded_count(study: StudyResults, asked: PaperNumber) -> Measured:
+def excluded_count(study: Findings, asked: PaperNumber) -> Measured:
     """Return how many subjects the prior does not support, and their names."""
     names = list(_excluded(study))
     return Measured(f"{len(names)}{_listed(names)}", len(names), n=len(study.verdicts))
 
 
-def excluded(study: StudyResults, asked: PaperNumber) -> Measured:
+def excluded(study: Findings, asked: PaperNumber) -> Measured:
     """Return a diagnostic of the first or the second excluded case.
 
     The paper has two. Its first has the smaller max |z|, its second the larger; so have those of this study.
@@ -57,12 +57,12 @@ def excluded(study: StudyResults, asked: PaperNumber) -> Measured:
     return number((numbers | verdict.unfiltered_median)[what], asked, f" ({subject})")
 
 
-def score_mean(study: StudyResults, asked: PaperNumber) -> Measured:
+def score_mean(study: Findings, asked: PaperNumber) -> Measured:
     """Return mean and sd of a score over the prior-supported subjects."""
     return spread(study.scores()[asked.option("column")].tolist(), asked)
 
 
-def score(study: StudyResults, asked: PaperNumber) -> Measured:
+def score(study: Findings, asked: PaperNumber) -> Measured:
     """Return a score of the subject that bears the name of the paper's case."""
     table, column = study.scores(readable=False), asked.option("column")
     if asked.case not in table.index:
@@ -74,7 +74,7 @@ def score(study: StudyResults, asked: PaperNumber) -> Measured:
     return number(value, asked)
 
 
-def extreme_case(study: StudyResults, asked: PaperNumber) -> Measured:
+def extreme_case(study: Findings, asked: PaperNumber) -> Measured:
     """Return the prior-supported subject with the largest (or smallest) score, and that score."""
     values = study.scores()[asked.option("column")]
     if values.empty:
@@ -83,7 +83,7 @@ def extreme_case(study: StudyResults, asked: PaperNumber) -> Measured:
     return Measured(f"{name} ({shown(float(values[name]), asked.row.digits)})")
 
 
-def features_inside(study: StudyResults, asked: PaperNumber) -> Measured:
+def features_inside(study: Findings, asked: PaperNumber) -> Measured:
     """Return in how many prior-supported subjects every checked feature is inside, and which do not."""
     table = study.features[study.features["experiment"] == study.main]
     table = table[table["may_be_read"].astype(bool)]
@@ -97,26 +97,26 @@ def features_inside(study: StudyResults, asked: PaperNumber) -> Measured:
     return Measured(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
 
 
-def peak_underestimated(study: StudyResults, asked: PaperNumber) -> Measured:
+def peak_underestimated(study: Findings, asked: PaperNumber) -> Measured:
     """Return in how many prior-supported subjects the prior predictive median of the maximum is too low."""
     table = study.features[study.features["experiment"] == study.main]
     table = table[table["may_be_read"].astype(bool) & (table["feature"] == "maximum_kpa")]
     return share(int((table["prior_median"] < table["observed"]).sum()), len(table))
 
 
-def sbi_below_cmaes(study: StudyResults, asked: PaperNumber) -> Measured:
+def sbi_below_cmaes(study: Findings, asked: PaperNumber) -> Measured:
     """Return in how many prior-supported subjects the posterior predictive median has the lower RMSE."""
     table = study.scores()
     return share(int((table["rmse_kpa"] < table["rmse_cmaes_kpa"]).sum()), len(table))
 
 
-def correlation_mean(study: StudyResults, asked: PaperNumber) -> Measured:
+def correlation_mean(study: Findings, asked: PaperNumber) -> Measured:
     """Return mean and sd of a posterior correlation over the prior-supported subjects."""
     table = study.parameter(asked.option("parameter"))
     return spread(table[f"correlation_{asked.option('other')}"].tolist(), asked)
 
 
-def recovery_level(study: StudyResults, asked: PaperNumber) -> Measured:
+def recovery_level(study: Findings, asked: PaperNumber) -> Measured:
     """Return the nominal level of the recovery in percent."""
     levels = study.recoveries[study.main]["nominal"]
     if not (levels == asked.row.of["nominal"]).any():
@@ -124,7 +124,7 @@ def recovery_level(study: StudyResults, asked: PaperNumber) -> Measured:
     return number(100.0 * float(asked.row.of["nominal"]), asked)
 
 
-def recovery(study: StudyResults, asked: PaperNumber) -> Measured:
+def recovery(study: Findings, asked: PaperNumber) -> Measured:
     """Return the coverage of a parameter in percent, with its binomial interval."""
     table = study.recoveries[study.main]
     row = table[
@@ -140,7 +140,7 @@ def recovery(study: StudyResults, asked: PaperNumber) -> Measured:
     return Measured(f"{covered} [{', '.join(ends)}], {scored} scored", value, n=scored)
 
 
-def _excluded(study: StudyResults) -> dict[str, Verdict]:
+def _excluded(study: Findings) -> dict[str, Verdict]:
     return {name: verdict for name, verdict in study.verdicts.items() if not verdict.may_be_read}
 
 
@@ -152,7 +152,7 @@ def _listed(names: list[str]) -> str:
     return f" ({', '.join(names)})" if names else ""
 
 
-def scalar_only_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
+def scalar_only_degrades(study: Findings, asked: PaperNumber) -> Measured:
     """Say whether the mean RMSE is higher in the other experiment, over the subjects supported in both."""
     if missing := _not_run(study, asked):
         return missing
@@ -165,7 +165,7 @@ def scalar_only_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
     return Measured(f"{'yes' if worse else 'no'}: RMSE {changes} kPa")
 
 
-def k_atp_shift(study: StudyResults, asked: PaperNumber) -> Measured:
+def k_atp_shift(study: Findings, asked: PaperNumber) -> Measured:
     """Say whether the credible intervals of k_ATP are apart, over the subjects prior-supported in both."""
     if missing := _not_run(study, asked):
         return missing
@@ -177,7 +177,7 @@ def k_atp_shift(study: StudyResults, asked: PaperNumber) -> Measured:
     return Measured(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
 
 
-def coverage_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
+def coverage_degrades(study: Findings, asked: PaperNumber) -> Measured:
     """Say whether a coverage of the other experiment is below nominal and lower, beyond binomial error."""
     if missing := _not_run(study, asked):
         return missing
@@ -194,7 +194,7 @@ def coverage_degrades(study: StudyResults, asked: PaperNumber) -> Measured:
     return Measured(f"{'yes' if worse else 'no'}: {_changes(percent, 'coverage', asked)} %")
 
 
-def constraint_order(study: StudyResults, asked: PaperNumber) -> Measured:
+def constraint_order(study: Findings, asked: PaperNumber) -> Measured:
     """Say whether k_0 has a narrower credible interval, relative to its median, than k_SR."""
     widths = []
     for name in THETA_NAMES:
@@ -208,7 +208,7 @@ def constraint_order(study: StudyResults, asked: PaperNumber) -> Measured:
     return Measured(f"{'yes' if widths[0] < widths[-1] else 'no'}: {named} % of the median")
 
 
-def _not_run(study: StudyResults, asked: PaperNumber) -> Measured | None:
+def _not_run(study: Findings, asked: PaperNumber) -> Measured | None:
     experiment = asked.option("experiment")
     if experiment == study.main or experiment not in study.recoveries:
         return absent(f"the experiment '{experiment}' was not run beside '{study.main}'")

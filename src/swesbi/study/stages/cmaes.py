@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Origin, save
 from swesbi.base.settings import Settings
-from swesbi.checks.cmaes import FAILED_LOSS, KIND, best_run, curve_loss, gather, search, to_dataset
+from swesbi.checks.cmaes import FAILED_LOSS, KIND, CmaesFit, best_run, curve_loss, gather, search, to_dataset
 from swesbi.checks.draws import simulated_curves
 from swesbi.checks.settings import CmaesSettings
 from swesbi.heart.settings import ForwardModelSettings
@@ -46,7 +46,26 @@ def cmaes(
         CmaesFailure: Every simulation failed.
     """
     observed = read_observation(observation)
-    subject = MeasuredSubject(observed, read_passive(passive), settings.measurement)
+    fit = fitted(MeasuredSubject(observed, read_passive(passive), settings.measurement), settings)
+    save(cmaes, to_dataset(fit), origin.provenance(KIND, settings))
+    LOGGER.info(
+        "subject %s: best loss %.4f (seed %d), RMSE %.2f kPa, theta %s, %d simulations",
+        observed.subject,
+        fit.loss,
+        fit.best_seed,
+        fit.rmse_kpa,
+        np.round(fit.theta, 2).tolist(),
+        int(fit.evaluations[:, -1].sum()),
+    )
+
+
+def fitted(subject: MeasuredSubject, settings: CmaesStageSettings) -> CmaesFit:
+    """Return the best fit to a recording of all runs.
+
+    Raises:
+        CmaesFailure: Every simulation failed.
+    """
+    observed = subject.observation
 
     def curves(theta: FloatArray) -> FloatArray:
         return simulated_curves(theta, subject, settings.forward_model)
@@ -61,14 +80,4 @@ def cmaes(
             f"subject {observed.subject}: every simulation within the prior's bounds failed; "
             "check the subject's context and the forward model's settings"
         )
-    fit = gather(runs, curves(best.theta[None])[0], observed.grid, observed.curve_kpa)
-    save(cmaes, to_dataset(fit), origin.provenance(KIND, settings))
-    LOGGER.info(
-        "subject %s: best loss %.4f (seed %d), RMSE %.2f kPa, theta %s, %d simulations",
-        observed.subject,
-        fit.loss,
-        fit.best_seed,
-        fit.rmse_kpa,
-        np.round(fit.theta, 2).tolist(),
-        int(fit.evaluations[:, -1].sum()),
-    )
+    return gather(runs, curves(best.theta[None])[0], observed.grid, observed.curve_kpa)

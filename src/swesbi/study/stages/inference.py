@@ -169,12 +169,19 @@ def _judge(
 ) -> None:
     """Infer N recordings, raw features with context (N, C), and write their scores against theta (N, 3)."""
     candidates = infer(pool, estimator, raw, settings.recovery.candidate_draws, seed)
-    recovered = recover(truth, candidates, settings.prior, settings.recovery)
-    rows = score_recovery(recovered, settings.prior, settings.recovery)
-    write_csv(path, pd.DataFrame([asdict(row) for row in rows]), float_format=None)
-    LOGGER.info("%s: %d of %d recordings scored", path.stem, len(recovered.truth), len(truth))
-    for row in rows:
+    table = recovery_table(truth, candidates, settings.prior, settings.recovery)
+    write_csv(path, table, float_format=None)
+    LOGGER.info("%s: %d of %d recordings scored", path.stem, table["n"].max(), len(truth))
+    for row in table.itertuples():
         LOGGER.info("  %s, nominal %.2f: coverage %.3f", row.parameter, row.nominal, row.coverage)
+
+
+def recovery_table(
+    truth: FloatArray, candidates: FloatArray, prior: PriorSettings, settings: RecoverySettings
+) -> pd.DataFrame:
+    """Return how often intervals of candidates (N, draws, 3) contain theta (N, 3), by parameter and level."""
+    rows = score_recovery(recover(truth, candidates, prior, settings), prior, settings)
+    return pd.DataFrame([asdict(row) for row in rows])
 
 
 def _recordings(

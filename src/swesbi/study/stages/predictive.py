@@ -6,8 +6,11 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from swesbi.answers.settings import PredictiveSpeedsSettings
 from swesbi.artefacts import Origin, save
+from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.checks.draws import CheckedFeatures, FeatureModel, make_target
 from swesbi.checks.predictive import (
@@ -15,7 +18,6 @@ from swesbi.checks.predictive import (
     Draws,
     Prediction,
     PredictiveCheck,
-    Target,
     noise_streams,
     observe,
     predict,
@@ -23,13 +25,14 @@ from swesbi.checks.predictive import (
 )
 from swesbi.checks.predictive_speeds import Recorder, predictive_check, prior_recordings, stream_of
 from swesbi.checks.settings import PredictiveSettings
-from swesbi.heart.prior_simulations import read_simulations
+from swesbi.heart.prior_simulations import PriorSimulations, read_simulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, read_speed_model
 from swesbi.measurement.operator import read_passive
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
 from swesbi.networks.paper.pool import noise_sd
 from swesbi.networks.settings import ObservationModelSettings
+from swesbi.parameters import THETA
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import read_posterior
 from swesbi.recording.observation import read_observation
@@ -64,30 +67,46 @@ def predictive(
     The noise that the observation model puts back on curves has a stream of its own.
     """
     subject = MeasuredSubject(read_observation(observation), read_passive(passive), settings.measurement)
-    features = CheckedFeatures(settings.predictive.features, settings.summary)
-    model = FeatureModel(subject, settings.forward_model, features)
-    number = settings.predictive.draws
     readable = read_verdict(verdict).may_be_read
-    theta = read_posterior(posterior).theta[: number if readable else 0]
-    sd = noise_sd(summary_names(settings.summary), settings.observation_model.feature_noise_sd)
-    se = subject.observation.stiffness_se_kpa
-    target = make_target(subject.observation, features, se, sd[features.columns])
-    draws = (model.from_prior(read_simulations(shards), number), model.from_theta(theta))
-    prior, after = (
-        _predict(name, each, target, settings, origin)
-        for name, each in zip(("prior", "posterior"), draws, strict=True)
-    )
-    check = PredictiveCheck(target, settings.predictive.interval, readable, prior, after)
+    theta = read_posterior(posterior).theta if readable else np.empty((0, len(THETA)))
+    check = checked(subject, read_simulations(shards), theta, settings, origin.seed, may_be_read=readable)
     write_check(predictive, check, settings, origin)
 
 
-def _predict(
-    name: str, draws: Draws, target: Target, settings: PredictiveStageSettings, origin: Origin
-) -> Prediction:
-    noise = settings.observation_model.feature_noise_sd
-    of_curves, of_values = noise_streams(origin.seed, origin.subject, name)
-    observed = observe(draws, target.phase, noise, of_curves)
-    return predict(draws, observed, target, settings.predictive.interval, of_values)
+def checked(
+    subject: MeasuredSubject,
+    simulations: PriorSimulations,
+    theta: FloatArray,
+    settings: PredictiveStageSettings,
+    seed: int,
+    *,
+    may_be_read: bool,
+) -> PredictiveCheck:
+    """Return the predictive checks of one subject, from its prior's simulations and its posterior's draws.
+
+    Args:
+        subject: The recording, with its passive baseline.
+        simulations: Of its prior.
+        theta: Draws of its posterior; shape (n, 3), n may be 0.
+        settings: Of the check; so many draws are taken of each as they say.
+        seed: Of the noise.
+        may_be_read: Whether the prior supports the subject.
+    """
+    features = CheckedFeatures(settings.predictive.features, settings.summary)
+    model = FeatureModel(subject, settings.forward_model, features)
+    number, noise = settings.predictive.draws, settings.observation_model.feature_noise_sd
+    sd = noise_sd(summary_names(settings.summary), noise)
+    recording = subject.observation
+    target = make_target(recording, features, recording.stiffness_se_kpa, sd[features.columns])
+
+    def predicted(name: str, draws: Draws) -> Prediction:
+        of_curves, of_values = noise_streams(seed, recording.subject, name)
+        observed = observe(draws, target.phase, noise, of_curves)
+        return predict(draws, observed, target, settings.predictive.interval, of_values)
+
+    prior = predicted("prior", model.from_prior(simulations, number))
+    posterior = predicted("posterior", model.from_theta(theta[:number]))
+    return PredictiveCheck(target, settings.predictive.interval, may_be_read, prior, posterior)
 
 
 def write_check(path: Path, check: PredictiveCheck, settings: Settings, origin: Origin) -> None:

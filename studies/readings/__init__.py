@@ -1,1 +1,0 @@
-"""Readings of the paper's text: which choices that it leaves open give the numbers that it prints."""

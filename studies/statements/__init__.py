@@ -1,0 +1,1 @@
+"""How firmly the paper's statements agree: other trainings, other recordings, other readings of the text."""

@@ -1,0 +1,173 @@
+"""One set of networks judges recordings: the study's own stages in memory, up to the paper's statements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from studies.statements.recorded import RecordedSettings, Rerecorded
+from studies.statements.recovery import known_recordings
+from studies.statements.settings import Reading
+from swesbi.base.settings import Settings
+from swesbi.checks.cmaes import CmaesFit
+from swesbi.heart.prior_simulations import PriorSimulations
+from swesbi.measurement.likelihood import MeasuredSubject
+from swesbi.networks.paper.estimator import Checkpoint
+from swesbi.networks.paper.maf import draw_candidates, draw_until
+from swesbi.networks.paper.pool import Pool, with_context
+from swesbi.population.synthetic import features_under
+from swesbi.posterior.truncated import Posterior, summarise_posterior
+from swesbi.report.paper.measured import Findings
+from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
+from swesbi.seeds import integer_seed
+from swesbi.study.stages.cmaes import CmaesStageSettings, fitted
+from swesbi.study.stages.inference import (
+    PosteriorStageSettings,
+    RecoveryStageSettings,
+    posterior_seed,
+    recovery_table,
+)
+from swesbi.study.stages.predictive import PredictiveStageSettings, checked
+from swesbi.verdict.prior_support import diagnose
+from swesbi.verdict.verdict import Verdict
+
+
+class ExperimentSettings(Settings):
+    """What the stages of one experiment depend on."""
+
+    posterior: PosteriorStageSettings
+    predictive: PredictiveStageSettings
+    recovery: RecoveryStageSettings
+
+
+class JudgedSettings(Settings):
+    """What a judgement depends on; experiments and their priors by name, the main one first."""
+
+    cohort_title: str
+    main: str
+    experiments: dict[str, ExperimentSettings]
+    priors: dict[str, str]
+    cmaes: CmaesStageSettings
+    recorded: RecordedSettings
+    acquisitions: tuple[int, ...]
+    reading: Reading
+
+
+@dataclass(frozen=True)
+class Network:
+    """A trained network of one experiment, the training set that it knows, and its prior's simulations."""
+
+    pool: Pool
+    net: Checkpoint
+    simulations: Mapping[str, PriorSimulations]
+
+
+def chosen(nets: Sequence[Checkpoint], reading: Reading) -> Checkpoint:
+    """Return the network of the epoch that a reading takes.
+
+    Raises:
+        ValueError: No checkpoint is of this epoch.
+    """
+    if reading.epoch == "best":
+        return next(net for net in nets if net.best)
+    if reading.epoch == "last":
+        return max(nets, key=lambda net: net.epoch)
+    found = [net for net in nets if net.epoch == reading.epoch]
+    if not found:
+        epochs = ", ".join(str(net.epoch) for net in nets)
+        raise ValueError(f"epoch {reading.epoch} has no checkpoint; there are those of {epochs}")
+    return found[0]
+
+
+def recoveries(
+    networks: Mapping[str, Network], subjects: Sequence[MeasuredSubject], settings: JudgedSettings, seed: int
+) -> dict[str, pd.DataFrame]:
+    """Return the recovery of each experiment's network, as ``recovery.csv`` has it."""
+    found = {}
+    for name, network in networks.items():
+        own = settings.experiments[name].recovery
+        how, exponent_b = settings.reading.recovery, settings.recorded.passive.exponent_b
+        truth, z = known_recordings(subjects, network.pool, own, how, exponent_b, seed)
+        candidates = draw_candidates(network.net, z, own.recovery.candidate_draws, posterior_seed(seed))
+        found[name] = recovery_table(truth, candidates, own.prior, own.recovery)
+    return found
+
+
+def findings(
+    recordings: Sequence[Rerecorded],
+    networks: Mapping[str, Network],
+    recovered: Mapping[str, pd.DataFrame],
+    settings: JudgedSettings,
+    seed: int,
+) -> Findings:
+    """Return what the networks find on recordings of one acquisition.
+
+    Args:
+        recordings: Of every subject of the main experiment, in the cohort's order.
+        networks: By experiment.
+        recovered: Recovery of each experiment.
+        settings: Of the stages.
+        seed: Of the study: draws are those that it makes.
+    """
+    fits = {each.name: fitted(each.subject, settings.cmaes) for each in recordings}
+    main = [_case(settings.main, each, networks, fits, settings, seed) for each in recordings]
+    supported = [each for each, case in zip(recordings, main, strict=True) if case.verdict.may_be_read]
+    cases = [*main]
+    for name in networks:
+        if name != settings.main:
+            cases += [_case(name, each, networks, fits, settings, seed) for each in supported]
+    return Findings(
+        cohort_title=settings.cohort_title,
+        main=settings.main,
+        ppc=ppc_table(cases),
+        posterior=posterior_table(cases),
+        features=features_table(cases),
+        verdicts={case.subject: case.verdict for case in main},
+        recoveries=recovered,
+    )
+
+
+def _case(
+    experiment: str,
+    recorded: Rerecorded,
+    networks: Mapping[str, Network],
+    fits: Mapping[str, CmaesFit],
+    settings: JudgedSettings,
+    seed: int,
+) -> Case:
+    """Return one subject in one experiment: what the stages posterior and predictive find."""
+    network, own = networks[experiment], settings.experiments[experiment]
+    verdict, posterior = _inferred(recorded, network, own, seed)
+    theta = posterior.theta if verdict.may_be_read else posterior.theta[:0]
+    check = checked(
+        recorded.subject,
+        network.simulations[recorded.name],
+        theta,
+        own.predictive,
+        seed,
+        may_be_read=verdict.may_be_read,
+    )
+    return Case(experiment, recorded.name, check, posterior, verdict, fits[recorded.name])
+
+
+def _inferred(
+    recorded: Rerecorded, network: Network, own: ExperimentSettings, seed: int
+) -> tuple[Verdict, Posterior]:
+    """Draw candidates until the posterior has its draws; under the shipped recording they are the study's."""
+    observation, asked = recorded.subject.observation, own.posterior
+    features = features_under(
+        recorded.trained.passive,
+        observation,
+        recorded.subject.passive,
+        own.predictive.measurement,
+        own.predictive.summary,
+    )
+    z = network.pool.standardisation.apply(with_context(features[None], observation.context))[0]
+    names, prior = network.pool.components.names, asked.prior
+    enough = max(asked.support.min_in_prior_draws, asked.posterior.draws)
+    drawn_by = integer_seed(seed, "posterior", recorded.name)
+    candidates = draw_until(network.net, z, enough, asked.support.candidate_draws, prior, drawn_by)
+    verdict = diagnose(z, names, candidates, prior, asked.support)
+    return verdict, summarise_posterior(candidates, z, names, prior, asked.posterior)
