@@ -18,6 +18,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("program")]
 DESKTOP_PX, PHONE_PX = 1280, 390
 PAGES = ("index.html", *(f"report/{name}.html" for name in FURTHER))
 MOST_WORDS, MOST_SCREENS = 900, 5.0
+OF_THE_PAPER = 8.0  # its statements, figures 2 and 3 and table 1 are open
 WORDS = "document.body.innerText.split(/\\s+/).filter(Boolean).length"
 SCREENS = "document.documentElement.scrollHeight / innerHeight"
 FIRST_HEADING = "document.querySelector('figure.table thead th.number button')"
@@ -95,7 +96,8 @@ def test_the_pages_are_short_enough_to_be_read(page: Browser, results: Path) -> 
     assert page.evaluate(WORDS) <= MOST_WORDS
     for name in PAGES:
         page.open(results / name, 1400)
-        assert page.evaluate(SCREENS) <= MOST_SCREENS, name
+        most = OF_THE_PAPER if name.endswith("paper.html") else MOST_SCREENS
+        assert page.evaluate(SCREENS) <= most, name
 
 
 def test_a_table_is_sorted_from_the_keyboard(page: Browser, results: Path) -> None:
