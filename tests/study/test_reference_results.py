@@ -50,7 +50,7 @@ def test_every_experiment_is_stored() -> None:
     ("quantity", "factor"),
     [
         ("simulations/peak_kpa[0]", 1.0 + 1e-5),
-        ("noise/fraction[repeat]", 1.001),
+        ("noise/fraction[others,repeat]", 1.001),
         ("cmaes/theta[k_sr_per_s]", 1.001),
         ("passive/scale_kpa", -1.0),
     ],

@@ -84,8 +84,8 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
         ),
         pytest.param(
             "src/swesbi/study/stages/predictive.py",
-            "noise_streams(origin.seed, origin.subject, name)",
-            "noise_streams(origin.seed + 1, origin.subject, name)",
+            "noise_streams(seed, recording.subject, name)",
+            "noise_streams(seed + 1, recording.subject, name)",
             PREDICTIVE,
             id="stage code",
         ),
