@@ -87,8 +87,8 @@ class FakeFlow:
 
     def __init__(self, prior: SimulatedPrior) -> None:
         self.flow, self._wide = SimpleNamespace(prior=prior), wide_proposal(prior)
-        self.draw, self.log_density = self._wide.draw, self._wide.log_density
-        self.place, self.at = self._wide.space.place, self._wide.space.at
+        self.draw, self.place, self.at = self._wide.draw, self._wide.place, self._wide.at
+        self.log_density, self.log_density_at = self._wide.log_density, self._wide.log_density_at
 
 
 def fake_flow(prior: SimulatedPrior) -> FlowProposal:
