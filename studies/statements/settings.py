@@ -20,6 +20,10 @@ OTHER_EXPERIMENTS: Final = ("scalar_only", "wide_prior")
 """Experiments beside the main one that statements ask for."""
 RECORDED: Final = "measurement passive recording reference_prior forward_model acquisition"
 """What recordings are made, read and calibrated with."""
+SIMULATED: Final = "prior forward_model"
+"""What the simulations of an experiment depend on."""
+STAGES: Final = ("posterior", "predictive", "recovery")
+"""Stages of the study that a judgement repeats in memory."""
 Epoch = Literal["best", "last"] | int
 
 
@@ -96,19 +100,16 @@ def changed(study: Study, statements: StatementsSettings, variant: str) -> Study
     changes = statements.reading(variant).changes
     if not changes:
         return study
-    other = study.with_changes(changes, f"statements.readings.{variant.removeprefix(READING)}.changes")
+    source = f"statements.readings.{variant.removeprefix(READING)}.changes"
+    other = study.with_changes(changes, source)
     for name in experiments_of(study):
-        if fields_of(other, {"experiment": name}, SIMULATED) != fields_of(
-            study, {"experiment": name}, SIMULATED
-        ):
+        own, known = (fields_of(each, {"experiment": name}, SIMULATED) for each in (other, study))
+        if own != known:
             raise ConfigError(
-                f"statements.readings.{variant.removeprefix(READING)}.changes: changes the prior or the "
-                "forward model, but readings are judged on the study's simulations"
+                f"{source}: changes the prior or the forward model, but readings are judged on the study's "
+                "simulations"
             )
     return other
-
-
-SIMULATED: Final = "prior forward_model"
 
 
 def own_pool(study: Study, statements: StatementsSettings, variant: str, experiment: str) -> bool:
@@ -157,7 +158,3 @@ def judged_settings(study: Study, statements: StatementsSettings, variant: str) 
         "acquisitions": list(acquisitions),
         "reading": reading.to_plain(),
     }
-
-
-STAGES: Final = ("posterior", "predictive", "recovery")
-"""Stages of the study that a judgement repeats in memory."""

@@ -82,17 +82,13 @@ def _network(
     return Network(data, net, {name: read_simulations(own[name]) for name in data.subjects})
 
 
-class TablesSettings(StatementsSettings):
-    """What the tables depend on."""
-
-
 def tables(
     *,
     judgements: Sequence[Path],
     scores: Path,
     stability: Path,
     readings: Path,
-    settings: TablesSettings,
+    settings: StatementsSettings,
     origin: Origin,
 ) -> None:
     """Put the judgements together; each file is named by its variant.

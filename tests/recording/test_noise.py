@@ -24,7 +24,6 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import (
     KIND,
-    OTHERS,
     CohortNoise,
     fit_cohort,
     fit_noise,
@@ -35,7 +34,7 @@ from swesbi.recording.noise import (
 from swesbi.recording.observation import read_contexts
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import NoiseSettings
+from swesbi.recording.settings import OTHERS, NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage

@@ -30,7 +30,6 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import (
     KIND,
-    OTHERS,
     compare_noise,
     fit_noise,
     mean_errors,
@@ -41,7 +40,7 @@ from swesbi.recording.problems import RecordingError
 from swesbi.recording.protocol import read_noise_groups, read_protocol, read_repeats
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import NoiseSettings
+from swesbi.recording.settings import OTHERS, NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import (
     SweepLevels,
@@ -425,6 +424,7 @@ def test_the_stage_fits_the_model_that_the_cohort_says(tmp_path: Path) -> None:
         ("", {}),
         ("noise_groups:", {}),
         ("noise_groups: {quiet: [P], loud: [Q]}", {"P": "quiet", "Q": "loud"}),
+        ("noise_groups: {others: [P]}", "`noise_groups.others`: the recordings that no group names"),
         ("noise_groups: {quiet: P}", "has no lists of subjects"),
         ("noise_groups: [P]", "has no lists of subjects"),
         ("noise_groups: {quiet: [P, Z]}", "'Z' .*`noise_groups.quiet` is no subject of subjects.csv"),

@@ -17,14 +17,8 @@ from scipy.special import chdtrc
 
 from swesbi.base.arrays import FloatArray
 from swesbi.recording.components import RepeatLevels
-from swesbi.recording.noise import (
-    OTHERS,
-    NoiseComparison,
-    compare_noise,
-    log_likelihood_of_noise,
-    together,
-)
-from swesbi.recording.settings import NoisePriorSettings
+from swesbi.recording.noise import NoiseComparison, compare_noise, log_likelihood_of_noise, together
+from swesbi.recording.settings import OTHERS, NoisePriorSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import SweepLevels
 

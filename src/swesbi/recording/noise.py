@@ -22,6 +22,7 @@ from swesbi.recording.components import (
     joined,
     log_restricted_likelihood,
 )
+from swesbi.recording.settings import OTHERS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import (
     SweepLevels,
@@ -38,10 +39,6 @@ POOLED: Final = artefacts.Part(
 OWN: Final = artefacts.Part(
     "subject_{}", "subject component", words={"whose": "of one recording alone", "none": "", "kind": ""}
 )
-
-
-OTHERS: Final = "others"
-"""The group of the recordings that no declared group names."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS, check_file
 from swesbi.recording.content import in_one_line, read_bytes
 from swesbi.recording.layout import TableLayout, layout_of
 from swesbi.recording.problems import Problem, RecordingError, raise_any
-from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
+from swesbi.recording.settings import OTHERS, NoiseDeclaration, RecordingSettings
 
 Repeats = Literal["separate", "sweeps"]
 SEE_TEMPLATE: Final = "`swesbi template FOLDER` writes one to start from"
@@ -156,7 +156,7 @@ def read_noise_groups(path: Path, subjects: Collection[str]) -> dict[str, str]:
 
     Raises:
         RecordingError: The file is missing or no YAML mapping, a group is no list of subjects, names one that
-            is not in the table, or one that another group has.
+            is not in the table or that another group has, or is called as the rest.
     """
     said = _mapping(path).get("noise_groups") or {}
     if not isinstance(said, dict) or not all(isinstance(names, list) for names in said.values()):
@@ -164,6 +164,9 @@ def read_noise_groups(path: Path, subjects: Collection[str]) -> dict[str, str]:
         raise RecordingError(Problem(str(path), reason, SAY_GROUPS, value=str(said)))
     found: dict[str, str] = {}
     problems = []
+    if OTHERS in map(str, said):
+        reason = f"under the key `noise_groups.{OTHERS}`: the recordings that no group names are called so"
+        problems.append(Problem(str(path), reason, "give the group another name"))
     for group, name in [(str(group), str(name)) for group, names in said.items() for name in names]:
         key = f"under the key `noise_groups.{group}`"
         if name not in subjects:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -150,6 +150,10 @@ class NoiseSettings(Settings):
         description="Mass of the profile-likelihood intervals of its components. Chosen: they are shown "
         "and change nothing.",
     )
+
+
+OTHERS: Final = "others"
+"""The group of the recordings that no group of ``noise_groups`` names."""
 
 
 class NoiseDeclaration(Settings):

@@ -78,7 +78,7 @@ def draw_noise(
                 axes.plot(made_with, ls="", marker="_", ms=9.0, color=TRUTH, label="made with")
             if name == "sweep":  # a recording has few, and its interval reaches far up and down
                 axes.set_ylim(top=LEGEND_ROOM * axes.get_ylim()[1])
-            axes.legend(loc="upper right" if name == "sweep" else "lower left")
+            axes.legend(loc="upper right" if name == "sweep" else "best")
         figure.suptitle(
             titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title),
             fontsize=7.5,

@@ -129,7 +129,7 @@ def _phase(paper: PaperNumber, measured: Measured, cohort_title: str) -> Differe
     """Say whether a coverage lies within one phase of the paper's; ">0.99" begins at 0.99."""
     off = measured.value - paper.value
     near = off >= -ONE_PHASE and (off <= ONE_PHASE or paper.printed.startswith(">"))
-    return Difference(near, f"{_case(paper, measured, cohort_title).words}")
+    return Difference(near, _case(paper, measured, cohort_title).words)
 
 
 def _side(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:

@@ -47,7 +47,7 @@ def excluded(study: Findings, asked: PaperNumber) -> Measured:
     """
     cases = sorted(_excluded(study).items(), key=lambda item: item[1].max_abs_z)
     if len(cases) < len(EXCLUDED_CASES):
-        return absent(f"{len(cases)} of two subjects are excluded")
+        return absent(f"subjects excluded: {len(cases)}, in the paper two")
     subject, verdict = cases[EXCLUDED_CASES[asked.option("which")]]
     what = asked.option("what")
     if what == "worst_component":
