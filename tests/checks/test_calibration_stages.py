@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ import pytest
 import speed_case
 import xarray as xr
 from calibration_case import PRIOR, Sampler, prior_variances, simulate
+from comparison_case import CONFIG, observation
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError, Origin, Provenance, load, save
@@ -29,9 +31,14 @@ from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferre
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, POOLED
 from swesbi.config.read import ConfigError, parse_config, read_merged
+from swesbi.measurement.settings import MeasurementSettings
+from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.speed import NoiseComponents
 from swesbi.study.stages import calibration, check_figures
 from swesbi.study.stages.calibration import CalibrationStageSettings
 from swesbi.study.stages.check_figures import CalibrationFigureSettings
+from swesbi.study.stages.exact import acquisition_of
 from swesbi.verdict.checks import WITH_STRIPS, Checks
 from swesbi.verdict.null_recordings import KIND as NULL
 from swesbi.verdict.null_recordings import NullRecordings, null_groups
@@ -256,3 +263,16 @@ def test_a_table_without_its_columns_is_refused(results: Path, tmp_path: Path) -
             settings=FIGURE,
             origin=Origin(1),
         )
+
+
+def test_recordings_like_a_subject_s_have_the_errors_of_its_group() -> None:
+    """Those of ``acquisition`` are another laboratory's: errors told by the group would be wrong for them."""
+    quality = RecordingSettings.from_plain(CONFIG["recording"])
+    measured = SimpleNamespace(measurement=MeasurementSettings.from_plain(CONFIG["measurement"]))
+    settings = SimpleNamespace(acquisition=ACQUISITION, recording=quality, model=measured)
+    quiet = NoiseComponents(0.004, 0.06, 0.002)
+    found = acquisition_of(observation("A"), quiet, settings)  # type: ignore[arg-type]
+    made = found.protocol
+    assert (made.repeat_sd_fraction, made.sample_sd_fraction, made.sweep_fraction) == (0.004, 0.06, 0.002)
+    assert found.noise is quiet and found.missing_phases == (7,)
+    assert made.failed_fraction == ACQUISITION.failed_fraction

@@ -102,7 +102,7 @@ def calibration_recordings(
     flow, _ = load_flow(estimator)
     sizes, subject = settings.recordings, observed.subject
     own = own_recordings(model, sizes.own, origin.seed, STREAM)
-    acquisition = _acquisition(observed, components, settings)
+    acquisition = acquisition_of(observed, components, settings)
     acquired = acquired_recordings(model, acquisition, sizes.acquired, origin.seed, STREAM)
     LOGGER.info("%s: ingestion refused %d of %d recordings", subject, acquired.refused, sizes.acquired)
     if not len(acquired.phi):
@@ -115,7 +115,7 @@ def calibration_recordings(
     save(recordings, groups, origin.provenance(RECORDINGS_KIND, settings))
 
 
-def _acquisition(
+def acquisition_of(
     observed: Observation, noise: NoiseComponents, settings: CalibrationRecordingsStageSettings
 ) -> Acquisition:
     """Return how recordings like the subject's are made: with the errors of its group."""
