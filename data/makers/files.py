@@ -28,7 +28,7 @@ protocol:               # as in the paper, Sec. 2.1, which the simulation stands
   phases: 20
   repeats: 3
   repeats_are: sweeps
-  samples_per_repeat: 12
+  samples_per_repeat: {samples}
 density_kg_m3: 1000.0
 sources:
   protocol: paper, Sec. 2.1

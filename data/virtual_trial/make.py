@@ -353,7 +353,9 @@ def write_trial(folder: Path, source: TrialSource) -> None:
     )
     write_csv(folder / "subjects.csv", subject_table(persons))
     write_csv(folder / "truth.csv", truth, DIGITS)
-    write_text(folder / "recording.yaml", RECORDING.format(origin=ORIGIN, seed=source.seed))
+    samples = ACQUISITION.samples_per_repeat
+    made = RECORDING.format(origin=ORIGIN, seed=source.seed, samples=samples)
+    write_text(folder / "recording.yaml", made)
     write_text(folder / "README.md", readme(persons, truth, source))
     with plt.style.context("default"):
         figure = draw_trial_recordings(persons)

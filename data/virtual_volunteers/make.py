@@ -8,10 +8,10 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import matplotlib
 import matplotlib.pyplot as plt
@@ -24,26 +24,16 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, wher
 
 from data.makers.clinical import CLINICAL_ERRORS, measure, true_measures
 from data.makers.files import RECORDING, write_csv, write_recordings, write_text
-from data.makers.noise_levels import (
-    COMPARED,
-    NOISE_LEVELS,
-    PAPER_RMSE_KPA,
-    SEEDS,
-    interpolation_error_kpa,
-    noise_levels,
-)
 from data.makers.tables import haemodynamics, markdown, phase_medians, truth_table
-from swesbi.config.read import read_merged
 from swesbi.measurement.derived import LATE_DIASTOLE
-from swesbi.measurement.settings import MeasurementSettings
 from swesbi.parameters import THETA
-from swesbi.recording.acquisition_settings import ACQUISITION, ACQUISITION_SEED
+from swesbi.recording.acquisition_settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings
 from swesbi.recording.clinical import ClinicalMeasures
 from swesbi.recording.columns import STATUS_OK
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
-from swesbi.recording.settings import RecordingSettings
 from swesbi.virtual.volunteers import (
+    QUIET,
     SHOWN,
     VOLUNTEERS,
     Truth,
@@ -68,9 +58,12 @@ TEXT: Final = """# Eight virtual volunteers
 
 **These are not people.** The recordings of the paper are not public, and no public time-resolved recording of
 cardiac shear wave elastography was found. So the study ships eight virtual volunteers, A to H, in the file
-format of real recordings. Every figure and table of them states this. A to F take the place of the paper's
-six cases, and the experiments that repeat the paper use them alone. G and H relax slower and faster. The
-other experiments use all eight.
+format of real recordings. Every figure and table of them states this.
+
+- **A to F stand for the paper's six cases.** They are designed from the numbers that the paper prints, and
+  recorded with little noise. The experiments that repeat the paper use them alone.
+- **G and H are recorded as a laboratory records.** G relaxes slower, H faster. The other experiments use all
+  eight.
 
 ![The eight recordings](recordings.png)
 
@@ -78,7 +71,7 @@ other experiments use all eight.
 |---|---|
 | `subjects.csv` | sex, age, body surface area, heart rate, LV volumes, septum; cuff pressures, ejection |
 | `swe/<subject>.csv` | raw samples, one row per attempted push sample |
-| `recording.yaml` | how the recordings were made |
+| `recording.yaml` | how the recordings were made, and whose errors are estimated together |
 | `truth.csv`, `truth_curves.csv` | true theta, beats, noiseless curves; no inference reads them |
 
 Regenerate all of it, byte for byte, with
@@ -87,36 +80,65 @@ Regenerate all of it, byte for byte, with
 python data/virtual_volunteers/make.py
 ```
 
-The acquisition seed is {seed}. It was fixed before any inference was run on the recordings.
+The acquisition seed is {seed}. It was fixed before A to F were designed.
 
 ## Where they come from
 
 Each volunteer is one periodic beat of the spherical ventricle in a closed circulation. They were simulated
 with *another* model than the one we fit, so model error is part of the test. It has valve inertance, wall
-inertia, an activation ramp of 30 ms, and other constants as in model version 3. Its atria do not contract.
-The parameters below differ between the volunteers. The total stiffness is `a exp(b (lambda^2 - 1)) + k_c`
-along the volunteer's own beat. The scale `a` is set so that the late-diastolic mean is the designed one.
+inertia, and a slower ramp of activation. Its atria do not contract. The parameters below differ between the
+volunteers. The total stiffness is `a exp(b (lambda^2 - 1)) + k_c` along the volunteer's own beat. The scale
+`a` is set so that the late-diastolic mean is the designed one.
 
 {truth}
 
-`wall` multiplies the passive C_0 and C_2 of the PhysioBlocks 2.0.1 human heart. What each volunteer is for:
+`wall` multiplies the passive C_0 and C_2 of the PhysioBlocks 2.0.1 human heart. The constants that all share
+are those of model version 4 in A to F, and those of version 3 in G and H. What each volunteer is for:
 
 {designs}
 
-Theta of A to D was chosen with the prior errors of the paper's cases in view. Theta of E and F was chosen so
-that the prior should not support them. Whether a volunteer passes the prior-support test is an outcome.
+## What chose A to F
 
-Volumes and pressures of the true beats, beside the volumes in `subjects.csv`:
+The paper prints no curve, but its table 1 implies some of each. The RMSE over the NRMSE is the range of the
+observed curve. The NRMSE over the root of 1 - R2 is its standard deviation over its range.
+
+{shapes}
+
+Printed numbers are rounded, so each range is known to 2 % and each ratio to 10 %. Those of the volunteers are
+of the true curves. Their curves are broader than the paper's, since narrower ones would eject too little.
+
+What each number chose:
+
+- **Errors of the prior's median,** 4.84, 12.67, 15.33, 17.59 kPa, and ranges: k_0 and k_SR of A to D.
+- **sd over range:** k_ATP of A to D. Slow contraction makes a curve narrower, and ejection poorer.
+- **Errors of the posterior's median,** 0.76, 1.40, 0.87, 1.53 kPa: exponent, sigma_0, alpha, wall, onset,
+  duration and ramp of A to D. They make model error. C is nearest to the model. D errs most, after its peak.
+- **The same errors:** constants of version 4 in A to F, since the model has these.
+- **The 0.87 kPa of C, and coverages of 0.89 to above 0.99:** repeats share {repeat} and sweeps {sweep}, a
+  repeat has {samples_per_repeat} samples, and no scale errs.
+- **One draw of 500,000 within the bounds, all z below 3** (2.16): k_0, k_ATP and ramp of E.
+- **No draw, and the up-slope alone beyond z = 3** (3.14): k_0, k_ATP, onset and duration of F.
+- **No printed number:** R_d, C_s and LVESV, and sigma_0 of E and F. They keep pressures below 140/90 mmHg.
+
+Noise and model error are two parts of one residual. With the noise of a laboratory, noise alone would exceed
+the residual of C. The features inside their intervals and the coverages then fail too.
+
+**The design has seen inference.** Designs were compared by the statements of the paper that they allow, on
+acquisition seeds 1 to 6 and one training. So seeds 7 and above are fresh, and
+[a side study](../../studies/statements/README.md) judges both. Whether a volunteer passes the prior-support
+test is an outcome.
+
+## Volumes and pressures
+
+Of the true beats, beside the volumes in `subjects.csv`:
 
 {haemodynamics}
 
-Three things differ from real hearts:
+Two things differ from real hearts:
 
-- Ejection is short in all but E and F (published left ventricular ejection time: {ejection_mean:.0f} +-
+- Ejection is short in all but E (published left ventricular ejection time: {ejection_mean:.0f} +-
   {ejection_sd:.0f} ms).
-- End-systolic volumes, except D's, lie below the listed ones. Inference uses these only as conditioning
-  variables.
-- Pressures of ventricle and aorta are high, most of all where contraction is fast (E, F).
+- End-systolic volumes lie below the listed ones. Inference uses these only as conditioning variables.
 
 ## Cuff pressures and ejection time
 
@@ -127,27 +149,35 @@ ejection. They are rounded. Their random numbers are separate, so that the recor
 
 {measures}
 
-**The ejection times are the model's, and shorter than people's** in all but E and F ({ejection_mean:.0f}
+**The ejection times are the model's, and shorter than people's** in all but E ({ejection_mean:.0f}
 +- {ejection_sd:.0f} ms). They show how the columns work, not how long hearts eject.
 
 ## Acquisition noise
 
-20 gated phases, 3 repeats of 12 spatial samples. Each speed has an error of {sample} of its own and shares
-one of {repeat} with its repeat, independent for each phase. Repeats are sweeps over the cycle. Each sweep
-shares an error of {sweep} over all its phases. A recording has one scale of all its speeds, known to {scale}
-(thickness of the wall as a plate, fibre angle, dispersion). Without the scale, a phase mean has an error of
-{phase_se}. RR varies by 1 % from beat to beat. The push comes at a fixed delay, so the phase varies too.
-About 8 % of the samples fail, and 2 to 4 % report a wrong wave. Phase 13 of B and phase 4 of E failed
-completely. One repeat of C fell into a premature beat.
+20 gated phases, 3 repeats. Each speed has an error of its own and shares one with its repeat, independent for
+each phase. Repeats are sweeps over the cycle. Each sweep shares an error over all its phases. A recording has
+one scale of all its speeds (thickness of the wall as a plate, fibre angle, dispersion).
+
+{noise}
+
+**The noise of A to F is theirs alone.** It is as small as the paper's residuals imply, and no laboratory has
+it. G and H have the noise of `acquisition` in `config/model.yaml`. So have the populations, the trial, the
+planning and the validation. Errors of the two groups are estimated apart (`noise_groups` in
+`recording.yaml`).
+
+RR varies by 1 % from beat to beat. The push comes at a fixed delay, so the phase varies too. About 8 % of the
+samples fail, and 2 to 4 % report a wrong wave. Phase 13 of B and phase 4 of E failed completely. One repeat
+of C fell into a premature beat.
 
 {samples}
-{levels}
+
 ## Speeds beside published ones
 
 From the median of the successful samples at each phase. *Closure* is the end of forward flow through the
 aortic valve.
 
 {speeds}
+
 ## Sources
 
 - Diastolic septal speed, parasternal long axis, in healthy volunteers: Song et al., J Ultrasound Med
@@ -156,41 +186,35 @@ aortic valve.
   30:295 (2011).
 - Speed of natural waves at valve closure, in volunteers: Santos et al., IEEE Trans Ultrason Ferroelectr
   Freq Control 66:442 (2019); Keijzer et al., ibid. 67:1590 (2020).
-- Noise of {sample} and {repeat}: chosen by the paper's residuals, as above. So a single speed has a standard
-  deviation of {single} about its phase. 7 % is reported with acoustic radiation force in pigs (Vos et al.,
-  IEEE International Ultrasonics Symposium 2016).
-- Error of a sweep: chosen, half that of a repeat at one phase, since a probe that is placed again finds
-  nearly the same wall. Scale of {scale}: chosen; systems differ by about this on phantoms (RSNA/QIBA; Palmeri
+- Noise of G and H: chosen, so that a single speed varies by {single} about its phase. 7 % is reported with
+  acoustic radiation force in pigs (Vos et al., IEEE International Ultrasonics Symposium 2016).
+- Their error of a sweep: chosen, half that of a repeat at one phase, since a probe that is placed again finds
+  nearly the same wall. Their scale: chosen; systems differ by about this on phantoms (RSNA/QIBA; Palmeri
   et al., J Ultrasound Med 40:569, 2021).
 - Volumes, wall thickness, ejection fraction: Lang et al., J Am Soc Echocardiogr 28:1 (2015).
 - Mechanics: Chapelle et al., Int J Multiscale Comput Eng 10:189 (2012); Caruel et al., Biomech Model
   Mechanobiol 13:897 (2014).
 """
-LEVELS: Final = """
-### How large it is, and why
-
-The paper prints the RMSE between its curves and the median of its posterior: {paper} kPa for its cases A, B,
-C, D, {mean:.2f} in the mean. Noise is one part of it and model error another. So these residuals bound the
-noise of the paper's curves from above. The noise in use is a round number. Noise alone then makes {low:.2f}
-to {high:.2f} kPa in A to D, the paper's mean less 10 to 30 %:
-
-{table}
-
-The table has the RMSE on the analysis grid between the ingested curve and the true one through the same
-measured phases, in kPa. It is the mean over {seeds} recordings of each volunteer, seeds {first} to {last};
-the shipped seed is none of them. Samples to repeats are 2 : 1, sweeps half of the repeats, the scale is
-{scale}. The true curve is multiplied by the factor that fits best, since a fit absorbs a common scale in k_0
-and `a`. *As recorded* is without that factor. No column contains the error of interpolation between 20
-phases, since fitted curves go through the same phases. It is {interpolation:.1f} kPa. No verdict was looked
-at.
-
-Earlier versions of the cohort had 8 % and 4 %. That leaves more than the paper's own mean. Published
-repeatability is a weaker bound: a single speed varies by {single} about its phase with the noise in use, and
-by 8.9 % with the earlier noise. 7 % is reported in pigs (Vos et al. 2016), with another system and view.
-
-`noise_levels.csv` has this table; `python data/virtual_volunteers/make.py --noise-levels config.yaml`
-measures it anew.
+NOISE_GROUPS: Final = """noise_groups:           # their errors are estimated apart from those of the others
+  quiet: [{quiet}]
 """
+
+
+class PrintedFit(NamedTuple):
+    """Fit of the posterior predictive median to a case, as printed (paper, Tab. 1)."""
+
+    rmse_kpa: float
+    nrmse: float
+    r2: float
+
+
+PAPER_FIT: Final = {
+    "A": PrintedFit(0.76, 0.020, 0.996),
+    "B": PrintedFit(1.40, 0.025, 0.995),
+    "C": PrintedFit(0.87, 0.016, 0.998),
+    "D": PrintedFit(1.53, 0.027, 0.995),
+}
+"""By the volunteer that stands for the case."""
 
 
 @dataclass(frozen=True)
@@ -248,11 +272,7 @@ def _curve_rows(truth: Truth) -> pd.DataFrame:
 
 
 def readme(
-    truths: Sequence[Truth],
-    recordings: Sequence[Samples],
-    measures: Sequence[ClinicalMeasures],
-    seed: int,
-    levels: pd.DataFrame | None,
+    truths: Sequence[Truth], recordings: Sequence[Samples], measures: Sequence[ClinicalMeasures], seed: int
 ) -> str:
     """Return the text of the README.
 
@@ -261,67 +281,73 @@ def readme(
         recordings: Their recordings, in the same order.
         measures: What a clinic measured of them, likewise.
         seed: The acquisition seed.
-        levels: What noise of each level leaves, as texts; None if it is not measured yet.
     """
     designs = "\n".join(f"- {t.volunteer.context.subject}: {t.volunteer.design}" for t in truths)
+    errors = ACQUISITION
+    single = math.hypot(errors.sample_sd_fraction, errors.repeat_sd_fraction, errors.sweep_fraction)
+    quiet = ACQUISITION.model_copy(update=QUIET)
     return TEXT.format(
         seed=seed,
         truth=markdown(_truth_rows(truths)),
         designs=designs,
+        shapes=markdown(_shape_rows(truths)),
+        repeat=_percent(quiet.repeat_sd_fraction),
+        sweep=_percent(quiet.sweep_fraction),
+        samples_per_repeat=quiet.samples_per_repeat,
         haemodynamics=markdown(_haemodynamic_rows(truths)),
         measures=markdown(_measured_rows(truths, measures)),
         **_clinical_errors(),
         ejection_mean=EJECTION_MS[0],
         ejection_sd=EJECTION_MS[1],
+        noise=markdown(_noise_rows({"A to F": quiet, "G and H": errors})),
         samples=markdown(_sample_rows(truths, recordings)),
         speeds=markdown(_speed_rows(truths, recordings)),
-        levels="" if levels is None else _levels(levels, truths),
-        **_sizes(),
+        single=f"{100.0 * single:.1f} %",
     )
 
 
-def _sizes() -> dict[str, str]:
-    """Return the errors of a speed in percent: each of them, of a single speed, and of a phase mean."""
-    own, repeat = ACQUISITION.sample_sd_fraction, ACQUISITION.repeat_sd_fraction
-    sweep, samples = ACQUISITION.sweep_fraction, ACQUISITION.samples_per_repeat
-    mean = math.sqrt((own**2 / samples + repeat**2 + sweep**2) / ACQUISITION.repeats)
-    single = math.hypot(own, repeat, sweep)
-    shown = {"sample": own, "repeat": repeat, "sweep": sweep, "scale": ACQUISITION.scale_fraction}
-    return {name: f"{100.0 * value:g} %" for name, value in shown.items()} | {
-        "single": f"{100.0 * single:.1f} %",
-        "phase_se": f"{100.0 * mean:.1f} %",
-    }
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:g} %"
 
 
-def _levels(levels: pd.DataFrame, truths: Sequence[Truth]) -> str:
-    """Return the section on the level of the noise; the level in use is in bold."""
-    mean = float(np.mean(list(PAPER_RMSE_KPA.values())))
-    compared = [truth.curve for truth in truths if truth.volunteer.context.subject in COMPARED]
-    sizes = _sizes()
-    return LEVELS.format(
-        paper=", ".join(f"{value:.2f}" for value in PAPER_RMSE_KPA.values()),
-        mean=mean,
-        low=0.7 * mean,
-        high=0.9 * mean,
-        table=markdown(pd.DataFrame([_level_row(row) for _, row in levels.iterrows()])),
-        seeds=len(SEEDS),
-        first=SEEDS[0],
-        last=SEEDS[-1],
-        interpolation=float(np.mean([interpolation_error_kpa(curve) for curve in compared])),
-        scale=sizes["scale"],
-        single=sizes["single"],
-    )
+def _noise_rows(groups: Mapping[str, AcquisitionSettings]) -> pd.DataFrame:
+    """Return the errors of a speed by group: each of them, and of the mean of a phase without the scale."""
+    rows = []
+    for name, noise in groups.items():
+        own, repeat, samples = noise.sample_sd_fraction, noise.repeat_sd_fraction, noise.samples_per_repeat
+        mean = math.sqrt((own**2 / samples + repeat**2 + noise.sweep_fraction**2) / noise.repeats)
+        rows.append(
+            {
+                "": name,
+                "sample": _percent(own),
+                "samples a repeat": str(samples),
+                "repeat": _percent(repeat),
+                "sweep": _percent(noise.sweep_fraction),
+                "scale": _percent(noise.scale_fraction),
+                "mean of a phase": f"{100.0 * mean:.2f} %",
+            }
+        )
+    return pd.DataFrame(rows)
 
 
-def _level_row(row: pd.Series[str]) -> dict[str, str]:
-    fractions = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction")
-    heads = ("sample", "repeat", "sweep")
-    shown = {head: f"{100.0 * float(row[name]):g} %" for head, name in zip(heads, fractions, strict=True)}
-    shown |= {name: f"{float(row[f'rmse_{name}_kpa']):.2f}" for name in COMPARED}
-    shown |= {"mean": f"{float(row['rmse_kpa']):.2f}"}
-    shown |= {"as recorded": f"{float(row['rmse_as_recorded_kpa']):.2f}"}
-    in_use = float(row["sample_sd_fraction"]) == ACQUISITION.sample_sd_fraction
-    return {head: f"**{value}**" if in_use else value for head, value in shown.items()}
+def _shape_rows(truths: Sequence[Truth]) -> pd.DataFrame:
+    """Return range and relative spread of the curves: by table 1 of the paper, and as they are."""
+    rows = []
+    for truth in truths:
+        name, curve = truth.volunteer.context.subject, truth.curve.stiffness_kpa
+        if name in PAPER_FIT:
+            printed = PAPER_FIT[name]
+            spread, extent = printed.nrmse / math.sqrt(1.0 - printed.r2), float(np.ptp(curve))
+            rows.append(
+                {
+                    "case": name,
+                    "range (kPa), paper": f"{printed.rmse_kpa / printed.nrmse:.1f}",
+                    "range here": f"{extent:.1f}",
+                    "sd over range, paper": f"{spread:.2f}",
+                    "ratio here": f"{float(curve.std()) / extent:.2f}",
+                }
+            )
+    return pd.DataFrame(rows)
 
 
 def _truth_rows(truths: Sequence[Truth]) -> pd.DataFrame:
@@ -446,10 +472,7 @@ def _draw_recording(axis: Axes, samples: Samples) -> None:
 
 
 def write_cohort(folder: Path, seed: int) -> None:
-    """Write contexts, recordings, truth, picture and README of the volunteers into ``folder``.
-
-    If ``noise_levels.csv`` lies there, the README shows it.
-    """
+    """Write contexts, recordings, truth, picture and README of the volunteers into ``folder``."""
     truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
     recordings = [record(truth, seed) for truth in truths]
     measures = [measure(truth, seed) for truth in truths]
@@ -459,28 +482,20 @@ def write_cohort(folder: Path, seed: int) -> None:
     write_csv(folder / "subjects.csv", subject_table(truths, measures))
     write_csv(folder / "truth.csv", truth_table(truths))
     write_csv(folder / "truth_curves.csv", curve_table(truths), "%.4f")
-    write_text(folder / "recording.yaml", RECORDING.format(origin=ORIGIN, seed=seed))
-    levels = stored_table(folder / NOISE_LEVELS)
-    write_text(folder / "README.md", readme(truths, recordings, measures, seed, levels))
+    write_text(folder / "recording.yaml", recording_yaml(seed))
+    write_text(folder / "README.md", readme(truths, recordings, measures, seed))
     _write_picture(folder / "recordings.png", recordings)
 
 
-def write_noise_levels(folder: Path, recording: RecordingSettings, grid_points: int) -> None:
-    """Measure what noise of each level leaves, and write the table that the README shows.
-
-    Args:
-        folder: The cohort's folder.
-        recording: Quality control of the recordings.
-        grid_points: Size of the analysis grid.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    truths = [simulate_truth(volunteer) for volunteer in VOLUNTEERS]
-    write_csv(folder / NOISE_LEVELS, noise_levels(truths, recording, grid_points), "%.4g")
-
-
-def stored_table(path: Path) -> pd.DataFrame | None:
-    """Read a table that a README shows, cell by cell as it is written; None where there is none."""
-    return pd.read_csv(path, dtype=str, keep_default_na=False) if path.is_file() else None
+def recording_yaml(seed: int) -> str:
+    """Return how the recordings were made; the quiet ones are a noise group of their own."""
+    by_noise: dict[str, list[str]] = {"quiet": [], "others": []}
+    for volunteer in VOLUNTEERS:
+        quiet = volunteer.acquisition.samples_per_repeat == QUIET["samples_per_repeat"]
+        by_noise["quiet" if quiet else "others"].append(volunteer.context.subject)
+    named, others = (", ".join(names) for names in by_noise.values())
+    samples = f"{QUIET['samples_per_repeat']} # of {others}: {ACQUISITION.samples_per_repeat}"
+    return RECORDING.format(origin=ORIGIN, seed=seed, samples=samples) + NOISE_GROUPS.format(quiet=named)
 
 
 def _write_picture(path: Path, recordings: Sequence[Samples]) -> None:
@@ -499,19 +514,8 @@ def main() -> None:
     parser.add_argument(
         "--acquisition-seed", type=int, default=ACQUISITION_SEED, help="noise of the recordings"
     )
-    parser.add_argument(
-        "--noise-levels",
-        type=Path,
-        metavar="CONFIG",
-        help="measure first what noise of each level leaves, under this configuration's quality control",
-    )
     arguments = parser.parse_args()
     matplotlib.use("Agg")
-    if arguments.noise_levels:
-        plain = read_merged(arguments.noise_levels)
-        grid_points = MeasurementSettings.from_plain(plain["measurement"]).grid_points
-        recording = RecordingSettings.from_plain(plain["recording"])
-        write_noise_levels(arguments.folder, recording, grid_points)
     write_cohort(arguments.folder, arguments.acquisition_seed)
 
 

@@ -17,7 +17,7 @@ import swesbi
 SIMULATIONS = int(sys.argv[1]) if len(sys.argv) > 1 else 20_000
 
 torch.manual_seed(1)
-recording = swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True)
+recording = swesbi.read_recording("data/virtual_volunteers/swe/G.csv", from_prior=True)
 prior = swesbi.torch_prior(recording.prior)
 
 phi = prior.sample((SIMULATIONS,))

@@ -10,7 +10,7 @@ import numpy as np
 
 import swesbi
 
-recording = swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True)
+recording = swesbi.read_recording("data/virtual_volunteers/swe/G.csv", from_prior=True)
 phase = recording.speeds.phase
 DENSITY_KG_M3 = 1000.0
 

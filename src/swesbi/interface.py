@@ -139,7 +139,7 @@ def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = Fa
     """Read a recording with the noise of its folder, as ``swesbi infer`` does.
 
     >>> import swesbi
-    >>> recording = swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True)
+    >>> recording = swesbi.read_recording("data/virtual_volunteers/swe/G.csv", from_prior=True)
     >>> recording.speeds.speed_m_s.shape
     (20,)
 
@@ -164,7 +164,7 @@ def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
     """Return the exact posterior of a recording, with its verdict.
 
     >>> import swesbi
-    >>> found = swesbi.infer(swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True))
+    >>> found = swesbi.infer(swesbi.read_recording("data/virtual_volunteers/swe/G.csv", from_prior=True))
     >>> found.attrs["status"]
     'not contradicted'
     >>> 40.0 < float(found.posterior.k0_kpa.median()) < 80.0
@@ -210,7 +210,7 @@ def torch_prior(prior: BoxPrior, device: str = "cpu") -> TruncatedLogNormal:
     """Return a prior as a torch distribution on ``device``, as sbi expects one.
 
     >>> import swesbi
-    >>> recording = swesbi.read_recording("data/virtual_volunteers/swe/A.csv", from_prior=True)
+    >>> recording = swesbi.read_recording("data/virtual_volunteers/swe/G.csv", from_prior=True)
     >>> swesbi.torch_prior(recording.prior).sample((5,)).shape == (5, len(recording.names))
     True
 

@@ -14,6 +14,7 @@ import xarray as xr
 from evaluation_study import (
     EXPERIMENT,
     FORWARD_MODEL,
+    PREDICTIVE,
     PRIOR,
     SEED,
     TRUE_THETA,
@@ -29,6 +30,8 @@ from swesbi.checks.cmaes import read_cmaes
 from swesbi.checks.draws import simulated_curves
 from swesbi.checks.predictive import read_predictive
 from swesbi.heart.model import activation_duration_s
+from swesbi.measurement.settings import SCALAR_NAMES
+from swesbi.measurement.summary import summarise
 from swesbi.parameters import THETA_NAMES
 from swesbi.study.stages import subject_figures, tables
 from swesbi.study.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
@@ -110,7 +113,8 @@ def test_predictive_curves_pass_the_operator_of_the_observed_one(study: dict[str
     model = make_model("A")
     simulated = simulated_curves(check.posterior.draws.theta[:3], model, FORWARD_MODEL)
     np.testing.assert_allclose(check.posterior.draws.curve_kpa[:3], simulated, rtol=1e-9)
-    assert check.target.features[0] == pytest.approx(model.observation.curve_kpa.max(), abs=0.2)
+    observed = summarise(model.observation.curve_kpa[None], PREDICTIVE.summary)[0]
+    assert check.target.features[0] == observed[SCALAR_NAMES.index("maximum_kpa")]
 
 
 def test_derived_quantities_are_physiological(study: dict[str, Files]) -> None:

@@ -94,3 +94,8 @@ def snapshot(folder: Path) -> Mapping[str, bytes]:
         str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
         for path in sorted(folder.rglob("*"))
     }
+
+
+def ungrouped(shipped: Path) -> str:
+    """How a folder's recordings were made, without its noise groups, which name all of its subjects."""
+    return (shipped / "recording.yaml").read_text(encoding="utf-8").partition("noise_groups:")[0]

@@ -54,7 +54,12 @@ from swesbi.study.stages import cohort as stage
 from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 TRUE = NoiseComponents(0.04, 0.08, 0.05)
-OWN = {"repeat_sd_fraction": 0.04, "sample_sd_fraction": 0.08, "scale_fraction": 0.0}
+OWN = {
+    "samples_per_repeat": 12,
+    "repeat_sd_fraction": 0.04,
+    "sample_sd_fraction": 0.08,
+    "scale_fraction": 0.0,
+}
 """Of recordings with these components, but sweeps."""
 SETTINGS = stage.NoiseStageSettings(
     recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout(), noise_groups={}

@@ -110,9 +110,9 @@ def test_designed_rows_name_the_place_of_the_choice(table: pd.DataFrame) -> None
         assert (
             part.row.reading not in {"configured", "identity", "protocol"} or said[part.quantity] != "found"
         )
-    for start in ("subjects that pass", "RMSE of the prior predictive median, mean", "r(k_0, k_ATP)"):
+    for start in ("subjects that pass", "RMSE of the prior predictive median, mean", "noise-modelled feat"):
         assert row(table, start)["origin"].startswith("designed (")
-    for start in ("r(k_0, k_SR)", "coverage of k_SR", "noise-modelled features", "supported cases where"):
+    for start in ("r(k_0, k_SR)", "coverage of k_SR", "r(k_ATP, k_SR)", "supported cases where"):
         assert row(table, start)["origin"] == "found"
 
 

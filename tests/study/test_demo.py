@@ -15,7 +15,7 @@ from swesbi.answers.written import OUTPUTS
 from swesbi.base import extras
 from swesbi.config.read import installation
 
-WORDS = ("A: 20 of 20 gated phases", "k_0 ", "k_ATP ", "k_SR ", "verdict: not contradicted", "limit: with 8")
+WORDS = ("G: 20 of 20 gated phases", "k_0 ", "k_ATP ", "k_SR ", "verdict: not contradicted", "limit: with 8")
 NEWER = ("3.14", "3.13", "3.12")
 OPENED = """
 import sys, arviz, swesbi
@@ -111,5 +111,5 @@ def test_a_wheel_answers_where_there_is_no_checkout(newer: bool, wheel: Path, tm
     absent = typed("-c", "import swesbi; swesbi.torch_prior(None)")
     assert absent.stderr.splitlines()[-1].endswith(str(extras.missing(ModuleNotFoundError(name="torch"))))
     if newer:
-        opened = typed("-c", OPENED, "swesbi-demo/posterior.h5", str(volunteers / "swe" / "A.csv"))
+        opened = typed("-c", OPENED, "swesbi-demo/posterior.h5", str(volunteers / "swe" / "G.csv"))
         assert opened.returncode == 0, opened.stderr

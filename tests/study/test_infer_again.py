@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from cohorts import ungrouped
 from study_copy import ROOT
 
 from swesbi.__main__ import main
@@ -35,7 +36,7 @@ def folder(tmp_path: Path) -> Path:
     rows = (shipped / "subjects.csv").read_text(encoding="utf-8").splitlines()
     kept = [row for row in rows if row.split(",")[0] in ("subject", *SUBJECTS)]
     (made / "subjects.csv").write_text("\n".join(kept) + "\n", encoding="utf-8")
-    shutil.copy(shipped / "recording.yaml", made)
+    (made / "recording.yaml").write_text(ungrouped(shipped), encoding="utf-8")
     for name in SUBJECTS:
         shutil.copy(shipped / "swe" / f"{name}.csv", made / "swe")
     return made

@@ -14,7 +14,7 @@ from study_copy import ROOT
 import swesbi
 from swesbi import interface
 
-VOLUNTEER = "data/virtual_volunteers/swe/A.csv"
+VOLUNTEER = "data/virtual_volunteers/swe/G.csv"
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +30,7 @@ def test_the_names_are_few_and_all_there() -> None:
 
 
 def test_what_is_no_recording_is_refused_plainly() -> None:
-    with pytest.raises(ValueError, match=r"A.csv is the recording of A"):
+    with pytest.raises(ValueError, match=r"G.csv is the recording of G"):
         swesbi.read_recording(VOLUNTEER, subject="B")
     with pytest.raises(TypeError, match="takes the result of read_recording"):
         swesbi.infer(VOLUNTEER)  # type: ignore[arg-type]

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 import pytest
+from cohorts import ungrouped
 from study_copy import ROOT, Job, StudyCopy, copy_study, of_rule, rules_of
 
 from swesbi.config.read import read_merged
@@ -30,6 +31,7 @@ def make_large(study: StudyCopy, subjects: int) -> None:
     for name in names:
         (cohort / "swe" / f"{name}.csv").write_bytes(recording)
     (cohort / "truth.csv").unlink()
+    (cohort / "recording.yaml").write_text(ungrouped(cohort), encoding="utf-8")
     study.edit(
         "config/experiments.yaml",
         "subjects: { data/virtual_volunteers: [A, B, C, D, E, F] }",

@@ -10,6 +10,7 @@ import pytest
 import speed_case
 from pydantic import ValidationError
 
+from data.makers.clinical import true_measures
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
@@ -27,7 +28,7 @@ from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import EjectionTimeSettings
 from swesbi.verdict.verdict import VerdictTest
 from swesbi.verdict.with_null import VerdictSettings, grade
-from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, forward_model_of
+from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, forward_model_of, simulate_truth
 
 CONFIG: Final = speed_case.shipped()
 SETTINGS: Final = CONFIG.speed_experiments["calibrated"].misspecification.ejection_time
@@ -69,9 +70,10 @@ def test_the_shipped_ejection_times_pass_and_80_ms_off_do_not(volunteer: Volunte
     measured = rows[context.subject].to_measures().lvet_ms
     beats = beats_of(volunteer)
     assert not judged(beats, context, measured).flagged
-    for wrong in (measured - 80.0, measured + 80.0):
+    true = true_measures(simulate_truth(volunteer)).lvet_ms
+    for wrong in (true - 80.0, true + 80.0):
         test = judged(beats, context, wrong)
-        assert test.flagged and np.sign(test.statistic) == np.sign(measured - wrong)
+        assert test.flagged and np.sign(test.statistic) == np.sign(true - wrong)
         assert grade(Grade.NOT_CONTRADICTED, (), (test,), 6.0) == Grade.STRAINED
 
 

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import shutil
 from functools import cache
 from pathlib import Path
 
@@ -14,16 +13,6 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING
 from study_copy import ROOT
 
-from data.makers.noise_levels import (
-    COMPARED,
-    NOISE_LEVELS,
-    PAPER_RMSE_KPA,
-    SEEDS,
-    at_level,
-    measure_level,
-    noise_levels,
-    residual,
-)
 from data.makers.tables import haemodynamics
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.acquisition import TruthCurve, acquire
@@ -44,7 +33,7 @@ from swesbi.virtual.volunteers import VOLUNTEERS, Truth, record, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"
 MAKE = maker("virtual_volunteers")
-DESIGNED_PEAK_KPA = {"A": 40, "B": 60, "C": 60, "D": 58, "E": 60, "F": 64, "G": 49, "H": 54}
+DESIGNED_PEAK_KPA = {"A": 40, "B": 55, "C": 63, "D": 60, "E": 37, "F": 53, "G": 49, "H": 54}
 BY_NAME = {volunteer.context.subject: volunteer for volunteer in VOLUNTEERS}
 
 
@@ -66,7 +55,6 @@ def many(settings: AcquisitionSettings, recordings: int = 40) -> list[Samples]:
 
 
 def test_the_shipped_files_are_regenerated_byte_for_byte(tmp_path: Path) -> None:
-    shutil.copy(SHIPPED / NOISE_LEVELS, tmp_path)  # made by --noise-levels, shown here
     MAKE.write_cohort(tmp_path, ACQUISITION_SEED)
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file())
     assert shipped_files("virtual_volunteers") == [path.as_posix() for path in made]
@@ -102,10 +90,10 @@ def test_true_curves_and_beats_are_as_designed(name: str) -> None:
     late = (curve.cycle_phase >= 0.80) & (curve.cycle_phase <= 0.97)
     np.testing.assert_allclose(curve.stiffness_kpa[late].mean(), BY_NAME[name].late_diastolic_kpa)
     np.testing.assert_allclose(curve.stiffness_kpa.max(), DESIGNED_PEAK_KPA[name], rtol=0.07)
-    np.testing.assert_allclose(beat["end_diastolic_volume_ml"], context.lvedv_ml, rtol=0.10)
-    np.testing.assert_allclose(beat["end_systolic_volume_ml"], context.lvesv_ml, rtol=0.32)
-    assert 0.55 < beat["ejection_fraction"] < 0.76
-    assert 100 < beat["systolic_aortic_pressure_mmhg"] < 175
+    np.testing.assert_allclose(beat["end_diastolic_volume_ml"], context.lvedv_ml, rtol=0.12)
+    np.testing.assert_allclose(beat["end_systolic_volume_ml"], context.lvesv_ml, rtol=0.25)
+    assert 0.55 < beat["ejection_fraction"] < 0.77
+    assert 100 < beat["systolic_aortic_pressure_mmhg"] < (140 if name in "ABCDEF" else 145)
     assert 60 < beat["diastolic_aortic_pressure_mmhg"] < 90
     assert 190 < beat["ejection_ms"] < 310
 
@@ -115,8 +103,9 @@ def test_shipped_recordings_pass_ingestion_near_the_truth(name: str) -> None:
     observed = ingest(shipped(name), BY_NAME[name].context, RECORDING, 100)
     missing = BY_NAME[name].acquisition.missing_phases
     assert tuple(observed.phase_index[~observed.measured]) == missing
-    assert observed.rejected["ectopic_rr"] == (12 if name == "C" else 0)
-    assert 5 < observed.rejected["outlier"] < 40
+    of_a_repeat = BY_NAME[name].acquisition.samples_per_repeat
+    assert observed.rejected["ectopic_rr"] == (of_a_repeat if name == "C" else 0)
+    assert 5 < observed.rejected["outlier"] < 3.4 * of_a_repeat
     truth = truth_of(name).curve
     true_speed = np.sqrt(np.interp(observed.phase, truth.cycle_phase, truth.stiffness_kpa) / 3.0)
     log_scale = np.nanmean(np.log(observed.speed_m_s / true_speed))
@@ -143,45 +132,6 @@ def test_acquisition_noise_has_the_size_it_should() -> None:
     repeat_variance = speed.mean(axis=-1).var(axis=-1, ddof=1).mean() - 0.06**2 / 12
     np.testing.assert_allclose(np.sqrt(repeat_variance), 0.03, rtol=0.08)
     np.testing.assert_allclose(speed.mean(axis=(-1, -2)).std(), 0.02, rtol=0.08)
-
-
-def stored_levels() -> pd.DataFrame:
-    return pd.read_csv(SHIPPED / NOISE_LEVELS).set_index("sample_sd_fraction")
-
-
-def test_the_level_in_use_leaves_the_paper_s_residual_less_10_to_30_percent() -> None:
-    paper = np.mean(list(PAPER_RMSE_KPA.values()))
-    np.testing.assert_allclose(paper, 1.14, atol=0.005)
-    assert 0.7 * paper <= stored_levels()["rmse_kpa"][ACQUISITION.sample_sd_fraction] <= 0.9 * paper
-    assert at_level(ACQUISITION.sample_sd_fraction, ACQUISITION) == ACQUISITION  # 2 : 1, and half of it
-    assert ACQUISITION_SEED not in SEEDS
-
-
-def test_the_stored_levels_are_what_recordings_leave() -> None:
-    stored, truths = stored_levels(), [truth_of(name) for name in COMPARED]
-    for fraction in (0.03, 0.06):
-        found = measure_level(truths, fraction, RECORDING, 100, SEEDS[:10])
-        for name, each in found.items():
-            np.testing.assert_allclose(each.without_scale, stored[f"rmse_{name}_kpa"][fraction], rtol=0.15)
-
-
-def test_a_scale_is_no_part_of_the_residual_without_it() -> None:
-    truth = truth_of("A")
-    settings = ACQUISITION.model_copy(update=QUIET | {"sweep_fraction": 0.0})
-    samples = acquire(truth.curve, BY_NAME["A"].context, settings, generator(1, "test"))
-    found = residual(truth.curve, ingest(samples, BY_NAME["A"].context, RECORDING, 100))
-    assert found.as_recorded > 20.0 * found.without_scale
-    assert found.without_scale < 0.02
-
-
-def test_the_table_has_a_row_for_each_level(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("data.makers.noise_levels.SEEDS", range(1001, 1003))
-    table = noise_levels([truth_of("A"), truth_of("B"), truth_of("E")], RECORDING, 100)
-    assert table["rmse_kpa"].is_monotonic_increasing
-    np.testing.assert_allclose(table["rmse_kpa"], table[["rmse_A_kpa", "rmse_B_kpa"]].mean(axis=1))
-    assert list(table.columns) == [
-        name for name in pd.read_csv(SHIPPED / NOISE_LEVELS) if not name.startswith(("rmse_C", "rmse_D"))
-    ]
 
 
 QUIET = dict.fromkeys(

@@ -16,7 +16,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.config.study import Study
 from swesbi.report.figures.style import POSTERIOR, TRUTH, new_figure, style
 
-SUBJECT: Final = "A"
+SUBJECT: Final = "G"
 EXPERIMENT: Final = "calibrated"
 PARAMETERS: Final = {
     "k0_kpa": "How strongly it contracts\n$k_0$ (kPa)",

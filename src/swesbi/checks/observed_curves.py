@@ -18,8 +18,8 @@ model asks for that, and so for a reading of what each noise does to the whole c
     (:func:`swesbi.checks.scores.check_features`): an area or a slope belongs to infinitely many curves, and
     no one deformation of a curve to it. Scale and shift move them already. Under 1 kPa and 0.03 of the cycle
     the area of the six volunteers' prior curves moves by 0.4 kPa (Eq. 5: 0.5), that after the peak by
-    0.2 to 0.4 kPa (0.5) and the decay slope by 9 to 20 kPa per cycle (5): a third move for each would
-    count that noise twice.
+    0.3 kPa (0.5) and the decay slope from the peak to the end by 3 to 5 kPa per cycle (5): a third move for
+    each would count that noise twice.
 
 The trajectory values, which Eq. 5 does "not independently" perturb, so move with the curve that they are of.
 """

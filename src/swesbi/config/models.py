@@ -261,7 +261,7 @@ class Config(Settings):
     )
     acquisition: AcquisitionSettings = Field(
         description="How synthetic recordings are made, those behind recovery_acquisition.csv among them. "
-        "It has the noise of the virtual volunteers."
+        "It has noise as a laboratory may have it, as volunteers G and H do."
     )
     priors: dict[Name, PriorSettings] = Field(
         min_length=1,

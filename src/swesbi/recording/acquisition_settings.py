@@ -38,12 +38,11 @@ class AcquisitionSettings(Settings):
     repeats: int = Field(ge=2, description="Acquisitions a phase. Chosen.")
     samples_per_repeat: int = Field(ge=1, description="Positions along the mid-myocardium. Chosen.")
     sample_sd_fraction: Fraction = Field(
-        description="Error of one spatial sample. Chosen: noise alone then leaves 0.90 kPa of the paper's "
-        "mean residual of 1.14 (data/virtual_volunteers/README.md)."
+        description="Error of one spatial sample. Chosen: a single speed then varies by 6.9 % about its "
+        "phase, in pigs by 7 % (Vos et al., IEEE Int Ultrason Symp 2016)."
     )
     repeat_sd_fraction: Fraction = Field(
-        description="Error common to the samples of a repeat. Chosen likewise, samples to repeats 2 : 1. "
-        "A single speed so varies by 6.9 %, in pigs by 7 % (Vos et al., IEEE Int Ultrason Symp 2016)."
+        description="Error common to the samples of a repeat. Chosen likewise, half that of a sample."
     )
     sweep_fraction: Fraction = Field(
         description="Standard deviation of the error that a repeat shares over all phases; 0 where "
@@ -87,9 +86,9 @@ ACQUISITION: Final = AcquisitionSettings(
     ectopic_beats=(),
     density_kg_m3=1000.0,
 )
-"""The common protocol: 20 phases as in the paper; noise that the paper's residuals leave room for.
+"""The common protocol: 20 phases as in the paper, and noise as a laboratory may have it.
 
-``noise_levels`` measures what each level leaves; the README beside the recordings has the table. The errors
-that a recording shares are chosen: a sweep's is half that of a repeat; the scale is of the order by which
-systems differ on phantoms (Palmeri et al., J Ultrasound Med 40:569, 2021).
+A single speed varies as in pigs (Vos et al., IEEE Int Ultrason Symp 2016). The errors that a recording shares
+are chosen: a sweep's is half that of a repeat; the scale is of the order by which systems differ on phantoms
+(Palmeri et al., J Ultrasound Med 40:569, 2021).
 """

@@ -50,7 +50,7 @@ class FolderNoise:
         if self.recordings == 0:
             return f"{parts}: as is expected of a laboratory that nobody has seen"
         few = "one recording, shrunk towards what is expected" if self.recordings == 1 else ""
-        return f"{parts}: of {few or f'the {self.recordings} recordings of the folder'}"
+        return f"{parts}: of {few or f'{self.recordings} recordings of the folder'}"
 
 
 def folder_noise(recordings: Sequence[RepeatLevels], prior: NoisePriorSettings) -> FolderNoise:

@@ -1,4 +1,4 @@
-"""Answer the shipped recording of A, a virtual volunteer whose parameters are known, without a study."""
+"""Answer the shipped recording of G, a virtual volunteer whose parameters are known, without a study."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from swesbi.verdict.trust import ANSWER
 if TYPE_CHECKING:
     from swesbi.report.sheet import Sheet
 
-SUBJECT: Final = "A"
+SUBJECT: Final = "G"
 COHORT: Final = "data/virtual_volunteers"
 
 
@@ -48,7 +48,8 @@ def demonstrated(config: Path, out: Path) -> list[str]:
     low, median, high = page.limits
     rows = {line.parameter.name: number for number, line in enumerate(ANSWER)}
     mass = f"{100.0 * page.result.interval_mass:.0f} %"
-    lines = [f"A: {page.recorded.summary}, {page.recorded.accepted} samples; errors: {page.recorded.noise}"]
+    made = page.recorded
+    lines = [f"{SUBJECT}: {made.summary}, {made.accepted} samples; errors: {made.noise}"]
     for parameter, true in zip(THETA, truth, strict=True):
         at = rows[parameter.name]
         inside = "contains" if low[at] <= true <= high[at] else "does not contain"

@@ -92,7 +92,7 @@ def infer() -> argparse.ArgumentParser:
         "A heart outside their range begins from the prior.\n"
         "Standard errors are estimated from the repeats of the folder.\n"
         "A gated recording has a row per sample, a free-running one a row per push.",
-        epilog="examples:\n  swesbi infer data/virtual_volunteers/swe/A.csv\n"
+        epilog="examples:\n  swesbi infer data/virtual_volunteers/swe/G.csv\n"
         "  swesbi infer data/virtual_trial --workers 2\n\n"
         "Exit code: 0 all were inferred; 2 one was refused. The others of a folder are still inferred.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -212,8 +212,8 @@ def stages() -> argparse.ArgumentParser:
         prog="swesbi stages",
         description="List the stages of the study, or run one of them. `snakemake --cores 2` runs all.\n"
         "`swesbi stages NAME --help` states what a stage reads and writes.",
-        epilog=f"{listing()}\n\nexample:\n  swesbi stages ingest --subject A "
-        "--recording data/virtual_volunteers/swe/A.csv --observation observation.h5",
+        epilog=f"{listing()}\n\nexample:\n  swesbi stages ingest --subject G "
+        "--recording data/virtual_volunteers/swe/G.csv --observation observation.h5",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("stage", nargs="?", choices=STAGES, metavar="NAME", help="one of those below")

@@ -1,7 +1,7 @@
 """A generated cohort with known model error: contexts, theta and physiology drawn at random, then recorded.
 
 Its mechanics are as rich as the virtual volunteers' (valve and wall inertia, a slower ramp of activation),
-and what differs between hearts is drawn from ranges that span theirs.
+and what differs between hearts is drawn from ranges that span G and H.
 """
 
 from __future__ import annotations
@@ -146,7 +146,9 @@ def volunteer_in(
     """Draw theta from the prior, and each physiological quantity uniformly from its range, in a context."""
     theta = tuple(sample(1, prior, rng)[0].tolist())
     physiology = {name: float(rng.uniform(*limits)) for name, limits in ranges.items()}
-    return Volunteer(context, theta, acquisition=acquisition, design="drawn at random", **physiology)
+    return Volunteer(
+        context, theta, acquisition=acquisition, design="drawn at random", model_version=3, **physiology
+    )
 
 
 def record_subject(

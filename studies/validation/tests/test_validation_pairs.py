@@ -37,7 +37,8 @@ from swesbi.virtual.volunteers import OWN_PARAMETERS
 
 SPREADS = Spreads(heart_rate=0.06, loading=0.08, stressed_volume=0.05)
 OF_THE_DAY = (RESISTANCE, CAPACITANCE)
-KEPT = [name for name in OWN_PARAMETERS if name not in OF_THE_DAY]
+SHARED = "activation_ramp_s"  # by all hearts of this kind
+KEPT = [name for name in OWN_PARAMETERS if name not in (*OF_THE_DAY, SHARED)]
 
 
 @cache
