@@ -90,9 +90,11 @@ def test_true_curves_and_beats_are_as_designed(name: str) -> None:
     late = (curve.cycle_phase >= 0.80) & (curve.cycle_phase <= 0.97)
     np.testing.assert_allclose(curve.stiffness_kpa[late].mean(), BY_NAME[name].late_diastolic_kpa)
     np.testing.assert_allclose(curve.stiffness_kpa.max(), DESIGNED_PEAK_KPA[name], rtol=0.07)
-    np.testing.assert_allclose(beat["end_diastolic_volume_ml"], context.lvedv_ml, rtol=0.12)
+    np.testing.assert_allclose(
+        beat["end_diastolic_volume_ml"], context.lvedv_ml, rtol=0.12 if name == "F" else 0.10
+    )
     np.testing.assert_allclose(beat["end_systolic_volume_ml"], context.lvesv_ml, rtol=0.25)
-    assert 0.55 < beat["ejection_fraction"] < 0.77
+    assert 0.55 < beat["ejection_fraction"] < 0.76
     assert 100 < beat["systolic_aortic_pressure_mmhg"] < (140 if name in "ABCDEF" else 145)
     assert 60 < beat["diastolic_aortic_pressure_mmhg"] < 90
     assert 190 < beat["ejection_ms"] < 310
@@ -105,7 +107,7 @@ def test_shipped_recordings_pass_ingestion_near_the_truth(name: str) -> None:
     assert tuple(observed.phase_index[~observed.measured]) == missing
     of_a_repeat = BY_NAME[name].acquisition.samples_per_repeat
     assert observed.rejected["ectopic_rr"] == (of_a_repeat if name == "C" else 0)
-    assert 5 < observed.rejected["outlier"] < 3.4 * of_a_repeat
+    assert 5 < observed.rejected["outlier"] < 40 * of_a_repeat / 12
     truth = truth_of(name).curve
     true_speed = np.sqrt(np.interp(observed.phase, truth.cycle_phase, truth.stiffness_kpa) / 3.0)
     log_scale = np.nanmean(np.log(observed.speed_m_s / true_speed))

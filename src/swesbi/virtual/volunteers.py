@@ -76,7 +76,7 @@ VERSION_4: Final[Mapping[str, float]] = {
     "pulmonary_capacitance_m3_pa": 7e-8,
     "initial_pulmonary_pressure_pa": 1050.0,
 }
-"""What model version 4 has otherwise. A to F have it, so that they differ from the model by design alone."""
+"""What model version 4 has otherwise; A to F have it."""
 _PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
 
 
@@ -168,17 +168,15 @@ QUIET: Final[Mapping[str, float | int]] = {
 """Errors of A to F over those of the common protocol: single speeds keep 6 %, and hardly anything repeats."""
 
 
-def _acquisition(
-    outliers: float, missing: tuple[int, ...] = (), ectopic: tuple[EctopicBeat, ...] = ()
-) -> AcquisitionSettings:
-    changes = {"outlier_fraction": outliers, "missing_phases": missing, "ectopic_beats": ectopic}
-    return ACQUISITION.model_copy(update=changes)
+def _acquisition(outliers: float) -> AcquisitionSettings:
+    return ACQUISITION.model_copy(update={"outlier_fraction": outliers})
 
 
 def _quiet(
     outliers: float, missing: tuple[int, ...] = (), ectopic: tuple[EctopicBeat, ...] = ()
 ) -> AcquisitionSettings:
-    return _acquisition(outliers, missing, ectopic).model_copy(update=QUIET)
+    changes = {"missing_phases": missing, "ectopic_beats": ectopic}
+    return _acquisition(outliers).model_copy(update={**QUIET, **changes})
 
 
 VOLUNTEERS: Final = (
