@@ -13,7 +13,7 @@ from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.prior import PriorSettings, quantile
-from swesbi.recording.cohort import read_subjects
+from swesbi.recording.cohort.subjects import read_subjects
 from swesbi.seeds import generator
 
 Array = NDArray[np.float64]

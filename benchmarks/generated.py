@@ -25,7 +25,7 @@ from data.makers.files import samples_table
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.parameters import THETA_NAMES
-from swesbi.recording.clinical import CLINICAL
+from swesbi.recording.cohort.clinical import CLINICAL
 from swesbi.virtual.generated import GeneratedRecording, record_subject
 from swesbi.virtual.volunteers import simulate_truth
 

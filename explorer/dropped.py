@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.context import CONTEXT, CONTEXT_BOUNDS, Context
-from swesbi.recording.foreign import GATED
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
-from swesbi.recording.reader import check_measured, samples_of
+from swesbi.recording.reader import MEASURED, REQUIRED, check_measured, samples_of
 from swesbi.recording.settings import RecordingSettings
-from swesbi.recording.table import read_table
+from swesbi.recording.tables.columns import TEXTS
+from swesbi.recording.tables.csv_text import read_csv
 
 HEART: Final = ("hr_bpm", "lvedv_ml", "lvesv_ml", "ivsd_cm")
 """What the forward model takes, and what its beats are held against."""
@@ -30,8 +30,7 @@ def dropped_recording(path: Path, context: Context, settings: RecordingSettings)
         RecordingError: The table is malformed, a value is impossible, or the recording is too incomplete or
             cannot be of this heart.
     """
-    required, optional = GATED.of_own_form
-    table = read_table(path, required, optional)
+    table = read_csv(path).using(REQUIRED, MEASURED, TEXTS)
     check_measured(table)
     samples = samples_of(table, settings.phases, settings.density_kg_m3)
     return ingest(samples, context, settings, GRID_POINTS)
@@ -51,7 +50,7 @@ def dropped_hearts(path: Path) -> dict[str, dict[str, float]]:
             twice.
     """
     heart = [variable for variable in CONTEXT if variable.name in HEART]
-    table = read_table(path, ("subject", *(variable.name for variable in heart)))
+    table = read_csv(path).using(("subject", *(variable.name for variable in heart)), (), TEXTS)
     table.unique(["subject"])
     columns = {}
     for variable in heart:

@@ -8,7 +8,7 @@ import numpy as np
 
 from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.intervals import systolic_intervals
-from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalMeasures
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Truth, forward_model_of
 

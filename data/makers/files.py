@@ -9,14 +9,13 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.recording.columns import COLUMNS, SPEED
 from swesbi.recording.samples import Samples
+from swesbi.recording.tables.columns import COLUMNS, SPEED
 
 WHOLE: Final = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}  # rounded to the millisecond when acquired
 RECORDING: Final = """\
 # How the recordings of this cohort were made
 origin: {origin}; not measured on people
-acquisition_seed: {seed}
 protocol:               # as in the paper, Sec. 2.1, which the simulation stands for
   system: Verasonics Vantage
   probe: GE 6S-D
@@ -33,6 +32,7 @@ density_kg_m3: 1000.0
 sources:
   protocol: paper, Sec. 2.1
   speeds: see README.md
+  acquisition_seed: {seed}
 """
 
 

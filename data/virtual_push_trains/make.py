@@ -32,8 +32,8 @@ from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 RECORDING: Final = """\
 # How the recordings of this cohort were made
 origin: virtual push trains of virtual volunteers (swesbi.virtual.push_trains); not measured on people
-acquisition_seed: {seed}
 noise: {{ cv_fraction: {error:g}, cv_log_sd: {log_sd:g} }} # no repeats tell it: declared, and integrated out
+sources: {{ acquisition_seed: {seed} }}
 """
 README: Final = """\
 # Virtual push trains

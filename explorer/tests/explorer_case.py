@@ -13,7 +13,8 @@ from explorer.data import ExploredSubject, page_data
 from explorer.page import render_page
 from explorer.physics import physics
 from swesbi.prior import sample
-from swesbi.recording.cohort import find_recording, read_subject_table
+from swesbi.recording.cohort.files import find_recording
+from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import CohortNoise, GroupNoise, NoiseEstimate

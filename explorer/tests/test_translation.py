@@ -18,7 +18,7 @@ from explorer.translation.program import LATER, Program
 from explorer.translation.refusal import UntranslatableError
 from swesbi.base.terminal import printable
 from swesbi.posterior.diagnostics import smooth
-from swesbi.recording.table import spelling
+from swesbi.recording.tables.table import spelling
 
 
 @pytest.fixture(autouse=True)

@@ -1,15 +1,17 @@
 """Simulation-based inference of cardiac mechanics from shear wave elastography.
 
-Eight names are public:
+Ten names are public:
 
-    read_recording    read FOLDER/swe/SUBJECT.csv, or a subject of FOLDER
-    Recording         a recording under the model: prior, likelihood, predictions
-    infer             exact posterior and verdict of a recording
-    simulate_beat     the periodic beat of a heart
-    Context           sex, age, body surface area, heart rate, volumes, septum
-    ParameterPrior    a log-normal between bounds
-    torch_prior       a prior as a torch distribution
-    sample_posterior  exact posterior of a model of your own
+    read_recording         read FOLDER/swe/SUBJECT.csv, or a subject of FOLDER
+    recording_from_table   a recording in a pandas DataFrame
+    recording_from_arrays  a free-running recording in arrays
+    Recording              a recording under the model: prior, likelihood, predictions
+    infer                  exact posterior and verdict of a recording
+    simulate_beat          the periodic beat of a heart
+    Context                sex, age, body surface area, heart rate, volumes, septum
+    ParameterPrior         a log-normal between bounds
+    torch_prior            a prior as a torch distribution
+    sample_posterior       exact posterior of a model of your own
 
 Each is loaded when it is first asked for.
 """
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
         Recording,
         infer,
         read_recording,
+        recording_from_arrays,
+        recording_from_table,
         sample_posterior,
         simulate_beat,
         torch_prior,
@@ -37,6 +41,8 @@ __all__ = [
     "Recording",
     "infer",
     "read_recording",
+    "recording_from_arrays",
+    "recording_from_table",
     "sample_posterior",
     "simulate_beat",
     "torch_prior",

@@ -41,7 +41,7 @@ COMMANDS: Final = {
         "swesbi demo",
     ),
     "template": Command(
-        "swesbi.recording.template",
+        "swesbi.recording.cohort.template",
         "Write an empty folder for your recordings, or propose a mapping for a table of another tool.",
         "swesbi template data/my_cohort",
     ),

@@ -7,19 +7,20 @@ loads none. Arrays of parameters have a row a draw, in the order of ``Recording.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from pydantic import ValidationError
 from scipy.special import logsumexp
 
 from swesbi.answers.answer import answered
 from swesbi.answers.free import FreeRecording
-from swesbi.base.arrays import FloatArray
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.extras import missing
 from swesbi.config.read import found_configuration, parse_config, read_merged
-from swesbi.config.study import load_study
+from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import simulate
@@ -29,11 +30,19 @@ from swesbi.parameters import PHI, TOLD
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.settings import asking
 from swesbi.prior import BoxPrior, ParameterPrior, SomeParameters
+from swesbi.recording.cohort.recording_file import IN_MEMORY, described_in_memory
+from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.settings import ContextRow
+from swesbi.recording.tables.columns import SPEED
+from swesbi.recording.tables.frame import table_of_arrays, table_of_frame
+from swesbi.recording.tables.table import Table
 from swesbi.seeds import generator
 from swesbi.study.answering import Answerer, Asked, experiments_to_ask
 from swesbi.study.infer import folder_of, subjects_of
+from swesbi.study.observing import observe_table
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from swesbi.networks.torch_prior import TruncatedLogNormal
@@ -160,18 +169,103 @@ def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = Fa
     return Recording(answerer.asked(named[0] if len(named) == 1 else ""))
 
 
-def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
+def recording_from_table(
+    table: pd.DataFrame, context: Context, *, from_prior: bool = False, **described: object
+) -> Recording:
+    """Take a recording from a table in memory, as strictly as from a file: one row a sample or a push.
+
+    >>> import pandas, swesbi
+    >>> table = pandas.read_csv("data/virtual_push_trains/swe/G.csv")
+    >>> heart = swesbi.Context("G", "F", 25.0, 1.7, 61.0, 90.0, 34.0, 0.76)
+    >>> noise = {"cv_fraction": 0.1, "cv_log_sd": 0.3}
+    >>> swesbi.recording_from_table(table, heart, noise=noise).speeds.speed_m_s.shape
+    (34,)
+
+    Args:
+        table: In the columns of ``docs/own-data.md``, or others that ``columns`` names.
+        context: Whose heart it is.
+        from_prior: Whether no network is asked.
+        described: Keys of ``recording.yaml``: ``columns``, ``units``, ``table``, ``protocol``, ``noise``.
+
+    Raises:
+        ValueError: The table or what is said of it cannot be used; the message says where, and what to do.
+    """
+    return _in_memory(table_of_frame(table, IN_MEMORY), context, described, from_prior)
+
+
+def recording_from_arrays(
+    time_ms: FloatArray,
+    speed_m_s: FloatArray,
+    *,
+    rr_ms: FloatArray,
+    context: Context,
+    beat: IntArray | None = None,
+    se_m_s: FloatArray | None = None,
+    fit_r2: FloatArray | None = None,
+    from_prior: bool = False,
+    **described: object,
+) -> Recording:
+    """Take a free-running recording from arrays in memory: p pushes, NaN where a speed could not be told.
+
+    >>> import numpy as np, swesbi
+    >>> heart = swesbi.Context("X", "F", 30.0, 1.7, 64.0, 90.0, 34.0, 0.8)
+    >>> time = np.linspace(120.0, 900.0, 9)
+    >>> speed = np.array([1.9, 3.1, 3.8, 3.6, 2.4, 1.6, 1.4, 1.3, 1.5])
+    >>> given = {"rr_ms": np.full(9, 940.0), "se_m_s": 0.1 * speed, "context": heart}
+    >>> swesbi.recording_from_arrays(time, speed, **given).speeds.phase.round(2)[:3]
+    array([0.13, 0.23, 0.34])
+
+    Args:
+        time_ms: Times since the R peak of each push's own beat; shape (p,).
+        speed_m_s: Shear-wave speeds; shape (p,).
+        rr_ms: RR intervals of the beats; shape (p,).
+        context: Whose heart it is.
+        beat: Number of the beat; shape (p,).
+        se_m_s: Standard errors of the speeds; shape (p,). Without them ``noise`` says how large they are.
+        fit_r2: R2 of the wave fits; shape (p,).
+        from_prior: Whether no network is asked.
+        described: Keys of ``recording.yaml``, as of :func:`recording_from_table`.
+
+    Raises:
+        ValueError: As of :func:`recording_from_table`, or arrays differ in length.
+    """
+    arrays = {"time_ms": time_ms, "rr_ms": rr_ms, "beat": beat, SPEED: speed_m_s, "se_m_s": se_m_s}
+    table = table_of_arrays(arrays | {"fit_r2": fit_r2}, IN_MEMORY)
+    return _in_memory(table, context, described, from_prior)
+
+
+def _in_memory(
+    table: Table, context: Context, described: Mapping[str, object], from_prior: bool
+) -> Recording:
+    config = parse_config(read_merged(found_configuration(None)))
+    name = context.subject
+    try:
+        row = ContextRow.from_plain(asdict(context))
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        key = ".".join(map(str, wrong["loc"])) or "context"
+        reason = f"{key}: {wrong['msg'].removeprefix('Value error, ')}"
+        raise RecordingError(Problem(f"the context of {name}", reason, "check its unit")) from None
+    said = described_in_memory(described, config.recording)
+    study = Study(config, {}, new_rows={name: row}, new_described={name: said})
+    folder = observe_table(study, name, table)
+    answerer = Answerer(study, experiments_to_ask(study, None), "", from_prior, in_memory=folder)
+    return Recording(answerer.asked(name))
+
+
+def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.DataTree:
     """Return the exact posterior of a recording, with its verdict.
 
     >>> import swesbi
-    >>> found = swesbi.infer(swesbi.read_recording("data/virtual_volunteers/swe/G.csv", from_prior=True))
+    >>> found = swesbi.infer("data/virtual_volunteers/swe/G.csv")
     >>> found.attrs["status"]
     'not contradicted'
     >>> 40.0 < float(found.posterior.k0_kpa.median()) < 80.0
     True
 
     Args:
-        recording: Of :func:`read_recording`.
+        recording: The path of one, as :func:`read_recording` takes it, or a recording of that function,
+            of :func:`recording_from_table` or :func:`recording_from_arrays`.
         seed: Of all draws; None: that of the configuration.
 
     Returns:
@@ -181,14 +275,13 @@ def infer(recording: Recording, seed: int | None = None) -> xr.DataTree:
 
     Raises:
         NoLikelihoodError: Every simulation of the first round fails.
-        TypeError: It is no result of :func:`read_recording`.
-        ValueError: The network takes no such recording.
+        TypeError: It is neither a path nor a recording.
+        ValueError: The recording cannot be used, or the network takes no such one.
     """
+    if isinstance(recording, str | Path):
+        recording = read_recording(recording)
     if not isinstance(recording, Recording):
-        raise TypeError(
-            f"infer takes the result of read_recording, not {recording!r}: "
-            "swesbi.infer(swesbi.read_recording(PATH))"
-        )
+        raise TypeError(f"infer takes a path or a recording, not {type(recording).__name__}")
     asked, speeds = recording.asked, recording.speeds
     chosen = asked.origin.seed if seed is None else seed
     answer = answered(asked.recording, asked.knowledge, asked.settings, chosen)
@@ -245,7 +338,8 @@ def sample_posterior(
         effective_draws: That are asked for.
 
     Returns:
-        The group ``posterior``, and ``attrs`` with the certificate of the draws.
+        The group ``posterior``, and ``attrs`` with the certificate of the draws. No verdict comes with it:
+        whether the model could have made the data is not tested.
 
     Raises:
         NoLikelihoodError: The likelihood is zero at every draw of the first round.

@@ -36,7 +36,7 @@ from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.population.contexts import draw_population
 from swesbi.prior import log_centre
-from swesbi.recording.cohort import read_subjects
+from swesbi.recording.cohort.subjects import read_subjects
 
 HERE: Final = Path(__file__).parent
 ROOT: Final = HERE.parents[1]

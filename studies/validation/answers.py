@@ -22,10 +22,9 @@ from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise import compare_noise
 from swesbi.recording.observation import Observation
-from swesbi.recording.protocol import Repeats
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import RecordingSettings, Repeats
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.sweeps import levels_by
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings

@@ -40,13 +40,13 @@ from swesbi.parameters import OF_THETA
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.settings import asking
 from swesbi.recording.acquisition import TruthCurve, acquire
-from swesbi.recording.columns import SPEED, STATUS_OK
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import read_noise
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.tables.columns import SPEED, STATUS_OK
 from swesbi.seeds import generator
 from swesbi.study.finished import check_finished, finished_population
 from swesbi.verdict.verdict import Status

@@ -40,9 +40,9 @@ from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import NoLikelihoodError
-from swesbi.recording.columns import SPEED
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.settings import NoiseDeclaration
+from swesbi.recording.tables.columns import SPEED
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
 from swesbi.study.finished import finished_population

@@ -20,7 +20,7 @@ from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import SHOWN
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import log_centre
-from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.study.stages.pressures_shown import (

@@ -29,9 +29,9 @@ from swesbi.config.read import (
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.noise import relative_se
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.visits import Visit
 from swesbi.study.registry import STAGES
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from swesbi.context import Context
 from swesbi.recording.free_observation import FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
-from swesbi.recording.layout import TableLayout
 from swesbi.recording.settings import NoiseDeclaration
+from swesbi.recording.tables.layout import TableLayout
 
 PUSHES_PER_S = 34.0
 NOISE = "noise: { cv_fraction: 0.1, cv_log_sd: 0.3 }\n"

@@ -14,7 +14,7 @@ from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.measurement.clinical import ClinicalModel, log_pressure_density, with_pressures
 from swesbi.posterior.hearts import HeartModel
 from swesbi.prior import draw_prior
-from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalMeasures
 
 SETTINGS: ClinicalErrors = speed_case.shipped().clinical
 CUFF = ClinicalMeasures(126.0, 83.0)

@@ -13,9 +13,9 @@ from cohorts import snapshot, write_cohort, write_overlay
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.recording import content
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
+from swesbi.recording.tables import csv_text
 from swesbi.study.answering import Asked
 
 INGESTED = (
@@ -123,7 +123,7 @@ def test_no_sign_of_a_file_reaches_the_terminal_that_cannot_be_printed(
     shown = capsys.readouterr()
     assert (shown.err + shown.out).count(r"\x1b[2J\x9b") >= 3
     assert (shown.err + shown.out).replace("\n", "").isprintable()
-    proposed = yaml.safe_load(shown.out[shown.out.index("# Proposed") :])
+    proposed = yaml.safe_load(shown.out[shown.out.index("# Columns of") :])
     assert f"{clears}'{header.split(',')[0]}" in proposed["columns"].values()
 
 
@@ -184,7 +184,7 @@ def test_a_file_beyond_reason_is_refused_before_it_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cohort = write_cohort(tmp_path / "cohort")
-    monkeypatch.setattr(content, "MAX_BYTES", 1024)
+    monkeypatch.setattr(csv_text, "MAX_BYTES", 1024)
     with pytest.raises(RecordingError, match="S-1.csv: has 0 MiB, the limit is 0; keep one row per sample"):
         read_samples(cohort / "swe" / "S-1.csv", 20, 1000.0)
 

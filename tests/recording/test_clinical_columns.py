@@ -13,8 +13,8 @@ from study_copy import ROOT
 from swesbi.config.read import overlay, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.recording.clinical import ClinicalMeasures, ClinicalRow
-from swesbi.recording.cohort import read_subject_table
+from swesbi.recording.cohort.clinical import ClinicalMeasures, ClinicalRow
+from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.recording.problems import RecordingError
 
 FIRST, SECOND = ROWS.values()

@@ -14,7 +14,8 @@ from free_case import DECLARED, HEART, QUALITY, observed
 from scipy.io import savemat
 
 from swesbi.artefacts import Origin, save, to_groups
-from swesbi.recording.check import examine_cohort
+from swesbi.recording.cohort.check import examine_cohort
+from swesbi.recording.cohort.recording_file import description_of
 from swesbi.recording.free_observation import (
     KIND,
     FreeObservation,
@@ -23,11 +24,10 @@ from swesbi.recording.free_observation import (
     same_free_recording,
 )
 from swesbi.recording.free_samples import read_free_samples
-from swesbi.recording.layout import TableLayout
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.protocol import read_protocol, said_of
 from swesbi.recording.reader import read_samples
 from swesbi.recording.settings import NoiseDeclaration
+from swesbi.recording.tables.layout import TableLayout
 
 POINTS = speed_case.shipped().measurement.grid_points
 
@@ -159,7 +159,7 @@ def test_the_error_by_the_fit_is_that_of_a_fitted_slope() -> None:
 def test_what_cannot_be_declared_is_refused(tmp_path: Path, noise: str, words: str) -> None:
     cohort = free_case.write_free_cohort(tmp_path / "c", {"T": free_case.train()}, noise)
     with pytest.raises(RecordingError) as refusal:
-        read_protocol(cohort, QUALITY)
+        description_of(cohort, "", QUALITY)
     assert words in str(refusal.value)
     assert "recording.yaml" in str(refusal.value)
 
@@ -171,18 +171,18 @@ def test_protocols_stand_together_in_one_cohort(tmp_path: Path) -> None:
     assert [len(one.observation.phase) for one in report.subjects] == [20, 24]
     assert report.usable == ("S-1", "s_2x", "S-3")
     assert report.notes == ()
-    said = {name: said_of(cohort, name, QUALITY) for name in report.usable}
-    assert {name: one.protocol.repeats_are for name, one in said.items()} == {
+    said = {name: description_of(cohort, name, QUALITY) for name in report.usable}
+    assert {name: one.file.protocol.repeats_are for name, one in said.items()} == {
         "S-1": "separate", "s_2x": "sweeps", "S-3": "separate"
     }  # fmt: skip
     assert {name: one.settings.phases for name, one in said.items()} == {"S-1": 20, "s_2x": 24, "S-3": 20}
-    assert said["S-3"].protocol.layout == TableLayout()
+    assert said["S-3"].file.layout == TableLayout()
 
 
 @pytest.mark.parametrize(
     ("own", "words"),
     [
-        ("phases: 24\n", "'phases' is no key that a recording may say for itself"),
+        ("phases: 24\n", "has the key `phases`, which is not known; did you mean `protocol.phases`?"),
         ("protocol: { phases: 3 }\n", "under the key `protocol.phases`"),
         ("[\n", "cannot be read as YAML"),
     ],

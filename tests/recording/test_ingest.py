@@ -4,7 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from cohorts import recording
 from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, nominal_phase
 
@@ -13,15 +15,17 @@ from swesbi.artefacts import Origin, load
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import ACQUISITION
-from swesbi.recording.clinical import ClinicalRow
+from swesbi.recording.cohort.clinical import ClinicalRow
 from swesbi.recording.ingest import ingest
-from swesbi.recording.layout import TableLayout
 from swesbi.recording.observation import read_observation
+from swesbi.recording.phases import locate_phases
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import rejection
-from swesbi.recording.samples import REASONS, Samples
+from swesbi.recording.reader import read_samples
+from swesbi.recording.samples import ACCEPTED, REASONS, Samples
 from swesbi.recording.settings import ContextRow
-from swesbi.recording.speed import estimate_noise, repeat_means
+from swesbi.recording.speed import average_speeds, estimate_noise, repeat_means
+from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 
@@ -270,3 +274,38 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
     assert artefact.read_bytes() == first
     assert list(load(artefact, "observation")[0]["reason"].to_numpy()) == list(REASONS)
+
+
+def read(path: Path, table: pd.DataFrame) -> Samples:
+    table.to_csv(path, index=False)
+    return read_samples(path, 20, 1000.0)
+
+
+def test_a_gate_at_the_r_peak_lies_on_both_sides_of_it(tmp_path: Path) -> None:
+    """Half of the rows of phase 0 precede the R peak: the mean of 0.99 and 0.01 is 0, and no half beat."""
+    table = recording(3).assign(rr_ms=1000)
+    table["trigger_delay_ms"] = (50 * table["phase_index"] + 8 * (table["repeat"] - 1)) % 1000
+    samples = read(tmp_path / "S.csv", table)
+    accepted = rejection(samples, RECORDING) == ACCEPTED
+    speeds = average_speeds(samples, accepted, 20)
+    located = locate_phases(samples, speeds.beat_phase, np.ones(len(table), dtype=np.bool_))
+    np.testing.assert_allclose((located + 0.02) % 1.0, np.arange(20) / 20 + 0.02, atol=0.004)
+    without = read(tmp_path / "T.csv", table.assign(trigger_delay_ms=50 * table["phase_index"] + 20))
+    noise = average_speeds(without, rejection(without, RECORDING) == ACCEPTED, 20).noise
+    assert speeds.noise.repeat_fraction == pytest.approx(noise.repeat_fraction, abs=0.03)
+
+
+def test_a_label_that_contradicts_its_time_is_refused_by_row(tmp_path: Path) -> None:
+    table = recording(4)
+    moved = table["repeat"] == 1
+    table.loc[moved, "phase_index"] = (table.loc[moved, "phase_index"] + 1) % 20
+    with pytest.raises(
+        RecordingError, match=r"S.csv, row 1\d, column 'trigger_delay_ms': .*about a gate from"
+    ):
+        read(tmp_path / "S.csv", table)
+
+
+def test_a_curve_without_variation_is_refused() -> None:
+    flat = make_samples(np.full(PHASES, 2.0))
+    with pytest.raises(RecordingError, match="every phase has the same speed, 2 m/s"):
+        ingest(flat, CONTEXT, RECORDING, 100)

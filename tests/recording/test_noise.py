@@ -21,7 +21,6 @@ from swesbi.recording.components import (
     repeat_levels,
 )
 from swesbi.recording.ingest import ingest
-from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import (
     KIND,
     CohortNoise,
@@ -36,6 +35,7 @@ from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import OTHERS, NoiseSettings
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
 from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth

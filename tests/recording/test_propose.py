@@ -1,8 +1,7 @@
-"""What `template --like` proposes for a table reads it, once what it leaves open is decided."""
+"""`template --like` fills in what alone can be meant, and lists the rest; what it fills in reads a table."""
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import free_case
@@ -13,40 +12,57 @@ import yaml
 from cohorts import recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 from swesbi.__main__ import main
-from swesbi.recording.columns import SPEED, STANDARD_ERROR, TIME
+from swesbi.recording.cohort.recording_file import layout_of
 from swesbi.recording.free_samples import read_free_samples
-from swesbi.recording.layout import MODULUS, SHEAR_MODULUS, layout_of
-from swesbi.recording.propose import as_yaml, proposal_for, propose
 from swesbi.recording.reader import read_samples
+from swesbi.recording.tables.columns import MEASURED, MODULUS, SHEAR_MODULUS, SPEED, STANDARD_ERROR, TIME
+from swesbi.recording.tables.propose import as_yaml, proposal_for, propose
 
-
-def test_a_column_a_sample_and_standard_errors_are_recognised() -> None:
-    proposal = propose(["Phase", "mu ROI 1 (kPa)", "mu ROI 2 (kPa)", "mu ROI 3 (kPa)", "speed SE"])
-    assert proposal.spreads == ("speed SE",)
-    assert "sample" not in propose(["Phase", "SWS 1", "SWS 2", "SWS 3"]).missing
-    assert propose(["Phase", "SWS 1", "SWS 2", "SWS 3"]).columns[SPEED] == "SWS *"
-    assert propose(["Phase", "mu 1", "mu 2", "mu 3"]).columns[SHEAR_MODULUS] == "mu *"
-
-
+GATED = ["Phase", "Delay (ms)", "RR (ms)", "Acq", "ROI"]
 FREE = {
-    TIME: "Push time (s)", "rr_ms": "RR (s)", "beat": "Beat", "repeat": "Train", SPEED: "SWS (cm/s)",
+    TIME: "Push time (s)", "rr_ms": "R-R (s)", "beat": "Cycle", "repeat": "Train", SPEED: "SWS (cm/s)",
     STANDARD_ERROR: "SE (cm/s)", "fit_r2": "R2", "status": "Flag",
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("measured", "filled"),
+    [
+        (["SWS (m/s)"], {SPEED: "SWS (m/s)"}),
+        (["SWS (m/s)", "SWS SD (m/s)", "Depth (mm)"], {SPEED: "SWS (m/s)"}),
+        (["Stiffness (m/s)"], {SPEED: "Stiffness (m/s)"}),
+        (["Young's modulus (kPa)"], {MODULUS: "Young's modulus (kPa)"}),
+        (["mu (Pa)"], {SHEAR_MODULUS: "mu (Pa)"}),
+        ([SPEED, "Stiffness (kPa)"], {SPEED: SPEED}),
+        (["SWS"], {}),  # of no unit
+        (["SWV Max (m/s)", "SWV Mean (m/s)", "SWV Min (m/s)"], {}),
+        (["Stiffness (kPa)", "SWS (m/s)"], {}),
+        (["Stiffness (kPa)"], {}),
+        (["SWS 1 (m/s)", "SWS 2 (m/s)"], {}),
+    ],
+)
+def test_what_was_measured_is_filled_in_where_one_alone_can_be_meant(
+    measured: list[str], filled: dict[str, str]
+) -> None:
+    proposal = propose([*GATED, *measured])
+    assert {name: proposal.columns[name] for name in MEASURED if name in proposal.columns} == filled
+    listed = [name for column in MEASURED for name in proposal.candidates.get(column, ())]
+    meant = [name for name in measured if "SD" not in name and "Depth" not in name]
+    assert filled or set(listed) == set(meant)
+    assert {name: proposal.columns[name] for name in ("phase_index", "rr_ms", "repeat", "sample")} == {
+        "phase_index": "Phase", "rr_ms": "RR (ms)", "repeat": "Acq", "sample": "ROI",
+    }  # fmt: skip
 
 
 def test_columns_of_a_free_running_recording_are_recognised() -> None:
     proposal = propose([*FREE.values(), "Patient"])
     assert proposal.free
     assert proposal.columns == {**FREE, "subject": "Patient"}
-    assert proposal.units == {TIME: "s", "rr_ms": "s", SPEED: "cm/s", STANDARD_ERROR: "cm/s"}
-    assert (proposal.missing, proposal.unused, proposal.spreads) == ((), (), ())
     own = propose([TIME, "rr_ms", "beat", SPEED, STANDARD_ERROR, "fit_r2", "status"])
     assert own.columns == {name: name for name in own.columns} and len(own.columns) == 7
-    assert not own.units
-    assert propose(["t", "speed", "SD"]).spreads == ("SD",)
-    assert propose(["t", "speed", "SD"]).missing == ("rr_ms",)
     assert not propose(["Time", "Phase", "SWS"]).free
     assert not propose(["Delay", "SWS"]).free
 
@@ -67,11 +83,28 @@ def test_the_proposal_reads_a_free_running_table(
     assert ("noise: { cv_fraction: 0.1" in shown) is not errors
     assert "# Read as free-running" in shown and "first_phase" not in shown
     layout = layout_of(yaml.safe_load(shown), tmp_path / "recording.yaml")
-    read, twin = read_free_samples(path, 1000.0, layout), tmp_path / "twin.csv"
+    found, twin = read_free_samples(path, 1000.0, layout), tmp_path / "twin.csv"
     train.to_csv(twin, index=False)
     known = read_free_samples(twin, 1000.0)
     for name in ("time_ms", "rr_ms", "beat", "speed_m_s", "fit_r2"):
-        np.testing.assert_allclose(getattr(read, name), getattr(known, name), rtol=1e-12)
+        np.testing.assert_allclose(getattr(found, name), getattr(known, name), rtol=1e-12)
+
+
+def test_every_column_is_listed_with_its_first_values(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Below settings as name and value, and of a MATLAB file."""
+    table = recording().rename(columns={SPEED: "SWV Mean (m/s)"}).assign(**{"SWV Max (m/s)": 3.5})
+    (tmp_path / "S.csv").write_text("Patient ID,P01\nProbe,4V\n\n" + table.to_csv(index=False))
+    savemat(tmp_path / "S.mat", {"Vs": np.arange(4.0), "t": np.array([5.0, 6.0, 7.0, 8.0])})
+    assert main(["template", "--like", str(tmp_path / "S.csv")]) == 0
+    shown = capsys.readouterr().out
+    assert "header_row: 4" in shown
+    assert "# shear_wave_speed_m_s: could be SWV Mean (m/s), SWV Max (m/s); name the one" in shown
+    assert all(f"#   {name} " in shown for name in table)
+    assert "25.0, 75.0, 125.0 -> trigger_delay_ms" in shown
+    assert main(["template", "--like", str(tmp_path / "S.mat")]) == 0
+    assert "#   Vs  0, 1, 2" in capsys.readouterr().out
 
 
 CALLED = {
@@ -82,8 +115,6 @@ CALLED = {
     "sample": ("Sample", "ROI", "Point"),
     "fit_r2": ("R2", "Fit quality", "confidence"),
     "status": ("Status", "Flag", "Valid"),
-}
-MEASURED = {
     SPEED: ("SWS", "Shear wave velocity", "c", "group speed"),
     MODULUS: ("Young's modulus", "Youngs E"),
     SHEAR_MODULUS: ("mu", "Shear modulus"),
@@ -97,20 +128,20 @@ IN_UNITS = {
     SHEAR_MODULUS: {"kPa": 1.0, "Pa": 1000.0},
 }
 BESIDE = ("Comment", "Operator", "Frame rate (Hz)", "Depth (mm)")
-WRITTEN = ((".csv", ",", "."), (".csv", ";", ","), (".csv", "\t", ","), (".CSV", ";", "."), (".xlsx", "", ""))
+WRITTEN = ((".csv", ",", "."), (".csv", ";", ","), (".txt", "\t", ","), (".CSV", ";", "."), (".xlsx", "", ""))
 
 
 @st.composite
 def exports(draw: st.DrawFn) -> tuple[pd.DataFrame, pd.DataFrame, int, tuple[str, str, str]]:
     """A recording, what another tool makes of it, rows before its names, and how it is written."""
     known = recording(draw(st.integers(0, 9)))
-    measured = draw(st.sampled_from(list(MEASURED)))
+    measured = draw(st.sampled_from(MEASURED))
     stiffness = {SPEED: known[SPEED], MODULUS: 3.0 * known[SPEED] ** 2, SHEAR_MODULUS: known[SPEED] ** 2}
     table = known.drop(columns=SPEED).assign(**{measured: stiffness[measured]})
     table["phase_index"] += draw(st.sampled_from((0, 1)))
     names = {}
     for column in table:
-        name = draw(st.sampled_from((CALLED | MEASURED)[column]))
+        name = draw(st.sampled_from(CALLED[column]))
         if column in IN_UNITS:
             unit, factor = draw(st.sampled_from(list(IN_UNITS[column].items())))
             table[column] *= factor
@@ -143,18 +174,18 @@ def test_a_proposal_reads_any_table_that_it_was_made_from(
     path, twin = folder / f"S{suffix}", folder / "twin.csv"
     write_table(other, before, path, separator, decimal)
     proposal = proposal_for(path)
-    assert not proposal.missing and not proposal.either
-    assert set(proposal.unused) == set(other) & set(BESIDE)
+    assert not proposal.candidates
+    assert set(proposal.first) - set(proposal.columns.values()) == set(other) & set(BESIDE)
     layout = layout_of(yaml.safe_load(as_yaml(path, proposal)), folder / "recording.yaml")
     known.to_csv(twin, index=False)
     read, expected = read_samples(path, 20, 1000.0, layout), read_samples(twin, 20, 1000.0)
-    for field in dataclasses.fields(expected)[:-2]:
-        found, right = getattr(read, field.name), getattr(expected, field.name)
-        np.testing.assert_allclose(found, right, rtol=1e-12, err_msg=field.name)
+    for name, right in vars(expected).items():
+        if isinstance(right, np.ndarray) and name != "status":
+            np.testing.assert_allclose(getattr(read, name), right, rtol=1e-12, err_msg=name)
     np.testing.assert_array_equal(read.status, expected.status)
 
 
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "S.csv").write_text("nothing\n")
     assert main(["template", "--like", str(tmp_path / "S.csv")]) == 2
-    assert "has no row with names of columns" in capsys.readouterr().err
+    assert "has no row of names with rows of as many cells below it" in capsys.readouterr().err

@@ -11,8 +11,8 @@ from recordings import RECORDING
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.recording.check import examine_cohort
-from swesbi.recording.cohort import read_subjects
+from swesbi.recording.cohort.check import examine_cohort
+from swesbi.recording.cohort.subjects import read_subjects
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import REASONS
 from swesbi.report.figures.recording import draw_recording_sheet

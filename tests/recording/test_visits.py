@@ -14,9 +14,9 @@ from swesbi.__main__ import main
 from swesbi.config.read import ConfigError, overlay, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.recording.cohort import read_subject_table
+from swesbi.recording.cohort.subjects import read_subject_table
+from swesbi.recording.cohort.visits import Person, Visit, persons_of
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.visits import Person, Visit, persons_of
 
 ALL = "person,visit,group"
 ROW = "{},F,{},1.7,60,90,34,0.8"
@@ -123,9 +123,13 @@ def test_names_that_look_like_numbers_stay_as_they_are(table: Path) -> None:
         (
             ALL,
             ("P,be\u200bfore,",),
-            r"column 'visit': 'be\\u200bfore' has a sign that cannot be seen; type it",
+            r"column 'visit': 'be\\u200bfore' .with U\+200B. has a sign that cannot be seen; type it",
         ),
-        ("group", ("\x1b[2Jdrug",), r"column 'group': '\\x1b\[2Jdrug' has a sign that cannot be seen"),
+        (
+            "group",
+            ("\x1b[2Jdrug",),
+            r"column 'group': '\\x1b\[2Jdrug' .with U\+001B. has a sign that",
+        ),
         ("person", ("Müller", "Mu\u0308ller"), r"row 3, column 'person': 'M.+ller' differs from an earlier"),
         (f"{ALL},visit", ("P,1,,2",), "names a column twice: visit"),
     ],

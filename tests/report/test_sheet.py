@@ -14,7 +14,7 @@ from swesbi.checks.scores import Band
 from swesbi.context import Context
 from swesbi.parameters import ISOMETRIC, PHI_NAMES, TOLD_NAMES
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Informed, Population, Recorded, Sheet, ShownCurve

@@ -25,7 +25,7 @@ from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
-from swesbi.recording.checked import CheckedFree
+from swesbi.recording.cohort.checked import CheckedFree
 from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
 from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.problems import RecordingError
@@ -183,7 +183,7 @@ def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: P
     folder.mkdir()
     path = asked.new_cohort / "swe" / "S-3.csv"
     context = asked.new_rows["S-3"].to_context()
-    declared = asked.said_of_new("S-3").protocol.noise
+    declared = asked.said_of_new("S-3").file.noise
     seen = ingest_free(read_free_samples(path, 1000.0), context, asked.config.recording, declared)
     made = Origin(1, "S-3", "0" * 64).provenance(KIND, declared)
     save(folder / "observation.h5", to_groups(seen), made)

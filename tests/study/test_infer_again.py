@@ -21,7 +21,7 @@ from swesbi.__main__ import main
 from swesbi.answers.written import OUTPUTS, VERDICT, WITH_PRESSURES
 from swesbi.artefacts import atomic
 from swesbi.artefacts.files import check_bytes
-from swesbi.recording import content
+from swesbi.recording.tables import csv_text, files
 
 SUBJECTS = ("A", "B", "C")
 FILES = {*OUTPUTS, WITH_PRESSURES}
@@ -98,20 +98,17 @@ def test_a_recording_s_table_is_parsed_once_and_each_file_is_written_once(
 
 
 def count_parses(monkeypatch: pytest.MonkeyPatch) -> Callable[[], dict[str, int]]:
-    """Count how often each recording's text is parsed, by its first row."""
-    content.parsed.cache_clear()
-    texts = {
-        (ROOT / "data" / "virtual_volunteers" / "swe" / f"{name}.csv").read_text(): name for name in SUBJECTS
-    }
+    """Count how often each recording's text is parsed."""
+    files._opened.cache_clear()
     counts: Counter[str] = Counter()
-    real = content.csv.reader
+    real = csv_text.records
 
-    def reader(lines: list[str], delimiter: str) -> object:
-        counts[texts.get("".join(lines), "")] += 1
-        return real(lines, delimiter=delimiter)
+    def records(path: Path, *rest: str) -> object:
+        counts[path.stem] += 1
+        return real(path, *rest)
 
-    monkeypatch.setattr(content.csv, "reader", reader)
-    return lambda: {name: count for name, count in counts.items() if name}
+    monkeypatch.setattr(csv_text, "records", records)
+    return lambda: {name: counts[name] for name in SUBJECTS}
 
 
 @pytest.mark.slow(minutes=1.5)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import doctest
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 
 import numpy as np
+import pandas as pd
 import pytest
 from study_copy import ROOT
 
@@ -23,7 +26,7 @@ def in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_names_are_few_and_all_there() -> None:
-    assert len(swesbi.__all__) == 8, "README and docs name eight"
+    assert len(swesbi.__all__) == 10, "README and docs name ten"
     assert all(getattr(swesbi, name).__doc__ for name in swesbi.__all__)
     with pytest.raises(AttributeError, match="no attribute 'inferr'"):
         _ = swesbi.inferr  # type: ignore[attr-defined]
@@ -32,8 +35,8 @@ def test_the_names_are_few_and_all_there() -> None:
 def test_what_is_no_recording_is_refused_plainly() -> None:
     with pytest.raises(ValueError, match=r"G.csv is the recording of G"):
         swesbi.read_recording(VOLUNTEER, subject="B")
-    with pytest.raises(TypeError, match="takes the result of read_recording"):
-        swesbi.infer(VOLUNTEER)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="takes a path or a recording, not int"):
+        swesbi.infer(7)  # type: ignore[arg-type]
 
 
 def test_help_and_completion_have_the_names_and_load_no_torch() -> None:
@@ -79,6 +82,65 @@ def test_a_recording_has_one_likelihood_by_its_own_model_and_by_another() -> Non
     np.testing.assert_array_equal(made, recording.draw_speeds(phi, seed=1))
     away = (np.log(made) - predicted.log_speed)[np.isfinite(made)]
     assert 0.5 < away.std() / np.mean(recording.speeds.relative_se) < 3.0
+
+
+HEART = swesbi.Context("G", "F", 25.0, 1.7, 61.0, 90.0, 34.0, 0.76)
+NOISE = {"cv_fraction": 0.1, "cv_log_sd": 0.3}
+TRAIN = "data/virtual_push_trains/swe/G.csv"
+
+
+def test_a_recording_in_memory_is_that_of_its_file() -> None:
+    train, gated = pd.read_csv(TRAIN), pd.read_csv(VOLUNTEER)
+    of_file = swesbi.read_recording(TRAIN).speeds
+    other = train.rename(columns={"time_ms": "Time (s)"}).assign(
+        **{"Time (s)": (train["time_ms"] / 1000).round(6)}
+    )
+    arrays = {name: train[name] for name in ("rr_ms", "beat")}
+    speeds = train["shear_wave_speed_m_s"].where(train["status"] == "ok")
+    for recording in (
+        swesbi.recording_from_table(train, HEART, noise=NOISE),
+        swesbi.recording_from_table(other, HEART, noise=NOISE, columns={"time_ms": "Time (s)"}),
+        swesbi.recording_from_arrays(train["time_ms"], speeds, context=HEART, noise=NOISE, **arrays),
+    ):
+        np.testing.assert_array_equal(recording.speeds.phase, of_file.phase)
+        np.testing.assert_array_equal(recording.speeds.speed_m_s, of_file.speed_m_s)
+        np.testing.assert_array_equal(recording.speeds.relative_se, of_file.relative_se)
+    heart = swesbi.read_recording(VOLUNTEER).speeds.context
+    alone = swesbi.recording_from_table(gated, heart, protocol={"phases": 20, "repeats_are": "sweeps"})
+    np.testing.assert_array_equal(alone.speeds.speed_m_s, swesbi.read_recording(VOLUNTEER).speeds.speed_m_s)
+
+
+@pytest.mark.parametrize(
+    ("change", "said", "words"),
+    [
+        (lambda t: t.assign(rr_ms=1.1), {}, "row 1, column 'rr_ms': '1.1' is outside .150, 5000."),
+        (lambda t: t.drop(columns="rr_ms"), {}, "lacks the columns rr_ms"),
+        (lambda t: t.rename(columns={"status": "Status"}), {}, "is not read, and looks like status"),
+        (lambda t: t[:0], {}, "the table in memory: holds no data row"),
+        (lambda t: pd.concat([t, t[:1]]), {}, "row 62, .* repeats the beat, time_ms of an earlier row"),
+        (lambda t: pd.concat([t, t[["rr_ms"]]], axis=1), {}, "names a column twice: rr_ms"),
+        (lambda t: t.assign(time_ms=[[x] for x in t["time_ms"]]), {}, "is not a number"),
+        (lambda t: t, {"noise": {}}, "nothing says how large the errors"),
+        (lambda t: t, {"noises": NOISE}, "has the key `noises`, which is not known; did you mean `noise`"),
+        (lambda t: t, {"columns": {"speed": "c"}}, "`columns.speed`: is none of"),
+    ],
+)
+def test_a_table_in_memory_is_refused_as_a_file_is(
+    change: Callable[[pd.DataFrame], pd.DataFrame], said: dict[str, object], words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        swesbi.recording_from_table(change(pd.read_csv(TRAIN)), HEART, **{"noise": NOISE} | said)
+
+
+def test_arrays_and_hearts_in_memory_are_refused_in_words() -> None:
+    time, speed = np.arange(9.0), np.full(9, 2.0)
+    with pytest.raises(ValueError, match=r"its arrays differ in length \(time_ms 9, rr_ms 8"):
+        swesbi.recording_from_arrays(time, speed, rr_ms=np.full(8, 900.0), context=HEART)
+    with pytest.raises(ValueError, match="column 'time_ms': is an array of 2 dimensions"):
+        swesbi.recording_from_arrays(time[None], speed, rr_ms=time, context=HEART)
+    in_litres = dataclasses.replace(HEART, lvedv_ml=0.09)
+    with pytest.raises(ValueError, match="the context of G: lvedv_ml: .*; check its unit"):
+        swesbi.recording_from_table(pd.read_csv(TRAIN), in_litres, noise=NOISE)
 
 
 @pytest.mark.slow(minutes=0.6)

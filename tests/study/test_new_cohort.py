@@ -22,8 +22,8 @@ from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.refusals import context_refusal
 from swesbi.config.study import Study, load_study
 from swesbi.parameters import TOLD_NAMES
-from swesbi.recording.checked import Checked
-from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.cohort.checked import Checked
+from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.problems import RecordingError

@@ -21,8 +21,8 @@ from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
-from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
-from swesbi.recording.cohort import read_subject_table
+from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.verdict.beat import ejection_tests
 from swesbi.verdict.nulls import Grade
 from swesbi.verdict.settings import EjectionTimeSettings

@@ -12,8 +12,8 @@ from study_copy import ROOT
 
 from data.makers.clinical import CLINICAL_ERRORS, measure, true_measures, with_errors
 from swesbi.recording.acquisition_settings import ACQUISITION_SEED
-from swesbi.recording.clinical import CLINICAL_NAMES, ClinicalMeasures
-from swesbi.recording.cohort import read_subject_table
+from swesbi.recording.cohort.clinical import CLINICAL_NAMES, ClinicalMeasures
+from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, record, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"

@@ -11,7 +11,7 @@ from makers import maker, shipped_files
 from study_copy import ROOT
 
 from swesbi.recording.acquisition_settings import ACQUISITION_SEED
-from swesbi.recording.check import examine_cohort
+from swesbi.recording.cohort.check import examine_cohort
 
 SHIPPED = ROOT / "data" / "virtual_push_trains"
 

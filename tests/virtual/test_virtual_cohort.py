@@ -22,12 +22,12 @@ from swesbi.recording.acquisition_settings import (
     AcquisitionSettings,
     EctopicBeat,
 )
-from swesbi.recording.cohort import read_subjects
-from swesbi.recording.columns import FAILED_STATUSES
+from swesbi.recording.cohort.subjects import read_subjects
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
+from swesbi.recording.tables.columns import FAILED_STATUSES
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import VOLUNTEERS, Truth, record, simulate_truth
 

@@ -18,7 +18,7 @@ from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.parameters import SHOWN, THETA_NAMES
 from swesbi.prior import JointPriorSettings, in_bounds
-from swesbi.recording.clinical import ClinicalRow
+from swesbi.recording.cohort.clinical import ClinicalRow
 from swesbi.recording.reader import read_samples
 from swesbi.virtual.trial import persons as drawing
 from swesbi.virtual.trial.persons import (

@@ -41,7 +41,6 @@ function firstWrongByte(values) {
   return values.length;
 }
 
-// The rows of a CSV text that are no comments, each with the line of the file on which it ends.
 // Names of columns stand in a line of their own: the page takes this project's own form alone.
 function asWritten(text) { return text; }
 
@@ -63,31 +62,52 @@ function printable(text) {
   });
 }
 
+// A text without the signs that cannot be seen, and what these are.
+function visible(text) { return text.replace(/(?!\s)[\p{C}\p{Z}]/gu, ""); }
+function hiddenSigns(text) {
+  const codes = new Set([...text.matchAll(/(?! )[\p{C}\p{Z}]/gu)].map(([sign]) => `U+${sign.codePointAt(0).toString(16).toUpperCase().padStart(4, "0")}`));
+  return codes.size ? ` (with ${[...codes].join(", ")})` : "";
+}
+
+// The delimiter that splits most lines into equally many cells.
+function delimiterOf(lines) {
+  let best = null;
+  for (const sign of [",", ";", "\t"]) {
+    const counts = new Map();
+    for (const line of each(lines)) {
+      const size = line.replace(/"[^"]*"/g, "").split(sign).length - 1;
+      if (size) counts.set(size, (counts.get(size) ?? 0) + 1);
+    }
+    const [size, rows] = [...counts].sort(([s, a], [t, b]) => b - a || t - s)[0] ?? [0, 0];
+    if (!best || rows > best.rows || (rows === best.rows && size > best.size)) best = { sign, rows, size };
+  }
+  return best.sign;
+}
+
 function csvRecords(path, written, delimiter) {
   const lines = (written.match(/[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$/g) ?? []).map((line, k) => [k + 1, line]);
-  const out = [];
-  let cells = null, cell = "", quoted = false;
-  for (const [place, line] of lines.filter(([, one]) => !one.startsWith("#"))) {
-    cells ??= [];
-    let begins = !quoted;
-    for (let k = 0; k < line.length; k++) {
-      const sign = line[k];
-      if (quoted) {
-        if (sign !== '"') cell += sign;
-        else if (line[k + 1] === '"') { cell += sign; k++; }
-        else quoted = false;
-      } else if (sign === delimiter) { cells.push(cell); cell = ""; begins = true; continue; }
-      else if (sign === '"' && begins) quoted = true;
-      else if (sign !== "\r" && sign !== "\n") cell += sign;
-      begins = false;
-    }
-    if (quoted) continue;
-    if (cells.length || cell || !/^[\r\n]*$/.test(line)) cells.push(cell);
-    out.push([place, cells]);
-    [cells, cell] = [null, ""];
+  return lines.filter(([, one]) => !one.startsWith("#")).map(([place, line]) => [place, csvCells(path, place, line, delimiter)]);
+}
+
+function csvCells(path, place, line, delimiter) {
+  const refused = (reason) => new RecordingError(new Problem(path, reason, "remove the quote, or double it within a cell; no cell may span rows", place));
+  const row = line.replace(/[\r\n]+$/, ""), cells = [];
+  if (!row) return cells;
+  let cell = "", quoted = false, closed = false, begins = true;
+  for (let k = 0; k < row.length; k++) {
+    const sign = row[k];
+    if (quoted) {
+      if (sign !== '"') cell += sign;
+      else if (row[k + 1] === '"') { cell += sign; k++; }
+      else { quoted = false; closed = true; }
+    } else if (sign === delimiter) { cells.push(cell); cell = ""; closed = false; begins = true; continue; }
+    else if (closed) throw refused("has text behind a closing quote");
+    else if (sign === '"' && begins) quoted = true;
+    else cell += sign;
+    begins = false;
   }
-  if (cells !== null) out.push([lines.length, [...cells, cell]]); // a quotation that does not end
-  return out;
+  if (quoted) throw refused("has a quote that opens a cell and does not close it in the same row");
+  return [...cells, cell];
 }
 
 const re = {

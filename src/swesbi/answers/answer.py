@@ -26,7 +26,7 @@ from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import ScoreSpace
-from swesbi.recording.clinical import ClinicalErrors
+from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.verdict.contraction import contractions
 from swesbi.verdict.verdict import Verdict
 

@@ -22,7 +22,7 @@ from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.clinical import ClinicalErrors
+from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import (
     KIND,

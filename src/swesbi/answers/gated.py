@@ -24,7 +24,7 @@ from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.flow.flow import FlowProposal
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.clinical import ClinicalErrors
+from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.noise import NoiseComparison
 from swesbi.recording.observation import KIND, Observation, read_observation, same_recording
 from swesbi.recording.speed import NoiseComponents

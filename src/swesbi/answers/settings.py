@@ -10,9 +10,9 @@ from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
-from swesbi.recording.clinical import ClinicalErrors, ClinicalRow
-from swesbi.recording.layout import TableLayout
+from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalRow
 from swesbi.recording.settings import ContextRow, RecordingSettings
+from swesbi.recording.tables.layout import TableLayout
 from swesbi.verdict.settings import UninformativeSettings
 from swesbi.verdict.with_null import VerdictSettings
 

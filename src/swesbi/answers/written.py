@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
@@ -34,11 +35,20 @@ WITH_PRESSURES: Final = "with_pressures.h5"
 PRIOR_DRAWS: Final = "prior, from which it began"
 MADE_FROM: Final = "made_from"
 """Key of ``verdict.json``: the digest of all that the answer depends on."""
+NOTES: Final = "notes"
+"""Key of ``verdict.json``: what of the recording is left out, or odd, a sentence each."""
 
 
-def made_from(recording: Recording, knowledge: Knowledge, settings: OneAnswerSettings, origin: Origin) -> str:
+def made_from(
+    recording: Recording,
+    knowledge: Knowledge,
+    settings: OneAnswerSettings,
+    origin: Origin,
+    notes: Sequence[str],
+) -> str:
     """Return the digest of all that an answer depends on: the same digest, the same files."""
     said = {
+        "notes": list(notes),
         "settings": settings.to_plain(),
         "origin": asdict(origin),
         "knowledge": knowledge.made_from,
@@ -74,7 +84,12 @@ def kept_verdict(folder: Path, digest: str, *, pressures: bool) -> Verdict | Non
 
 
 def save_answer(
-    answer: Answer, knowledge: Knowledge, settings: OneAnswerSettings, origin: Origin, folder: Path
+    answer: Answer,
+    knowledge: Knowledge,
+    settings: OneAnswerSettings,
+    origin: Origin,
+    folder: Path,
+    notes: Sequence[str] = (),
 ) -> Sheet:
     """Write an answer into a folder that is there, and return what its page shows.
 
@@ -84,6 +99,7 @@ def save_answer(
         settings: Stored with the artefacts.
         origin: Seed, subject and code.
         folder: Output.
+        notes: What of the recording is left out, or odd.
 
     Raises:
         ArtefactError: A file cannot be written.
@@ -95,8 +111,8 @@ def save_answer(
     stage = settings.exact_posterior
     prior = stage.model.prior
     save(folder / POSTERIOR_FILE, exact_to_groups(exact, prior), origin.provenance(POSTERIOR, stage))
-    made = made_from(recording, knowledge, settings, origin)
-    write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: made})
+    made = made_from(recording, knowledge, settings, origin, notes)
+    write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: made, NOTES: list(notes)})
     if answer.with_pressures is not None:
         clinical = PressuresSettings(exact_posterior=stage, clinical=settings.clinical)
         groups = exact_to_groups(answer.with_pressures, prior)

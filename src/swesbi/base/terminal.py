@@ -20,6 +20,17 @@ def printable(text: str) -> str:
     )
 
 
+def visible(text: str) -> str:
+    """Return a text without the signs that cannot be seen; a blank of any width is a blank."""
+    return "".join(sign for sign in text if sign.isprintable() or sign.isspace())
+
+
+def hidden_signs(text: str) -> str:
+    """Name the signs of a text that cannot be seen by their code points: " (with U+200B)"; else nothing."""
+    codes = dict.fromkeys(f"U+{ord(sign):04X}" for sign in text if not sign.isprintable())
+    return f" (with {', '.join(codes)})" if codes else ""
+
+
 class _Terminal:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

@@ -36,7 +36,7 @@ from swesbi.persons.change.settings import ChangeGroupsSettings, ChangeSettings
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.clinical import ClinicalErrors
+from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 
 FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "studies"})

@@ -8,8 +8,8 @@ from typing import Final
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 from swesbi.population.settings import in_declared_range
-from swesbi.recording.cohort import SUBJECTS
-from swesbi.recording.visits import Person
+from swesbi.recording.cohort.files import SUBJECTS
+from swesbi.recording.cohort.visits import Person
 
 LEAST_VISITS: Final = 2
 NO_FOLDER: Final = ("/", "\\", "\0")

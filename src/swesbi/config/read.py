@@ -15,6 +15,7 @@ import yaml
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from swesbi.base.yaml_files import SAFE, YamlError, read_yaml_mapping, yaml_mapping
 from swesbi.config.models import Config
 
 CONFIGURATION: Final = "config.yaml"
@@ -22,8 +23,6 @@ SHIPPED: Final = "shipped"
 """Of the package in a wheel: the configuration and the recordings of the demonstration (setup.py)."""
 FOLDER: Final = "config"
 """Beside the configuration: what a study sets more seldom, a file a concern."""
-# as safe, and eight times faster where PyYAML has libyaml
-LOADER: Final = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 DATA: Final = ("cohort",)
 """The keys of the configuration that name folders of recordings."""
 FOLDERS: Final = (*DATA, "results", "networks")
@@ -68,7 +67,7 @@ def _line(details: ErrorDetails, model: type[BaseModel], files: Sequence[Path], 
 def _place(location: Sequence[str | int], files: Sequence[Path]) -> str:
     """Return file and line of a key, in the last file that has it; nothing where none has."""
     for path in reversed(files):
-        node: yaml.Node | None = yaml.compose(path.read_text(encoding="utf-8"), Loader=LOADER)
+        node: yaml.Node | None = yaml.compose(path.read_text(encoding="utf-8"), Loader=SAFE)
         line = 0
         for key in location:
             pairs = node.value if isinstance(node, yaml.MappingNode) else []
@@ -128,17 +127,14 @@ def read_yaml(path: Path) -> dict[str, Any]:
     """Read a YAML mapping.
 
     Raises:
-        ConfigError: The file cannot be read, is not YAML, or is not a mapping.
+        ConfigError: The file cannot be read, is no YAML mapping, or has a key twice.
     """
     try:
-        content = LOADER(path.read_text(encoding="utf-8")).get_single_data()
+        return read_yaml_mapping(path)
     except OSError as error:
         raise ConfigError(f"{path}: {_unreadable(path, error)}") from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path}: cannot be read as YAML: {error}") from error
-    if not isinstance(content, dict):
-        raise ConfigError(f"{path}: holds {type(content).__name__}, expected keys with values")
-    return content
+    except YamlError as error:
+        raise ConfigError(f"{path}: {error}") from error
 
 
 def _unreadable(path: Path, error: OSError) -> str:
@@ -265,8 +261,8 @@ def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:
         if not value.startswith(("{", "[")):
             continue
         try:
-            merged = overlay(merged, {key: yaml.safe_load(value)})
-        except yaml.YAMLError as error:
+            merged = overlay(merged, yaml_mapping(f"{key}: {value}"))
+        except YamlError as error:
             raise ConfigError(
                 f"--config {key}={value}: cannot be read as YAML; close its brackets"
             ) from error

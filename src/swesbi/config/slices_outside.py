@@ -25,7 +25,7 @@ def _one_answer(study: Study, wildcards: Wildcards, fields: Fields) -> dict[str,
     )
     said = study.said_of_new(subject)
     parts["ingest"]["recording"] = said.settings.to_plain()
-    parts["ingest"]["layout"] = said.protocol.layout.to_plain()
+    parts["ingest"]["layout"] = said.file.layout.to_plain()
     shown = "prior=joint_prior experiment.identifiability.difference_step"
     by = f"{shown} draws=experiment.identifiability.design.draws"
     return parts | {"shown": {"cohort_title": title} | fields(study, wildcards, by)}

@@ -9,30 +9,23 @@ from pathlib import Path
 from typing import Any, Final
 
 from swesbi.config.models import Config
-from swesbi.config.read import ConfigError, overlay, parse_config
+from swesbi.config.read import ConfigError, overlay, parse_config, read_yaml
 from swesbi.population.settings import in_declared_range
-from swesbi.recording.clinical import ClinicalRow
-from swesbi.recording.cohort import (
-    PROTOCOL,
-    SUBJECTS,
-    SubjectTable,
-    check_file,
-    examine_subjects,
-    find_recording,
-    read_subject_table,
+from swesbi.recording.cohort.clinical import ClinicalRow
+from swesbi.recording.cohort.files import PROTOCOL, SUBJECTS, check_file, find_recording
+from swesbi.recording.cohort.recording_file import (
+    Description,
+    description_of,
+    noise_groups_of,
+    own_file,
+    read_recording_file,
 )
-from swesbi.recording.layout import TableLayout
+from swesbi.recording.cohort.subjects import SubjectTable, examine_subjects, read_subject_table
+from swesbi.recording.cohort.visits import Person, Visit, persons_of
 from swesbi.recording.problems import Problem, RecordingError, listed
-from swesbi.recording.protocol import (
-    Said,
-    own_protocol,
-    read_layout,
-    read_noise_groups,
-    said_of,
-    with_own_phases,
-)
+from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import ContextRow
-from swesbi.recording.visits import Person, Visit, persons_of
+from swesbi.recording.tables.layout import TableLayout
 
 MOST_JOBS: Final = 32
 """Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
@@ -60,6 +53,7 @@ class Study:
         new_refused: Those outside whose row or recording cannot be used, and why; they have no row here.
         new_cohort: The folder of the recordings of those outside.
         new_recordings: The file of each of those outside.
+        new_described: How those of them were made that are in memory.
     """
 
     config: Config
@@ -76,6 +70,7 @@ class Study:
     new_refused: Mapping[str, str] = field(default_factory=dict)
     new_cohort: Path = Path()
     new_recordings: Mapping[str, Path] = field(default_factory=dict)
+    new_described: Mapping[str, Description] = field(default_factory=dict)
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -142,14 +137,18 @@ class Study:
         """
         return find_recording(self.cohort, subject, self.layout.table.file)
 
-    def said_of_new(self, subject: str) -> Said:
+    def said_of_new(self, subject: str) -> Description:
         """Return what is said of how the recording of a subject outside the cohort was made.
 
         Raises:
             RecordingError: A file cannot be used, or says otherwise than the configuration.
         """
+        if subject in self.new_described:
+            return self.new_described[subject]
         phases = self.config.new_subjects.phases or self.config.recording.phases
-        return said_of(self.new_cohort, subject, self.config.recording.model_copy(update={"phases": phases}))
+        settings = self.config.recording.model_copy(update={"phases": phases})
+        where = CONFIGURED if self.config.new_subjects.phases is None else "--phases"
+        return description_of(self.new_cohort, subject, settings, where)
 
     @property
     def new_cohort_name(self) -> str:
@@ -220,6 +219,8 @@ def load_study(
     Raises:
         ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
     """
+    for path in files:
+        read_yaml(path)  # Snakemake, which has merged them, takes the last of two equal keys
     config = parse_config(raw, source, files)
     if new_cohort is not None and not Path(config.cohort).is_dir():
         return _with_new_subjects(Study(config, {}), new_cohort)
@@ -249,11 +250,11 @@ def _with_new_subjects(study: Study, cohort: Path) -> Study:
     new = _read_table(str(cohort), NEW_COHORT, examine_subjects)
     layout, groups = _check_protocol(cohort, NEW_COHORT, new.names)
     refused, files = dict(new.refused), {}
+    of_folder = replace(study, new_cohort=cohort)
     for subject in new.rows:
         try:
-            own = own_protocol(cohort, subject).exists()
-            with_own_phases(cohort / PROTOCOL, subject, study.config.recording)
-            chosen = read_layout(cohort / PROTOCOL, subject) if own else layout
+            own = own_file(cohort, subject).exists()
+            chosen = of_folder.said_of_new(subject).file.layout if own else layout
             files[subject] = find_recording(cohort, subject, chosen.table.file)
         except RecordingError as error:
             refused.setdefault(subject, str(error))
@@ -322,8 +323,8 @@ def _check_protocol(cohort: Path, key: str, subjects: Collection[str]) -> tuple[
     Its ``recording.yaml`` must be there and say so plainly.
     """
     try:
-        check_file(cohort / PROTOCOL, cohort)
-        return read_layout(cohort / PROTOCOL), read_noise_groups(cohort / PROTOCOL, subjects)
+        file = read_recording_file(cohort)
+        return file.layout, noise_groups_of(file, cohort / PROTOCOL, subjects)
     except RecordingError as error:
         raise ConfigError(f"{key} = {str(cohort)!r}: {error}") from error
 
@@ -335,7 +336,7 @@ def _check_files(study: Study, key: str) -> None:
             study.recording(subject)
         except RecordingError as error:
             problems.extend(error.problems)
-        if (own := own_protocol(study.cohort, subject)).exists():
+        if (own := own_file(study.cohort, subject)).exists():
             problems.append(Problem(str(own), OWN_PROTOCOL, ONE_PROTOCOL))
     if problems:
         raise ConfigError(f"{key} = {str(study.cohort)!r}: {listed(problems)}")

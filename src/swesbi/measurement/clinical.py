@@ -16,7 +16,7 @@ from swesbi.heart.aorta import aortic_pressure_mmhg
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import WallPhases
-from swesbi.recording.clinical import ClinicalErrors, ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalMeasures
 
 LOG_ROOT_TWO_PI: Final = 0.5 * np.log(2.0 * np.pi)
 

@@ -13,10 +13,10 @@ from typing import Final, Literal
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.columns import STANDARD_ERROR
 from swesbi.recording.free_samples import FreeSamples
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import NoiseDeclaration
+from swesbi.recording.tables.columns import STANDARD_ERROR
 
 NoiseSource = Literal["se_m_s", "fit_r2", "declared"]
 SOURCES: Final[dict[str, str]] = {

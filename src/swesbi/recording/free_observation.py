@@ -11,8 +11,7 @@ import numpy as np
 from swesbi.artefacts import Part, Variable, register, schema_of
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.context import Context
-from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
-from swesbi.recording.columns import TIME
+from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.free_noise import NoiseSource
 from swesbi.recording.free_quality import push_quality
 from swesbi.recording.free_samples import FreeSamples, free_rejection
@@ -22,6 +21,7 @@ from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 from swesbi.recording.speed import youngs_modulus_kpa
+from swesbi.recording.tables.columns import TIME
 
 LEAST_PUSHES: Final = 2
 LATEST_IN_PERCENT: Final = 110.0  # few trains of pushes end so soon after the R peak
@@ -147,6 +147,10 @@ def _check_pushes(samples: FreeSamples, context: Context, settings: RecordingSet
         told = ", ".join(f"{reason} {n}" for reason, n in counted if n)
         reason = f"{int(accepted.sum())} pushes are acceptable of {len(verdict)} ({told or 'no other'})"
         remedy = f"an answer needs {LEAST_PUSHES}: record again"
+        if (verdict == REASONS.index("ectopic_rr")).sum() >= LEAST_PUSHES:
+            median = float(np.median(samples.beats_rr_ms()))
+            reason += f": no beat has an RR interval near the median, {median:.0f} ms, as in bigeminy"
+            remedy = "keep the rows of one kind of beat, the long ones say, and give their hr_bpm"
         raise RecordingError(Problem(samples.source, reason, remedy))
     _check_plausible(samples, samples.speed_m_s[accepted], context, settings)
 

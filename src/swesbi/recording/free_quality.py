@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import ACCEPTED, OUTLIER
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 
+VARIES: Final = 0.25
+"""Share of the beats left out for their RR interval, above which the rhythm is said to vary."""
+
 
 @dataclass(frozen=True)
 class PushQuality:
@@ -22,7 +26,7 @@ class PushQuality:
     Attributes:
         verdict: Index into ``REASONS`` of each push's rejection, or ``ACCEPTED``; shape (N,).
         noise: Errors of the accepted ones, n of them.
-        left_out: The outliers, a sentence each.
+        left_out: The outliers, and what is said of the rhythm, a sentence each.
     """
 
     verdict: IntArray
@@ -58,7 +62,26 @@ def push_quality(
         reason = f"{len(named)} of {len(accepted)} pushes lie far outside their neighbours, limit {limit:.0%}"
         remedy = f"check the speeds, or state larger errors; the first: {named[0]}"
         raise RecordingError(Problem(samples.source, reason, remedy))
-    return PushQuality(verdict, replace(noise, relative_se=noise.relative_se[kept]), named)
+    noted = (*named, *_rhythm(samples, settings.max_rr_deviation_fraction))
+    return PushQuality(verdict, replace(noise, relative_se=noise.relative_se[kept]), noted)
+
+
+def _rhythm(samples: FreeSamples, limit: float) -> tuple[str, ...]:
+    """Say how many beats are left out for their RR interval, and what is assumed where the rhythm varies."""
+    rr_ms = samples.beats_rr_ms()
+    median = float(np.median(rr_ms))
+    dropped = int((np.abs(rr_ms / median - 1.0) > limit).sum())
+    if not dropped:
+        return ()
+    unit = "beats" if "beat" in samples.columns else "pushes"
+    counted = (
+        f"{dropped} of {len(rr_ms)} {unit} are left out: their RR interval lies over {limit:.0%} from the "
+        f"median, {median:.0f} ms"
+    )
+    if dropped <= VARIES * len(rr_ms):
+        return (counted,)
+    assumed = f"the rhythm varies: the answer takes every beat for one of {median:.0f} ms, as the others are"
+    return (counted, assumed)
 
 
 def _named(samples: FreeSamples, index: int, told_m_s: float) -> str:

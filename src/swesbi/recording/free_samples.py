@@ -10,37 +10,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.columns import (
-    EVENT,
-    FAILED_STATUSES,
-    FREE_OPTIONAL,
-    STANDARD_ERROR,
-    STATUS_OK,
-    TIME,
-)
-from swesbi.recording.foreign import FREE
-from swesbi.recording.layout import TableLayout
+from swesbi.recording.copies import check_copies
+from swesbi.recording.groups import grouped
 from swesbi.recording.phases import LATEST_BEAT_PHASE
-from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.reader import (
-    EVENT_HERE,
-    NO_EVENT,
-    OWN_FORM,
+    MEASURED,
     SPEED_RANGE_M_S,
-    read_columns,
+    check_measured,
+    check_no_events,
     read_fit_r2,
     read_rr_ms,
     read_speed,
     read_status,
+    refuse_lookalikes,
 )
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import PA_PER_KPA
-from swesbi.recording.table import TextTable
-from swesbi.recording.units import MODULUS_UNITS, SPEED_UNITS
+from swesbi.recording.tables.columns import (
+    FAILED_STATUSES,
+    FREE_OPTIONAL,
+    FREE_REQUIRED,
+    MODULUS_UNITS,
+    SPEED_UNITS,
+    STANDARD_ERROR,
+    STATUS_OK,
+    TEXTS,
+    TIME,
+)
+from swesbi.recording.tables.files import open_table
+from swesbi.recording.tables.layout import OWN_FORM, TableLayout
+from swesbi.recording.tables.table import Table
+from swesbi.recording.tables.translate import in_own_terms
 
 MOST_IN_OTHER_UNITS: Final = 1e4  # kPa, or times the speed
 A_TIME: Final = "give the time since the R peak of the push's beat in ms"
+ONE_MS: Final = "number the beats in `beat` if these are two pushes, or keep one"
 OWN_BEAT: Final = (
     "give the time since the R peak that begins the push's own beat, and number the beats in `beat`"
 )
@@ -63,6 +68,7 @@ class FreeSamples:
         unit_of_time: That is stated of the times as they were given; empty where none is.
         source: Where the samples come from, for messages.
         places: Where each push stands in the file, in words; empty of samples in memory.
+        unused: Columns of the file that nobody asks for and in which its rows differ.
     """
 
     time_ms: FloatArray
@@ -77,6 +83,7 @@ class FreeSamples:
     unit_of_time: str = ""
     source: str = "samples in memory"
     places: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
 
     @property
     def phase(self) -> FloatArray:
@@ -94,7 +101,7 @@ class FreeSamples:
 def read_free_samples(
     path: Path, density_kg_m3: float, layout: TableLayout = OWN_FORM, subject: str = ""
 ) -> FreeSamples:
-    """Read one row (CSV, workbook) or element (.mat) per attempted push; further columns are ignored.
+    """Read one row (CSV, workbook) or element (.mat) per attempted push.
 
     Args:
         path: The recording; its suffix tells the format.
@@ -107,11 +114,19 @@ def read_free_samples(
             given twice or lies beyond the end of its beat; it lists every problem with file, row, column and
             value.
     """
-    table = read_columns(path, layout, subject, FREE)
-    if EVENT in table.cells:
-        raise RecordingError(Problem(str(path), EVENT_HERE, NO_EVENT, column=EVENT))
+    return free_samples(in_own_terms(open_table(path, layout), layout, subject), density_kg_m3)
+
+
+def free_samples(whole: Table, density_kg_m3: float) -> FreeSamples:
+    """Read a table, in this project's columns, as a free-running recording; as :func:`read_free_samples`."""
+    check_no_events(whole)
+    table = whole.using(FREE_REQUIRED, (*MEASURED, *FREE_OPTIONAL), TEXTS)
+    check_measured(table)
+    refuse_lookalikes(table, FREE_OPTIONAL)
     has = tuple(name for name in FREE_OPTIONAL if name in table.cells)
-    table.unique([name for name in ("repeat", "beat", TIME) if name in table.cells])
+    # pushes of beats that differ in length are of different beats, whether or not these are numbered
+    known = [name for name in ("repeat", "beat", TIME) if name in table.cells]
+    table.unique(known if "beat" in has else ["rr_ms", *known], ONE_MS if "beat" not in has else "keep one")
     time = table.number(TIME, 0, 5000, A_TIME)
     rr = read_rr_ms(table)
     late = time >= LATEST_BEAT_PHASE * rr
@@ -130,20 +145,25 @@ def read_free_samples(
         read_status(table) if "status" in has else np.full(len(time), STATUS_OK),
         has,
         table.units.get(TIME, ""),
-        str(path),
+        table.source,
         tuple(f"{table.unit} {row}" for row in table.rows),
+        table.differing,
     )
     table.finish()
+    if "beat" in has and not whole.copies_allowed:
+        beats = grouped(repeat, beat)
+        names = [f"beat {beat[index]}" for index in beats.first]
+        check_copies(table.source, speed, beats.of, np.zeros(len(names), dtype=np.int64), names)
     return samples
 
 
-def _numbered(table: TextTable, column: str, remedy: str) -> IntArray:
+def _numbered(table: Table, column: str, remedy: str) -> IntArray:
     if column not in table.cells:
         return np.zeros(len(table.rows), dtype=np.int64)
     return table.integer(column, 0, 1_000_000, remedy)
 
 
-def _errors(table: TextTable, speed_m_s: FloatArray, density_kg_m3: float) -> FloatArray:
+def _errors(table: Table, speed_m_s: FloatArray, density_kg_m3: float) -> FloatArray:
     """Return the standard errors in m/s: more than nothing and, of a speed that is to be used, below it.
 
     Of what was measured in kPa they are, to first order, dc = dE / (6 rho c), since E = 3 rho c^2.

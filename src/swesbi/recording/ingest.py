@@ -8,8 +8,7 @@ import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
-from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
-from swesbi.recording.columns import SPEED
+from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
 from swesbi.recording.problems import Problem, RecordingError, raise_any
@@ -24,6 +23,7 @@ from swesbi.recording.samples import (
 )
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds, youngs_modulus_kpa
+from swesbi.recording.tables.columns import SPEED
 
 ROUNDING: Final = 1e-9
 # Beats differ in length, so neighbouring phases lie a little nearer or farther than the protocol puts them.
@@ -88,7 +88,7 @@ def _fraction(measured: BoolArray, settings: RecordingSettings) -> str:
         return ""
     return (
         f"{fraction:.0%} of the phases are missing, limit {limit:.0%} ({int(measured.sum())} of the "
-        f"{len(measured)} of recording.phases in config.yaml were measured)"
+        f"{len(measured)} were measured)"
     )
 
 
@@ -166,7 +166,8 @@ def other_unit(speed_m_s: FloatArray, source: str) -> Problem | None:
     if low <= median <= high:
         return None
     reason = f"the median shear-wave speed is {median:.3g} m/s, expected {low:g} to {high:g}"
-    return Problem(source, reason, "check the unit: m/s, or kPa for a modulus", column=SPEED)
+    remedy = "check the unit: m/s; kPa are for the column youngs_modulus_kpa"
+    return Problem(source, reason, remedy, column=SPEED)
 
 
 def ingest(

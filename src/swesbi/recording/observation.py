@@ -27,7 +27,7 @@ from swesbi.artefacts import (
 )
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
-from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 

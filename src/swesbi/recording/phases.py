@@ -46,7 +46,7 @@ def locate_phases(samples: Samples, measured_phase: FloatArray, beats: BoolArray
     phase = np.where(np.isnan(measured_phase), attempted, measured_phase)
     _check_beats(phase, samples.source)
     if np.isnan(phase).any():
-        _check_absent(phase, samples.source)
+        _check_absent(phase, samples)
     wrapped = _between_neighbours(phase) % 1.0
     _check_distinct(wrapped, samples.source)
     return wrapped
@@ -77,7 +77,7 @@ def _check_beats(phase: FloatArray, source: str) -> None:
         raise RecordingError(Problem(source, reason, "check both columns"))
 
 
-def _check_absent(phase: FloatArray, source: str) -> None:
+def _check_absent(phase: FloatArray, samples: Samples) -> None:
     """Refuse phases without rows where there is no room for them, or no telling where they lie."""
     absent = np.isnan(phase)
     known = phase[~absent]
@@ -86,14 +86,14 @@ def _check_absent(phase: FloatArray, source: str) -> None:
     add = "add a row with its delay and status no_wave for every phase that was attempted"
     if (steps <= 0.0).any():
         reason = f"phase_index {listed} has no row, and the others do not follow the order of the cycle"
-        raise RecordingError(Problem(source, reason, add))
+        raise RecordingError(Problem(samples.source, reason, add))
     if absent[-1] and steps[-1] < STEPS_OF_A_GAP * np.median(steps):
         reason = (
-            f"its {len(known)} phases fill the cycle, but recording.phases in config.yaml is {len(phase)}: "
+            f"its {len(known)} phases fill the cycle, but {samples.phases_said_in} is {len(phase)}: "
             f"phase_index {listed} has no row"
         )
         remedy = f"{add}; if {len(known)} were attempted, say so by --phases or recording.phases"
-        raise RecordingError(Problem(source, reason, remedy))
+        raise RecordingError(Problem(samples.source, reason, remedy))
 
 
 def _check_distinct(phase: FloatArray, source: str) -> None:

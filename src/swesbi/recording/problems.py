@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from swesbi.base.terminal import printable
+from swesbi.base.terminal import hidden_signs, printable
 
 LONGEST_VALUE: Final = 60
 
@@ -41,7 +41,7 @@ class Problem:
             place.append(f"column {self.column!r}")
         value = self.value or ""
         value = value if len(value) <= LONGEST_VALUE else value[:LONGEST_VALUE] + "..."
-        shown = "" if self.value is None else f"{value!r} "
+        shown = "" if self.value is None else f"{value!r}{hidden_signs(value)} "
         return printable(f"{', '.join(place)}: {shown}{self.reason}; {self.remedy}")
 
 

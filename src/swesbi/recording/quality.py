@@ -1,14 +1,24 @@
-"""Quality control of a gated recording: which samples are accepted, and which whole phases are left out."""
+"""Quality control of a gated recording: which samples are accepted, and which whole phases are left out.
+
+Of any recording: speeds that a scanner seems to have clipped.
+"""
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
+from scipy.special import chdtr
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.neighbours import told_by_neighbours
 from swesbi.recording.samples import ACCEPTED, OUTLIER, Samples, sample_rejection
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import average_speeds
+
+STEPS: Final = 10
+"""Of the resolution below the largest speed, in which others are counted."""
+RARE: Final = 1.0e-4
 
 
 def rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
@@ -46,3 +56,25 @@ def _told(
     error = (means.speed_se_m_s / speed)[known]
     told[known] = told_by_neighbours(means.beat_phase[known] % 1.0, speed[known], error, settings)
     return speed, told
+
+
+def clipped(speed_m_s: FloatArray) -> tuple[str, ...]:
+    """Say where more speeds than their resolution allows are the largest of all; nothing where none are.
+
+    Just below the largest, speeds fall into steps of the resolution; so many would fall into one by chance,
+    and one more. What has by this a chance (Poisson) below ``RARE`` is no chance.
+
+    Args:
+        speed_m_s: Speeds of the table, NaN where there is none; shape (N,).
+    """
+    known = np.sort(speed_m_s[np.isfinite(speed_m_s)])
+    steps = np.diff(np.unique(known))
+    if steps.size < STEPS:
+        return ()
+    largest, step = float(known[-1]), float(steps.min())
+    number = int((known == largest).sum())
+    near = float((known >= largest - (STEPS + 0.5) * step).sum() - number) / STEPS
+    if chdtr(2 * number, 2.0 * (1.0 + near)) >= RARE:
+        return ()
+    share = f"{number} of {len(known)} speeds are the largest of all, {largest:g} m/s"
+    return (f"{share}: they seem to be clipped, so the curve may be higher there",)

@@ -1,7 +1,8 @@
-"""Reading the raw samples of one subject: ``swe/<subject>.csv`` or ``swe/<subject>.mat``."""
+"""Reading the raw samples of one gated recording, whatever table they stand in."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -9,33 +10,33 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.recording.cohort import EXCEL, SUFFIXES, WORKBOOKS
-from swesbi.recording.columns import EVENT, FAILED_STATUSES, MODULUS, SPEED, STATUS_OK
-from swesbi.recording.content import SAVE_AS_CSV
-from swesbi.recording.foreign import GATED, Wanted, has_no_phases, placed_by, read_foreign
+from swesbi.base.arrays import FloatArray, IntArray, rows_of
+from swesbi.recording.copies import check_copies
 from swesbi.recording.groups import grouped
-from swesbi.recording.layout import TableLayout
-from swesbi.recording.mat_table import read_mat_table
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.samples import Samples
+from swesbi.recording.samples import CONFIGURED, Samples
 from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
-from swesbi.recording.table import TextTable, read_table
+from swesbi.recording.tables.columns import COLUMNS, EVENT, MODULUS, PHASE, SPEED, STATUSES, TEXTS, TIME
+from swesbi.recording.tables.files import open_table
+from swesbi.recording.tables.layout import OWN_FORM, TableLayout
+from swesbi.recording.tables.table import Table, spelling
+from swesbi.recording.tables.translate import in_own_terms, is_free
 
 MEASURED: Final = (SPEED, MODULUS)
-READERS: Final = {".csv": read_table, ".mat": read_mat_table}
-OWN_FORM: Final = TableLayout()
+REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
 NOT_GATED: Final = "is free-running: it has instants (time_ms) and no phases (phase_index)"
 ASK_FREE: Final = (
     "networks and the experiments of the paper need gated phases; `swesbi infer` answers it without a "
     "network; in a study's own cohort leave it out of `subjects`"
 )
+NEITHER: Final = "a gated recording has phase_index, a free-running one time_ms; map it under `columns`"
 EVENT_HERE: Final = "says what set off each wave"
 NO_EVENT: Final = (
     "natural waves are not interpreted: leave them out; a table of pushes goes without this column"
 )
 OTHER_GATE: Final = 0.85  # of the distance of two gates; samples binned by phase lie within one
 SAME_GATE: Final = "correct the label or the delay; a label stands for one gate, in every repeat"
+IN_M_S: Final = "give it in m/s, or leave it empty if it failed; kPa are for the column youngs_modulus_kpa"
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
 
 
@@ -46,7 +47,7 @@ def read_samples(
     layout: TableLayout = OWN_FORM,
     subject: str = "",
 ) -> Samples:
-    """Read one row (CSV, workbook) or element (.mat) per attempted push sample; further columns are ignored.
+    """Read one row (CSV, workbook) or element (.mat) per attempted push sample.
 
     A recording has either the column ``shear_wave_speed_m_s`` or, in its place, ``youngs_modulus_kpa``, of
     which each value E becomes the speed sqrt(E / (3 rho)).
@@ -65,34 +66,71 @@ def read_samples(
     Returns:
         The samples by phase, repeat and sample, whatever the order of the rows.
     """
-    places = placed_by(path, layout)
-    if has_no_phases(places):
-        raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
-    if EVENT in places:
-        raise RecordingError(Problem(str(path), EVENT_HERE, NO_EVENT, column=EVENT))
-    return _in_order(samples_of(read_columns(path, layout, subject), phases, density_kg_m3))
+    return gated_samples(in_own_terms(open_table(path, layout), layout, subject), phases, density_kg_m3)
 
 
-def _in_order(samples: Samples) -> Samples:
+def gated_samples(
+    table: Table, phases: int, density_kg_m3: float, phases_said_in: str = CONFIGURED
+) -> Samples:
+    """Read a table, in this project's columns, as a gated recording; as :func:`read_samples`."""
+    if is_free(table):
+        raise RecordingError(Problem(table.source, NOT_GATED, ASK_FREE))
+    check_no_events(table)
+    if PHASE not in table.cells:
+        replace(table, remedy=NEITHER).using((PHASE, TIME))  # which says what it has
+    used = table.using(REQUIRED, MEASURED, TEXTS)
+    check_measured(used)
+    samples = samples_of(used, phases, density_kg_m3, phases_said_in)
     order = np.lexsort((samples.sample, samples.repeat, samples.phase_index))
-    columns = {name: value[order] for name, value in vars(samples).items() if name != "source"}
-    return replace(samples, **columns)
+    ordered = replace(rows_of(samples, order), unused=used.differing, phases_said_in=phases_said_in)
+    if not table.copies_allowed:
+        _check_copies(ordered)
+    return ordered
 
 
-def samples_of(table: TextTable, phases: int, density_kg_m3: float) -> Samples:
+def _check_copies(samples: Samples) -> None:
+    repeats = grouped(samples.phase_index, samples.repeat)
+    phase, repeat = samples.phase_index[repeats.first], samples.repeat[repeats.first]
+    names = [f"repeat {r} of phase_index {p}" for p, r in zip(phase, repeat, strict=True)]
+    check_copies(samples.source, samples.speed_m_s, repeats.of, phase, names)
+
+
+def refuse_lookalikes(table: Table, optional: Sequence[str]) -> None:
+    """Refuse a column that is not used and that looks like an optional one that is not there.
+
+    Raises:
+        RecordingError: There is one.
+    """
+    remedies = {name: f"call it {name}, or map it under `columns` of recording.yaml" for name in optional}
+    table.refuse_lookalikes(remedies, lambda lowered, name: spelling(lowered) == spelling(name))
+    table.finish()
+
+
+def check_no_events(table: Table) -> None:
+    """Refuse natural waves.
+
+    Raises:
+        RecordingError: The table says what set off each wave.
+    """
+    if EVENT in table.cells:
+        raise RecordingError(Problem(table.source, EVENT_HERE, NO_EVENT, column=EVENT))
+
+
+def samples_of(table: Table, phases: int, density_kg_m3: float, phases_said_in: str = CONFIGURED) -> Samples:
     """Read the columns of a gated recording cell by cell.
 
     Args:
-        table: Of :func:`read_columns`.
+        table: The columns in use.
         phases: Number of gated phases.
         density_kg_m3: Density rho behind a Young's modulus.
+        phases_said_in: Where the number of phases is said.
 
     Raises:
         RecordingError: A value is impossible, a sample is given twice, or a row lies at another gate than
             its phase.
     """
     table.unique(["phase_index", "repeat", "sample"])
-    phase_index = _phase_index(table, phases)
+    phase_index = _phase_index(table, phases, phases_said_in)
     delay = table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms")
     rr = read_rr_ms(table)
     repeat = table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1")
@@ -105,7 +143,7 @@ def samples_of(table: TextTable, phases: int, density_kg_m3: float) -> Samples:
 
 
 def check_gates(
-    table: TextTable, phase_index: IntArray, delay_ms: FloatArray, rr_ms: FloatArray, phases: int
+    table: Table, phase_index: IntArray, delay_ms: FloatArray, rr_ms: FloatArray, phases: int
 ) -> None:
     """Refuse rows whose label contradicts their time: nearly a gate or more from others of their phase.
 
@@ -130,38 +168,7 @@ def check_gates(
     table.finish()
 
 
-def read_columns(path: Path, layout: TableLayout, subject: str, wanted: Wanted = GATED) -> TextTable:
-    """Return the columns of a recording as text, in this project's form.
-
-    Args:
-        path: The recording; its suffix tells the format.
-        layout: How the table differs from this project's form.
-        subject: Whose rows are wanted of a table of several.
-        wanted: The columns, of which the speed may be a modulus.
-
-    Raises:
-        RecordingError: It is of no format that is read, or the table is malformed or lacks a column.
-    """
-    _check_suffix(path)
-    if path.suffix.lower() in EXCEL or not layout.is_own:
-        return read_foreign(path, layout, subject, wanted)
-    required, optional = wanted.of_own_form
-    table = READERS[path.suffix.lower()](path, required, optional)
-    check_measured(table)
-    return table
-
-
-def _check_suffix(path: Path) -> None:
-    suffix = path.suffix.lower()
-    if suffix in WORKBOOKS:
-        raise RecordingError(Problem(str(path), "is a workbook", SAVE_AS_CSV))
-    if suffix not in SUFFIXES:
-        raise RecordingError(
-            Problem(str(path), f"is none of {', '.join(SUFFIXES)}", "give it in one of these formats")
-        )
-
-
-def check_measured(table: TextTable) -> None:
+def check_measured(table: Table) -> None:
     """Refuse a table that has not exactly one column of what was measured.
 
     Raises:
@@ -175,9 +182,9 @@ def check_measured(table: TextTable) -> None:
         )
 
 
-def _phase_index(table: TextTable, phases: int) -> IntArray:
-    agree = f"this study expects {phases} phases, numbered 0 to {phases - 1}"
-    index = table.cells["phase_index"]
+def _phase_index(table: Table, phases: int, phases_said_in: str) -> IntArray:
+    agree = f"{phases_said_in} is {phases}, so phases are numbered 0 to {phases - 1}"
+    index = table.cells[PHASE]
     if (index == str(phases)).any() and not np.isin(index, ("0", "0.0")).any():
         remedy = f"{agree}; number them from 0, or say `first_phase: 1` under `table` in recording.yaml"
     else:
@@ -185,28 +192,28 @@ def _phase_index(table: TextTable, phases: int) -> IntArray:
             f"{agree}; correct the cell, or if {len(set(index))} were recorded, put the recording into a "
             "cohort of its own, with as many phases in all, and say so by --phases or recording.phases"
         )
-    return table.integer("phase_index", 0, phases - 1, remedy)
+    return table.integer(PHASE, 0, phases - 1, remedy)
 
 
-def read_rr_ms(table: TextTable) -> FloatArray:
+def read_rr_ms(table: Table) -> FloatArray:
     """Return the RR intervals in ms."""
     return table.number("rr_ms", 150, 5000, "give the RR interval in ms")
 
 
-def read_fit_r2(table: TextTable) -> FloatArray:
+def read_fit_r2(table: Table) -> FloatArray:
     """Return R2 of the wave fits; NaN where there was none."""
     return table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
 
 
-def read_status(table: TextTable) -> NDArray[np.str_]:
+def read_status(table: Table) -> NDArray[np.str_]:
     """Return "ok" or one of ``FAILED_STATUSES`` for each row."""
-    return np.asarray(table.choice("status", (STATUS_OK, *FAILED_STATUSES)), dtype=np.str_)
+    return np.asarray(table.choice("status", STATUSES), dtype=np.str_)
 
 
-def read_speed(table: TextTable, density_kg_m3: float) -> FloatArray:
+def read_speed(table: Table, density_kg_m3: float) -> FloatArray:
     """Return the speeds in m/s, from the modulus where that was measured; NaN where there is none."""
     if SPEED in table.cells:
-        (low, high), remedy = SPEED_RANGE_M_S, "give it in m/s, or leave it empty if it failed"
+        (low, high), remedy = SPEED_RANGE_M_S, IN_M_S
         return table.number(SPEED, low, high, remedy, may_be_empty=True)
     low, high = youngs_modulus_kpa(np.array(SPEED_RANGE_M_S), density_kg_m3)
     remedy = "give it in kPa, or leave it empty if it failed"

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.columns import FAILED_STATUSES, STATUS_OK
 from swesbi.recording.groups import grouped
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.tables.columns import FAILED_STATUSES, STATUSES
 
 ACCEPTED: Final = -1
 REASONS: Final = (*FAILED_STATUSES, "empty_speed", "low_fit_r2", "ectopic_rr", "outlier", "sparse_phase")
+CONFIGURED: Final = "recording.phases in config.yaml"
 OUTLIER: Final = REASONS.index("outlier")
 MAD_TO_SD: Final = 1.4826  # of a normal distribution: 1 / Phi^-1(3/4)
 
@@ -34,6 +35,8 @@ class Samples:
         fit_r2: R2 of the wave fit; NaN where there was none.
         status: "ok" or one of ``FAILED_STATUSES``.
         source: Where the samples come from, for messages.
+        unused: Columns of the file that nobody asks for and in which its rows differ.
+        phases_said_in: Where the number of phases is said, for messages.
     """
 
     phase_index: IntArray
@@ -45,11 +48,13 @@ class Samples:
     fit_r2: FloatArray
     status: NDArray[np.str_]
     source: str = "samples in memory"
+    unused: tuple[str, ...] = ()
+    phases_said_in: str = CONFIGURED
 
     def __post_init__(self) -> None:
-        known = np.isin(self.status, (STATUS_OK, *FAILED_STATUSES))
+        known = np.isin(self.status, STATUSES)
         if not known.all():
-            reason = f"is none of {', '.join((STATUS_OK, *FAILED_STATUSES))}"
+            reason = f"is none of {', '.join(STATUSES)}"
             value = str(self.status[~known][0])
             raise RecordingError(
                 Problem(self.source, reason, "use one of them", column="status", value=value)

@@ -152,6 +152,8 @@ class NoiseSettings(Settings):
     )
 
 
+Repeats = Literal["separate", "sweeps"]
+"""Whether each phase is repeated by itself, or a repeat of one number runs over all."""
 OTHERS: Final = "others"
 """The group of the recordings that no group of ``noise_groups`` names."""
 

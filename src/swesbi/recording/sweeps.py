@@ -42,8 +42,8 @@ from swesbi.recording.components import (
     repeat_levels,
 )
 from swesbi.recording.groups import grouped
-from swesbi.recording.protocol import Repeats
 from swesbi.recording.samples import Samples
+from swesbi.recording.settings import Repeats
 from swesbi.recording.speed import repeat_means
 
 REPEAT, SAMPLE, SWEEP = range(3)  # the order of the components

@@ -26,6 +26,7 @@ FIRST: Final = {
     "status": f"verdict: {', '.join(STATUSES)}; {REFUSED}: there is no posterior",
     "reason": "tests that contradict the model, or why there is no posterior",
     "noise": "from what its standard errors are estimated",
+    "notes": "what of the recording is left out, or odd",
     "interval_mass": "probability that lies between the limits of each interval; 1",
 }
 LAST: Final = {
@@ -45,6 +46,7 @@ class Asked:
         answer: What it answered; None where it is refused.
         refused: The reason; empty where there is an answer.
         noise: From what its standard errors are estimated, in words.
+        notes: What of the recording is left out, or odd, in words.
     """
 
     subject: str
@@ -52,6 +54,7 @@ class Asked:
     answer: Answer | None
     refused: str = ""
     noise: str = ""
+    notes: str = ""
 
 
 def explanations() -> dict[str, str]:
@@ -77,8 +80,8 @@ def _row(asked: Asked) -> Mapping[str, object]:
         return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
     values = [*answer.limits.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
-    said: dict[str, object] = {"status": answer.status, "reason": answer.reason, "noise": asked.noise}
-    said["interval_mass"] = answer.interval_mass
+    said: dict[str, object] = {name: getattr(answer, name) for name in ("status", "reason", "interval_mass")}
+    said |= {"noise": asked.noise, "notes": asked.notes}
     return row | said | dict(zip(answer_columns(), values, strict=True))
 
 

@@ -13,7 +13,7 @@ from swesbi.checks.scores import Band, coverage
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.free_observation import FreeObservation
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS

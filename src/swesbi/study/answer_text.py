@@ -11,7 +11,7 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import ParameterPrior
-from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.verdict.answers import sampler_in_words, weights_in_words
 from swesbi.verdict.trust import ANSWER, IN_WORDS
 

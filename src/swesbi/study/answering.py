@@ -22,7 +22,7 @@ from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.instants import free_model
 from swesbi.networks.flow.files import SHIPPED_NETWORK
-from swesbi.recording.checked import CheckedFree
+from swesbi.recording.cohort.checked import CheckedFree
 from swesbi.report.sheet import Sheet
 from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.nulls import nulls_of
@@ -133,7 +133,7 @@ class Asked:
         origin: Seed, subject and code.
         experiment: By which experiment.
         note: What to say of that choice; empty where it is the usual one.
-        left_out: Phases or pushes far outside their neighbours, a sentence each.
+        left_out: What of the recording is left out, or odd, a sentence each.
     """
 
     recording: Recording
@@ -146,7 +146,7 @@ class Asked:
 
     def kept_in(self, folder: Path) -> Verdict | None:
         """Return the verdict of this very answer, where it lies in ``folder`` already, whole; else None."""
-        digest = made_from(self.recording, self.knowledge, self.settings, self.origin)
+        digest = made_from(self.recording, self.knowledge, self.settings, self.origin, self.left_out)
         pressures = self.recording.observation.clinical.has_pressures and isinstance(
             self.recording, GatedRecording
         )
@@ -165,7 +165,7 @@ class Asked:
         settings = self.settings
         answer = answered(self.recording, self.knowledge, settings, self.origin.seed, settings.clinical)
         with folder_made_whole(folder, VERDICT) as made:
-            page = save_answer(answer, self.knowledge, settings, self.origin, made)
+            page = save_answer(answer, self.knowledge, settings, self.origin, made, self.left_out)
         return answer, page
 
 
@@ -179,6 +179,7 @@ class Answerer:
         options: What Snakemake is given for the same configuration.
         from_prior: Whether no network is asked, though there is one.
         required: Whether gated recordings must be answered by the network of the first.
+        in_memory: The recordings, where they are in no folder.
     """
 
     study: Study
@@ -186,6 +187,7 @@ class Answerer:
     options: str
     from_prior: bool = False
     required: bool = False
+    in_memory: Folder | None = None
     _known: dict[str, Knowledge] = field(default_factory=dict)
 
     @property
@@ -196,7 +198,7 @@ class Answerer:
     @cached_property
     def folder(self) -> Folder:
         """The recordings, read once."""
-        return observe_folder(self.study)
+        return self.in_memory or observe_folder(self.study)
 
     def asked(self, subject: str) -> Asked:
         """Choose what answers a recording.

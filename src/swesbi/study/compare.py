@@ -18,7 +18,7 @@ from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
 from swesbi.persons.change.words import change_lines
-from swesbi.recording.visits import Visit
+from swesbi.recording.cohort.visits import Visit
 from swesbi.study.answering import (
     EXIT_REFUSED,
     Answerer,

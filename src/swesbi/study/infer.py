@@ -14,7 +14,7 @@ from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study
-from swesbi.recording.cohort import RECORDINGS, SUBJECTS
+from swesbi.recording.cohort.files import RECORDINGS, SUBJECTS
 from swesbi.study.answering import (
     EXIT_REFUSED,
     Answerer,
@@ -57,6 +57,7 @@ class Given:
     text: str
     told: Told
     noise: str
+    notes: str
 
 
 def main(options: argparse.Namespace) -> int:
@@ -160,11 +161,12 @@ def _given(request: Request, subject: str) -> Given:
     from swesbi.verdict.answers import told_of
 
     asked, folder = request.answerer.asked(subject), request.out / subject
+    notes = "; ".join(asked.left_out)
     if not request.force and (kept := asked.kept_in(folder)) is not None:
         text = (
             f"{subject}: {kept.sentence}\nanswered before, and nothing has changed since: {folder.resolve()}"
         )
-        return Given(asked.experiment, text, told_of(kept), asked.recording.noise)
+        return Given(asked.experiment, text, told_of(kept), asked.recording.noise, notes)
     answer, _ = asked.answer_into(folder, force=request.force)
     files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
     lines = [
@@ -174,7 +176,7 @@ def _given(request: Request, subject: str) -> Given:
         f"written to {folder.resolve()}: {files}",
     ]
     noise = answer.recording.noise
-    return Given(asked.experiment, "\n".join(filter(None, lines)), told_of(answer.verdict), noise)
+    return Given(asked.experiment, "\n".join(filter(None, lines)), told_of(answer.verdict), noise, notes)
 
 
 def _answer_all(request: Request, workers: int) -> int:
@@ -255,7 +257,7 @@ def _write_table(request: Request, given: Mapping[str, Given], refused: Mapping[
     for subject in answerer.subjects:
         if subject in given:
             one = given[subject]
-            rows.append(Asked(subject, one.experiment, one.told, noise=one.noise))
+            rows.append(Asked(subject, one.experiment, one.told, noise=one.noise, notes=one.notes))
         else:
             rows.append(Asked(subject, ", ".join(answerer.experiments), None, refused[subject]))
     write_answers(answers_table(rows), request.out)

@@ -10,9 +10,10 @@ from swesbi.answers.settings import OneAnswerSettings
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.checked import Checked, CheckedFree, ingested, read_raw
+from swesbi.recording.cohort.checked import Checked, CheckedFree, ingested, raw_of, read_raw, twins_among
 from swesbi.recording.folder_noise import FolderRecordings
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.tables.table import Table
 
 
 @dataclass(frozen=True)
@@ -50,9 +51,25 @@ def observe_folder(study: Study) -> Folder:
             observed[subject] = observe(study, subject)
         except RecordingError as error:
             refused[subject] = str(error)
+    for name, problem in twins_among(observed).items():
+        refused[name] = str(problem)
+        del observed[name]
     levels = {name: each.levels for name, each in observed.items() if isinstance(each, Checked)}
     prior, groups = study.config.new_subjects.noise_prior, study.new_noise_groups
     return Folder(observed, refused, FolderRecordings(levels, prior, groups))
+
+
+def observe_table(study: Study, subject: str, table: Table) -> Folder:
+    """Ingest a recording in memory, a folder of its own.
+
+    Raises:
+        RecordingError: It is malformed or too incomplete, or nothing tells its errors.
+    """
+    said, context = study.said_of_new(subject), study.new_rows[subject].to_context()
+    clinical = study.outside.clinical_of(subject).to_measures()
+    one = ingested(raw_of(table, said), said, context, clinical, study.config.measurement.grid_points)
+    levels = {subject: one.levels} if isinstance(one, Checked) else {}
+    return Folder({subject: one}, {}, FolderRecordings(levels, study.config.new_subjects.noise_prior))
 
 
 def observe(study: Study, subject: str) -> Checked | CheckedFree:

@@ -10,9 +10,10 @@ from pathlib import Path
 from swesbi.artefacts.atomic import typed
 from swesbi.config.models import Config
 from swesbi.config.read import at_configuration, in_words, merged_files, parse_config, read_merged
-from swesbi.recording.check import CohortReport, examine_cohort, summary
-from swesbi.recording.cohort import SUBJECTS
+from swesbi.recording.cohort.check import CohortReport, examine_cohort, summary
+from swesbi.recording.cohort.files import SUBJECTS
 from swesbi.recording.problems import Problem, listed
+from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import RecordingSettings
 
 EXIT_PROBLEMS = 2
@@ -29,10 +30,11 @@ def main(options: argparse.Namespace) -> int:
     source = in_words(options.config, options.overlay)
     files = merged_files(options.config, options.overlay)
     config = parse_config(read_merged(options.config, options.overlay), source, files)
-    settings = config.recording
+    settings, where = config.recording, CONFIGURED
     if options.phases is not None:
+        where = "--phases"
         settings = RecordingSettings.from_plain(settings.to_plain() | {"phases": options.phases})
-    report = examine_cohort(cohort, settings, config.measurement.grid_points)
+    report = examine_cohort(cohort, settings, config.measurement.grid_points, where)
     here = cohort.resolve() == Path(config.cohort).resolve()
     problems = (*report.problems, *(_unknown_subjects(report, config, options.config) if here else ()))
     if problems:

@@ -21,7 +21,7 @@ from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.recording.clinical import ClinicalMeasures
+from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.verdict.settings import EjectionTimeSettings, VolumeSettings
 from swesbi.verdict.verdict import VerdictTest
 

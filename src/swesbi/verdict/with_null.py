@@ -27,7 +27,7 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.seeds import generator
 from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.checks import BOUNDS, TESTS, WITH_STRIPS, Checks, check_recording

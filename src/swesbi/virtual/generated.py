@@ -23,10 +23,9 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.noise import fit_noise
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.protocol import Repeats
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import RecordingSettings, Repeats
 from swesbi.recording.sweeps import levels_by
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Volunteer, simulate_truth

@@ -13,9 +13,9 @@ import pandas as pd
 
 from swesbi.context import Context
 from swesbi.recording.acquisition import TruthCurve
-from swesbi.recording.columns import SPEED, STATUS_OK, TIME
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.speed import shear_wave_speed_m_s
+from swesbi.recording.tables.columns import SPEED, STATUS_OK, TIME
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Truth
 

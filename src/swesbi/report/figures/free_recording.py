@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.recording.checked import CheckedFree
+from swesbi.recording.cohort.checked import CheckedFree
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.samples import REASONS
 from swesbi.report.figures.recording import COLOURS, MARKS, MEAN, ORIGIN_WIDTH, WITHOUT_SPEED

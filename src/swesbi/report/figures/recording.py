@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.recording.checked import Checked
+from swesbi.recording.cohort.checked import Checked
 from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.noise import CohortNoise
 from swesbi.recording.samples import ACCEPTED, REASONS

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import yaml
 from pydantic import JsonValue
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import read_csv
 from swesbi.posterior.result import read_exact_posterior
+from swesbi.recording.cohort.recording_file import read_recording_file
 from swesbi.recording.noise import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.report.figures.population import read_strata
@@ -96,11 +96,12 @@ def read_cohort_words(recording: Path, title: str) -> Cohort:
     Raises:
         ArtefactError: It does not say where the recordings come from.
     """
-    plain = yaml.safe_load(recording.read_text(encoding="utf-8"))
-    if not isinstance(plain, dict) or not plain.get("origin"):
+    file = read_recording_file(recording.parent)
+    if not file.origin:
         raise ArtefactError(f"{recording}: add `origin`: who or what was recorded, in a few words")
-    protocol = tuple(protocol_entry(key, value) for key, value in (plain.get("protocol") or {}).items())
-    return Cohort(title, recording.parent.as_posix(), str(plain["origin"]), protocol)
+    said = file.protocol.model_dump(exclude_unset=True).items()
+    protocol = tuple(protocol_entry(key, value) for key, value in said)
+    return Cohort(title, recording.parent.as_posix(), file.origin, protocol)
 
 
 def read_exact(

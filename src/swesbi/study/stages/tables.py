@@ -5,11 +5,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import yaml
-
-from swesbi.artefacts import ArtefactError, Origin, atomic_path
+from swesbi.artefacts import Origin, atomic_path
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import read_cmaes
@@ -20,6 +17,7 @@ from swesbi.networks.paper.pool import read_pool
 from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
 from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import PriorSettings
+from swesbi.recording.cohort.recording_file import read_recording_file
 from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.report import study_tables
@@ -179,7 +177,7 @@ def paper_comparison(
         cohort_title=settings.cohort_title,
         main=settings.main_experiment,
         settings=settings.to_plain(),
-        protocol=_read_protocol(protocol),
+        protocol=read_recording_file(protocol.parent).protocol.to_plain(),
         ppc=read_csv(ppc),
         posterior=read_csv(posterior),
         features=read_csv(features),
@@ -196,16 +194,3 @@ def paper_comparison(
     statements = statements_table(numbers, study)
     write_csv(statements_csv, statements)
     LOGGER.info(score_in_words(statements))
-
-
-def _read_protocol(path: Path) -> dict[str, Any]:
-    """Return the numbers of the acquisition protocol; a cohort need not give them.
-
-    Raises:
-        ArtefactError: The file is no YAML mapping.
-    """
-    content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    protocol = content.get("protocol", {}) if isinstance(content, dict) else None
-    if not isinstance(protocol, dict):
-        raise ArtefactError(f"{path}: expected a mapping with the key 'protocol', a mapping too")
-    return protocol

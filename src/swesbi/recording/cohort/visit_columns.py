@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.table import TextTable
-from swesbi.recording.visits import VISIT_NAMES, Visit
+from swesbi.recording.cohort.visits import VISIT_NAMES, Visit
+from swesbi.recording.tables.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,7 +63,7 @@ class _Columns:
     who: pd.Series[str]
 
 
-def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
+def visit_rows(table: Table, age_years: FloatArray) -> list[Visit]:
     """Return whose recording each row is.
 
     Problems are noted in the table, which may have any of the columns, or none.
@@ -85,14 +85,14 @@ def visit_rows(table: TextTable, age_years: FloatArray) -> list[Visit]:
     return [Visit(*row) for row in zip(person, visit, group, strict=True)]
 
 
-def _column(table: TextTable, name: str) -> pd.Series[str]:
+def _column(table: Table, name: str) -> pd.Series[str]:
     """Return a column, empty where the table has none."""
     import pandas as pd  # a third of a second, which whoever only reads the configuration need not wait
 
     return pd.Series(table.cells.get(name, [""] * len(table.rows)), dtype=object)
 
 
-def _check_texts(table: TextTable, column: str, texts: pd.Series[str], rules: tuple[Rule, ...]) -> None:
+def _check_texts(table: Table, column: str, texts: pd.Series[str], rules: tuple[Rule, ...]) -> None:
     """Names are as they must be; of each the first thing that is wrong is noted."""
     broken = [
         next((number for number, rule in enumerate(rules) if text and not rule[0](text)), -1)
@@ -102,7 +102,7 @@ def _check_texts(table: TextTable, column: str, texts: pd.Series[str], rules: tu
         table.flag(column, np.array(broken) == number, reason, remedy)
 
 
-def _check_persons(table: TextTable, columns: _Columns) -> None:
+def _check_persons(table: Table, columns: _Columns) -> None:
     """Persons and groups have one spelling each, and a person's name is no other row's subject."""
     for name in ("person", "group"):
         if name in table.cells:
@@ -113,7 +113,7 @@ def _check_persons(table: TextTable, columns: _Columns) -> None:
     table.flag("subject", _array(borrowed), reason, "name the person in this row too, or rename one of them")
 
 
-def _check_visits(table: TextTable, columns: _Columns) -> None:
+def _check_visits(table: Table, columns: _Columns) -> None:
     """A visit is somebody's, and several of one person have a name each."""
     alone = (columns.visit != "") & (columns.person == "")
     remedy = "name the person, the same in all rows of the person, or leave the visit empty"
@@ -128,7 +128,7 @@ def _check_visits(table: TextTable, columns: _Columns) -> None:
     table.flag("visit", _array(twice), reason, "give each visit a name of its own; a visit is one recording")
 
 
-def _check_what_stays(table: TextTable, columns: _Columns, age_years: FloatArray) -> None:
+def _check_what_stays(table: Table, columns: _Columns, age_years: FloatArray) -> None:
     """From visit to visit a person keeps sex and group, and does not grow younger."""
     sex = _column(table, "sex")
     first = sex.groupby(columns.who).transform("first")

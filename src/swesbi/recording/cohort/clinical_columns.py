@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.clinical import CLINICAL, ClinicalRow, ClinicalVariable
-from swesbi.recording.table import MISSING, TextTable
+from swesbi.recording.cohort.clinical import CLINICAL, ClinicalRow, ClinicalVariable
+from swesbi.recording.tables.table import MISSING, Table
 
 BOTH: Final = "give both pressures of the cuff, or leave both empty"
 MS_PER_MINUTE: Final = 6e4
@@ -25,7 +25,7 @@ class _Column:
     wrong: BoolArray
 
 
-def clinical_rows(table: TextTable, hr_bpm: FloatArray) -> list[ClinicalRow | None]:
+def clinical_rows(table: Table, hr_bpm: FloatArray) -> list[ClinicalRow | None]:
     """Return what was measured of each subject beside the speeds; None where a cell is wrong.
 
     Problems are noted in the table, which may have any of the columns, or none.
@@ -47,7 +47,7 @@ def clinical_rows(table: TextTable, hr_bpm: FloatArray) -> list[ClinicalRow | No
     return [None if bad else ClinicalRow.from_plain(row) for bad, row in zip(wrong, given, strict=True)]
 
 
-def _column(table: TextTable, variable: ClinicalVariable) -> _Column:
+def _column(table: Table, variable: ClinicalVariable) -> _Column:
     """Read a column, all of it empty where there is none; what has another unit is told so."""
     if variable.name not in table.cells:
         nothing = np.zeros(len(table.rows), dtype=np.bool_)
@@ -65,7 +65,7 @@ def _column(table: TextTable, variable: ClinicalVariable) -> _Column:
     return _Column(values, given, outside | (given & np.isnan(values)))
 
 
-def _wrong_pressures(table: TextTable, systolic: _Column, diastolic: _Column) -> BoolArray:
+def _wrong_pressures(table: Table, systolic: _Column, diastolic: _Column) -> BoolArray:
     """Refuse one pressure without the other, and a diastolic one that is not the lower."""
     alone = systolic.given & ~diastolic.given
     table.flag("sbp_mmhg", alone, "is given without dbp_mmhg", BOTH)
@@ -77,7 +77,7 @@ def _wrong_pressures(table: TextTable, systolic: _Column, diastolic: _Column) ->
     return alone | other | swapped
 
 
-def _wrong_ejection(table: TextTable, ejection: _Column, hr_bpm: FloatArray) -> BoolArray:
+def _wrong_ejection(table: Table, ejection: _Column, hr_bpm: FloatArray) -> BoolArray:
     """Refuse an ejection that is as long as the beat."""
     endless: BoolArray = ejection.values * hr_bpm >= MS_PER_MINUTE
     reason = "is no shorter than a beat at hr_bpm of the same row"

@@ -1,4 +1,4 @@
-"""The files of a cohort: ``subjects.csv``, one row a subject, and which file is a subject's recording."""
+"""``subjects.csv``, one row a subject: the heart, what else was measured, and which visit of whom it is."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from swesbi.context import CONTEXT, CONTEXT_BOUNDS, Context
-from swesbi.recording.clinical import CLINICAL_NAMES, ClinicalRow
-from swesbi.recording.clinical_columns import clinical_rows
-from swesbi.recording.content import SAVE_AS_CSV
-from swesbi.recording.problems import Problem, RecordingError, listed, raise_any
+from swesbi.recording.cohort.clinical import CLINICAL_NAMES, ClinicalRow
+from swesbi.recording.cohort.clinical_columns import clinical_rows
+from swesbi.recording.cohort.visit_columns import visit_rows
+from swesbi.recording.cohort.visits import VISIT_NAMES, Visit
+from swesbi.recording.problems import Problem, listed, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
-from swesbi.recording.table import TextTable, read_table, stood_before
-from swesbi.recording.visit_columns import visit_rows
-from swesbi.recording.visits import VISIT_NAMES, Visit
+from swesbi.recording.tables.csv_text import read_csv
+from swesbi.recording.tables.table import Table, stood_before
 from swesbi.seeds import spawn_key
 
 CONTEXT_COLUMNS: Final = tuple(ContextRow.model_fields)
@@ -26,12 +26,6 @@ REMEDIES: Final = {
     "subject": "use letters, digits, '-' and '_', a letter or digit first, at most 64 of them",
     **{variable.column: variable.remedy for variable in CONTEXT},
 }
-EXCEL: Final = (".xlsx", ".xlsm")
-SUFFIXES: Final = (".csv", ".mat", *EXCEL)
-WORKBOOKS: Final = (".xls", ".ods", ".numbers")
-SUBJECTS: Final = "subjects.csv"
-PROTOCOL: Final = "recording.yaml"
-RECORDINGS: Final = "swe"
 
 
 @dataclass(frozen=True)
@@ -45,6 +39,7 @@ class SubjectTable:
         visits: Whose recordings they are, of the subjects with a usable name.
         problems: Every problem of the cells.
         lines: By row of the file, the text that stands there for the subject's name.
+        ignored: Columns that are not used.
     """
 
     names: tuple[str, ...]
@@ -53,6 +48,7 @@ class SubjectTable:
     visits: Mapping[str, Visit]
     problems: tuple[Problem, ...]
     lines: Mapping[int, str] = field(default_factory=dict)
+    ignored: tuple[str, ...] = ()
 
     @property
     def refused(self) -> dict[str, str]:
@@ -71,7 +67,8 @@ def examine_subjects(path: Path) -> SubjectTable:
     Raises:
         RecordingError: The file cannot be read as a table with these columns.
     """
-    table = read_table(path, CONTEXT_COLUMNS, (*CLINICAL_NAMES, *VISIT_NAMES), texts=VISIT_NAMES)
+    texts = ("subject", "sex", *VISIT_NAMES)
+    table = read_csv(path).using(CONTEXT_COLUMNS, (*CLINICAL_NAMES, *VISIT_NAMES), texts)
     _check_names(table)
     numbers = {
         name: table.number(name, low, high, REMEDIES[name]) for name, (low, high) in CONTEXT_BOUNDS.items()
@@ -88,6 +85,7 @@ def examine_subjects(path: Path) -> SubjectTable:
         visits={name: visit for name, visit in zip(names, visits, strict=True) if is_subject(name)},
         problems=tuple(table.problems),
         lines=dict(zip(table.rows.tolist(), names, strict=True)),
+        ignored=table.ignored,
     )
 
 
@@ -112,7 +110,7 @@ def read_subjects(path: Path) -> tuple[Context, ...]:
     return tuple(row.to_context() for row in read_subject_table(path).rows.values())
 
 
-def _check_names(table: TextTable) -> None:
+def _check_names(table: Table) -> None:
     """Subjects are named once, and not alike: folders of results may ignore upper and lower case."""
     table.unique(["subject"])
     table.spelled_once("subject")
@@ -122,7 +120,7 @@ def _check_names(table: TextTable) -> None:
     table.flag("subject", alike, "names the same random numbers as an earlier one", "rename one")
 
 
-def _context_row(table: TextTable, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
+def _context_row(table: Table, index: int, numbers: Mapping[str, Any]) -> ContextRow | None:
     known = {
         name: float(numbers[name][index])
         for name, (low, high) in CONTEXT_BOUNDS.items()
@@ -138,7 +136,7 @@ def _context_row(table: TextTable, index: int, numbers: Mapping[str, Any]) -> Co
         return None
 
 
-def _note(table: TextTable, index: int, details: ErrorDetails) -> None:
+def _note(table: Table, index: int, details: ErrorDetails) -> None:
     message = details["msg"].removeprefix("Value error, ")
     column = str(details["loc"][0]) if details["loc"] else _blamed(message)
     table.note(index, column, f"is refused: {message}", REMEDIES[column])
@@ -148,64 +146,3 @@ def _blamed(message: str) -> str:
     """Return the column that a complaint about several columns names first."""
     named = {message.find(name): name for name in CONTEXT_COLUMNS if name in message}
     return named[min(named)]
-
-
-def find_recording(cohort: Path, subject: str, shared: str | None = None) -> Path:
-    """Return the one file that holds a subject's raw samples.
-
-    Args:
-        cohort: Folder of the cohort.
-        subject: Name.
-        shared: The one table of all subjects, within the cohort, if its ``recording.yaml`` names one.
-
-    Raises:
-        RecordingError: There is none, or more than one; it is no regular file, or lies outside the cohort;
-            or the subject's name cannot be a file's.
-    """
-    if not is_subject(subject):
-        reason = "is no name for a subject"
-        remedy = "use letters, digits, '-' and '_', a letter or digit first"
-        raise RecordingError(Problem(str(cohort / SUBJECTS), reason, remedy, value=subject))
-    if shared is not None:
-        check_file(cohort / shared, cohort)
-        return cohort / shared
-    stem = cohort / RECORDINGS / subject
-    files = [path for path in _named(stem) if path.suffix.lower() in SUFFIXES]
-    if len(files) > 1:
-        reason = f"there is {files[1].name} beside {files[0].name}"
-        raise RecordingError(Problem(str(files[0]), reason, "keep the one that counts"))
-    if not files:
-        raise RecordingError(_absent(stem))
-    check_file(files[0], cohort)
-    return files[0]
-
-
-def check_file(path: Path, cohort: Path) -> None:
-    """Refuse what is no regular file, or a link that leads out of the cohort.
-
-    Raises:
-        RecordingError: It is one of these, or there is none.
-    """
-    if not path.exists():
-        raise RecordingError(Problem(str(path), "no such file", "put the file there"))
-    if not path.resolve().is_relative_to(cohort.resolve()):
-        remedy = "copy the file into the cohort, which must be whole in itself"
-        raise RecordingError(Problem(str(path), "is reached by a link that leads out of the cohort", remedy))
-    if not path.is_file():
-        raise RecordingError(Problem(str(path), "is no regular file", "put the file itself there"))
-
-
-def _named(stem: Path) -> list[Path]:
-    """Return the files of a name with any suffix, in upper or lower case."""
-    folder = stem.parent
-    return sorted(path for path in folder.iterdir() if path.stem == stem.name) if folder.is_dir() else []
-
-
-def _absent(stem: Path) -> Problem:
-    """Return what to say of a recording that is not there; a workbook in its place gets a hint."""
-    for path in _named(stem):
-        if path.suffix.lower() in WORKBOOKS:
-            return Problem(str(path), "is a workbook", SAVE_AS_CSV)
-    wanted = ", ".join(f"{stem.name}{suffix}" for suffix in SUFFIXES)
-    reason = f"there is no file {wanted}"
-    return Problem(str(stem.parent), reason, "put it there, or take the subject out of subjects.csv")

@@ -1,4 +1,4 @@
-"""What a file contains: its bytes, its text, and the rows of CSV in whatever dialect it is written."""
+"""CSV in whatever dialect it is written: its bytes, its text, its rows, the table that it is."""
 
 from __future__ import annotations
 
@@ -8,20 +8,22 @@ import re
 import stat
 from collections import Counter
 from collections.abc import Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
 from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.tables.table import HEADER, NUMBER, Row, Table, table_of
 
 MAX_BYTES: Final = 256 * 1024**2
 EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 DELIMITERS: Final = (",", ";", "\t")
 COMMENT: Final = "#"
 SNIFFED_ROWS: Final = 50
-NUMBER: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 BEGINS_WITH_A_NUMBER: Final = rf"\s*{NUMBER}\s*[,;\t]"
 SAVE_AS_CSV: Final = "save the sheet as 'CSV UTF-8' and give that file"
+OPEN_QUOTE: Final = "has a quote that opens a cell and does not close it in the same row"
+BEHIND_QUOTE: Final = "has text behind a closing quote"
+CLOSE_QUOTE: Final = "remove the quote, or double it within a cell; no cell may span rows"
 
 
 def read_bytes(path: Path) -> bytes:
@@ -46,6 +48,35 @@ def read_bytes(path: Path) -> bytes:
         raise RecordingError(Problem(str(path), reason, "check the file's permissions")) from error
 
 
+def read_csv(path: Path, header_row: int = 1) -> Table:
+    """Return the table of a CSV file below its row of names; lines from ``#`` on are comments.
+
+    Behind semicolon and tab, a comma within a number is a decimal comma.
+
+    Args:
+        path: The file.
+        header_row: No row before this one is read.
+
+    Raises:
+        RecordingError: The file is missing, empty, a workbook, not UTF-8, or no table.
+    """
+    rows, delimiter = csv_rows(path)
+    below = [(place, cells) for place, cells in rows if place >= header_row]
+    return table_of(str(path), below, HEADER, decimal_comma=delimiter != ",")
+
+
+def csv_rows(path: Path) -> tuple[list[Row], str]:
+    """Return the rows of a CSV file, each with its place, and the delimiter between their cells.
+
+    Raises:
+        RecordingError: The file is missing, a workbook, not UTF-8 or no CSV.
+    """
+    text = text_of(path)
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)]
+    delimiter = delimiter_of(lines[:SNIFFED_ROWS])
+    return records(path, text, delimiter), delimiter
+
+
 def text_of(path: Path) -> str:
     """Return a CSV file as text, its names of columns in a line of their own.
 
@@ -65,72 +96,47 @@ def text_of(path: Path) -> str:
     return _with_plain_names(text)
 
 
-def csv_rows(path: Path) -> tuple[tuple[tuple[int, list[str]], ...], bool]:
-    """Return the rows of a CSV file of unknown columns, and whether commas in it may be decimal.
+def delimiter_of(lines: Sequence[str]) -> str:
+    """Return the delimiter that splits most lines into equally many cells.
 
-    The delimiter is the one that splits most rows into equally many cells: behind semicolons decimal commas
-    do that too, but not in the row of names.
-
-    Raises:
-        RecordingError: The file is missing, a workbook, not UTF-8 or no CSV.
+    Behind semicolons decimal commas do that too, but not in the row of names.
     """
-    text = text_of(path)
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)]
-    delimiter = _by_rows(lines[:SNIFFED_ROWS])
-    return records(path, text, delimiter), delimiter != ","
-
-
-def _by_rows(lines: Sequence[str]) -> str:
-    """Return the delimiter that splits most lines into equally many cells."""
 
     def alike(sign: str) -> tuple[int, int]:
-        counts = Counter(map(len, csv.reader(lines, delimiter=sign)))
-        for few in (0, 1):
-            counts.pop(few, None)
-        cells, rows = max(counts.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
-        return rows, cells
+        counts = Counter(line.count(sign) for line in (re.sub(r'"[^"]*"', "", line) for line in lines))
+        counts.pop(0, None)
+        signs, rows = max(counts.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
+        return rows, signs
 
     return max(DELIMITERS, key=alike)
 
 
-def delimiter_of(text: str, names: Sequence[str]) -> str:
-    """Return the delimiter under which the row of names has most of these."""
-    header = next((line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)), "")
-    cells = {sign: {in_one_line(cell).strip('"') for cell in header.split(sign)} for sign in DELIMITERS}
-    return max(DELIMITERS, key=lambda sign: len(cells[sign] & set(names)))
-
-
-def records(path: Path, text: str, delimiter: str) -> tuple[tuple[int, list[str]], ...]:
+def records(path: Path, text: str, delimiter: str) -> list[Row]:
     """Return the rows that are no comments, each with its place in the file.
 
     Raises:
-        RecordingError: The text is no CSV.
+        RecordingError: A quote does not close in its row, or a row is no CSV.
     """
-    rows, fault = parsed(text, delimiter)
-    if fault:
-        row, reason = fault
-        raise RecordingError(
-            Problem(str(path), f"cannot be read as UTF-8 CSV ({reason})", "save it as such", row=row)
-        )
-    return rows
-
-
-@lru_cache(maxsize=1)  # a recording is asked what it is before it is read
-def parsed(text: str, delimiter: str) -> tuple[tuple[tuple[int, list[str]], ...], tuple[int, str] | None]:
-    """Return the rows of a CSV text, up to the first that is none: with its place and why it is none."""
-    places: list[int] = []
-    lines: list[str] = []
-    for place, line in enumerate(io.StringIO(text, newline=""), start=1):
-        if not line.startswith(COMMENT):
-            places.append(place)
-            lines.append(line)
-    reader, rows = csv.reader(lines, delimiter=delimiter), []
+    lines = [
+        (place, line)
+        for place, line in enumerate(io.StringIO(text, newline=""), start=1)
+        if not line.startswith(COMMENT)
+    ]
+    reader = csv.reader((line for _, line in lines), delimiter=delimiter, strict=True)
+    rows: list[Row] = []
     try:
         for cells in reader:
-            rows.append((places[reader.line_num - 1], cells))
+            if reader.line_num > len(rows) + 1:
+                raise csv.Error(OPEN_QUOTE)
+            rows.append((lines[reader.line_num - 1][0], cells))
     except csv.Error as error:
-        return tuple(rows), (places[reader.line_num - 1], str(error))
-    return tuple(rows), None
+        at_end = str(error) == "unexpected end of data"
+        spans = at_end or reader.line_num > len(rows) + 1
+        behind = str(error) == f"'{delimiter}' expected after '\"'"
+        reason = OPEN_QUOTE if spans else BEHIND_QUOTE if behind else f"cannot be read as CSV ({error})"
+        remedy = CLOSE_QUOTE if spans or behind else "shorten its cells, or save it as CSV again"
+        raise RecordingError(Problem(str(path), reason, remedy, row=lines[len(rows)][0])) from error
+    return rows
 
 
 def _with_plain_names(text: str) -> str:
@@ -153,8 +159,3 @@ def _with_plain_names(text: str) -> str:
     ):
         lines[first - 1] = before.lstrip(f"{COMMENT} ")
     return "".join(lines)
-
-
-def in_one_line(name: str) -> str:
-    """Return the name of a column without line breaks and needless blanks."""
-    return " ".join(name.split())

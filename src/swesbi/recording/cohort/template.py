@@ -12,9 +12,9 @@ from typing import Final
 
 from swesbi.artefacts.atomic import folder_made_whole, typed
 from swesbi.context import CONTEXT
-from swesbi.recording.clinical import CLINICAL
-from swesbi.recording.cohort import PROTOCOL, RECORDINGS, SUBJECTS
-from swesbi.recording.visits import VISITS
+from swesbi.recording.cohort.clinical import CLINICAL
+from swesbi.recording.cohort.files import PROTOCOL, RECORDINGS, SUBJECTS
+from swesbi.recording.cohort.visits import VISITS
 
 NAME: Final = "letters, digits, - and _; the recording is swe/<subject>.csv or swe/<subject>.mat"
 EXIT_REFUSED: Final = 2
@@ -33,7 +33,7 @@ def main(options: argparse.Namespace) -> int:
     """
     if options.like is not None:
         # tables take a third of a second to import, and an empty cohort needs none
-        from swesbi.recording.propose import as_yaml, proposal_for
+        from swesbi.recording.tables.propose import as_yaml, proposal_for
 
         print(as_yaml(options.like, proposal_for(options.like)), end="")
         return 0
@@ -64,7 +64,7 @@ def write_template(folder: Path) -> list[Path]:
         FileExistsError: One of them is there.
         ArtefactError: They cannot be written.
     """
-    templates = files("swesbi.recording").joinpath("templates")
+    templates = files("swesbi.recording.cohort").joinpath("templates")
     texts = {name: templates.joinpath(file).read_text(encoding="utf-8") for name, file in TEMPLATES.items()}
     texts = {SUBJECTS: empty_subjects()} | texts
     written = [folder / name for name in texts]

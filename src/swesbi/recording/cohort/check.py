@@ -10,25 +10,27 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from swesbi.recording.checked import Checked, CheckedFree, ingested, read_raw
-from swesbi.recording.cohort import (
-    RECORDINGS,
-    SUBJECTS,
-    SUFFIXES,
-    SubjectTable,
-    check_file,
-    examine_subjects,
+from swesbi.recording.cohort.checked import Checked, CheckedFree, ingested, read_raw, twins_among
+from swesbi.recording.cohort.files import PROTOCOL, RECORDINGS, SUBJECTS, check_file
+from swesbi.recording.cohort.recording_file import (
+    Description,
+    RecordingFile,
+    description_of,
+    noise_groups_of,
+    own_file,
 )
-from swesbi.recording.foreign import rows_by_name
+from swesbi.recording.cohort.subjects import SubjectTable, examine_subjects
+from swesbi.recording.cohort.visits import Visit, persons_in_words
 from swesbi.recording.free_noise import SOURCES
 from swesbi.recording.free_observation import FreeObservation
-from swesbi.recording.layout import TableLayout
 from swesbi.recording.noise import check_together
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.protocol import Protocol, Said, own_protocol, read_protocol, said_of
+from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import RecordingSettings, is_subject
-from swesbi.recording.visits import Visit, persons_in_words
+from swesbi.recording.tables.files import SUFFIXES, open_table
+from swesbi.recording.tables.layout import TableLayout
+from swesbi.recording.tables.translate import rows_by_name
 
 Value = TypeVar("Value")
 HEADER: Final = (
@@ -63,7 +65,7 @@ class CohortReport:
         subjects: The subjects without a problem whose recordings are gated, in the order of ``subjects.csv``.
         origin: Where the recordings come from; empty if the cohort does not say.
         problems: Everything that must be corrected.
-        notes: Which files, or rows of a table of all, are of no subject.
+        notes: Which files, rows of a table of all, and columns of ``subjects.csv`` are not used.
         visits: Whose recordings those of the table without a problem are, by subject.
         free: The subjects without a problem whose recordings are free-running, likewise.
     """
@@ -82,13 +84,16 @@ class CohortReport:
         return (*gated, *(one.observation.subject for one in self.free))
 
 
-def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) -> CohortReport:
+def examine_cohort(
+    cohort: Path, settings: RecordingSettings, grid_points: int, phases_said_in: str = CONFIGURED
+) -> CohortReport:
     """Check every file of a cohort, and ingest every recording, without writing anything.
 
     Args:
         cohort: Folder with ``subjects.csv``, ``recording.yaml`` and ``swe/``.
         settings: Quality control and completeness.
         grid_points: Number of points of the analysis grid.
+        phases_said_in: Where their number of phases is said.
     """
     if not cohort.is_dir():
         absent = Problem(str(cohort), "is no folder", "correct the path; `template` starts a new cohort")
@@ -96,15 +101,23 @@ def examine_cohort(cohort: Path, settings: RecordingSettings, grid_points: int) 
     problems: list[Problem] = []
     table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, {}, {}, ())
     problems.extend(table.problems)
-    protocol = _collect(problems, partial(read_protocol, cohort, settings)) or Protocol("")
-    check = partial(_check, cohort, protocol, table=table, settings=settings, grid_points=grid_points)
+    described = partial(description_of, cohort, settings=settings, phases_said_in=phases_said_in)
+    said = _collect(problems, partial(described, "")) or Description(
+        settings, RecordingFile(), phases_said_in
+    )
+    _collect(problems, partial(noise_groups_of, said.file, cohort / PROTOCOL, table.names))
+    check = partial(_check, cohort, said, described, table=table, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
     gated = tuple(subject for subject in checked if isinstance(subject, Checked))
     free = tuple(subject for subject in checked if isinstance(subject, CheckedFree))
+    usable = {name: one for name, one in zip(table.names, checked, strict=True) if one is not None}
+    problems.extend(twins_among(usable).values())
     problems.extend(_noise(cohort, gated))
-    shared = protocol.layout.table.file
-    notes = _nobodys(cohort / shared, protocol.layout, table.names) if shared else _notes(cohort, table.names)
-    return CohortReport(gated, protocol.origin, tuple(problems), notes, table.visits, free)
+    layout = said.file.layout
+    notes = _nobodys(cohort, layout, table.names) if layout.table.file else _notes(cohort, table.names)
+    if table.ignored:
+        notes = (*notes, f"{cohort / SUBJECTS}: not used: {', '.join(table.ignored)}")
+    return CohortReport(gated, said.file.origin, tuple(problems), notes, table.visits, free)
 
 
 def _collect(problems: list[Problem], read: Callable[[], Value]) -> Value | None:
@@ -123,18 +136,17 @@ def _subjects(cohort: Path) -> SubjectTable:
 
 def _check(
     cohort: Path,
-    protocol: Protocol,
+    said: Description,
+    described: Callable[[str], Description],
     name: str,
     table: SubjectTable,
-    settings: RecordingSettings,
     grid_points: int,
 ) -> Checked | CheckedFree | None:
     """Read and ingest one recording; a subject whose row is wrong has its recording read all the same.
 
     What is wrong with the cohort's own file is said once, and not here.
     """
-    own = own_protocol(cohort, name).exists()
-    said = said_of(cohort, name, settings) if own else Said(settings, protocol)
+    said = described(name) if own_file(cohort, name).exists() else said
     raw = read_raw(cohort, name, said)
     if name not in table.rows:
         return None
@@ -168,10 +180,11 @@ def _notes(cohort: Path, names: tuple[str, ...]) -> tuple[str, ...]:
     return (f"{cohort / RECORDINGS}: not used, since subjects.csv does not name them: {', '.join(unused)}",)
 
 
-def _nobodys(path: Path, layout: TableLayout, names: tuple[str, ...]) -> tuple[str, ...]:
+def _nobodys(cohort: Path, layout: TableLayout, names: tuple[str, ...]) -> tuple[str, ...]:
     """Say whose rows of a shared table are of no subject; nothing of a table that cannot be read."""
+    path = cohort / str(layout.table.file)
     try:
-        rows = rows_by_name(path, layout)
+        rows = rows_by_name(open_table(path, layout), layout)
     except RecordingError:
         return ()
     others = [f"{name} ({count} rows)" for name, count in rows.items() if name not in names]

@@ -1,0 +1,398 @@
+"""A recording is the same whatever table it comes in: format, dialect, names, units, shape, order of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import free_case
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from cohorts import columns, recording, write_cohort, write_overlay, write_v5, write_v73
+from numpy.typing import NDArray
+from recordings import CONTEXT, DENSITY, PHASES, RECORDING, make_samples
+from scipy.io import savemat
+
+from data.makers.files import samples_table
+from swesbi.__main__ import main
+from swesbi.artefacts import load
+from swesbi.recording.cohort.recording_file import layout_of
+from swesbi.recording.cohort.subjects import read_subject_table, read_subjects
+from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
+from swesbi.recording.samples import Samples
+from swesbi.recording.tables.columns import MODULUS, SHEAR_MODULUS, SPEED, TIME, stated_unit
+
+Write = Callable[[Path, pd.DataFrame], None]
+KEYS = ["phase_index", "repeat", "trigger_delay_ms", "rr_ms"]
+NAMES = {
+    "phase_index": "Phase",
+    "trigger_delay_ms": "Delay (s)",
+    "rr_ms": "RR (s)",
+    "repeat": "Acq",
+    "sample": "ROI",
+    SPEED: "SWS [cm/s]",
+    "fit_r2": "Quality (%)",
+    "status": "Flag",
+}
+TRANSLATION: dict[str, Any] = {
+    "columns": NAMES,
+    "table": {"first_phase": 1, "statuses": {"good": "ok", "bad": "no_wave"}},
+}
+
+
+def read(path: Path, said: Mapping[str, Any] | None = None, subject: str = "") -> Samples:
+    return read_samples(path, PHASES, DENSITY, layout_of(said or {}, path), subject)
+
+
+def assert_same(left: Samples, right: Samples, rtol: float = 0.0) -> None:
+    for name, mine in vars(left).items():
+        its = getattr(right, name)
+        if isinstance(mine, np.ndarray) and mine.dtype.kind == "f":
+            np.testing.assert_allclose(mine, its, rtol=rtol, err_msg=name)
+        elif isinstance(mine, np.ndarray):
+            np.testing.assert_array_equal(mine, its, err_msg=name)
+
+
+def text(path: Path, table: pd.DataFrame, encoding: str = "utf-8", **options: str) -> None:
+    path.write_text(table.to_csv(index=False, **options), encoding=encoding)
+
+
+def commented(path: Path, table: pd.DataFrame) -> None:
+    lines = table.to_csv(index=False).splitlines()
+    path.write_text(
+        "\n".join(["# scanner 2", "#", *lines[:5], "# one more, with a , in it", *lines[5:], "", ""])
+    )
+
+
+def char_matrix(path: Path, table: pd.DataFrame) -> None:
+    savemat(path, columns(table) | {"status": np.array(list(table["status"])), "other": "kept out"})
+
+
+def array_of_structs(path: Path, table: pd.DataFrame) -> None:
+    """What table2struct(T) writes without 'ToScalar': one struct a row."""
+    rows = [tuple(row) for row in table.itertuples(index=False)]
+    savemat(path, {"T": np.array(rows, dtype=[(name, object) for name in table])})
+
+
+def by_h5py(path: Path, table: pd.DataFrame) -> None:
+    """HDF5 without the marks of MATLAB: plain vectors, and texts of any length."""
+    with h5py.File(path, "w") as file:
+        for name in table:
+            file[name] = list(table[name]) if name == "status" else table[name].to_numpy(dtype=float)
+
+
+def workbook(path: Path, table: pd.DataFrame, **formats: str) -> None:
+    """A workbook, columns in number formats."""
+    with pd.ExcelWriter(path) as book:
+        table.to_excel(book, index=False, sheet_name="speeds")
+        for name, number_format in formats.items():
+            column = list(table).index(name) + 1
+            for row in range(2, len(table) + 2):
+                book.sheets["speeds"].cell(row, column).number_format = number_format
+
+
+WRITERS: dict[str, tuple[str, Write]] = {
+    "semicolon": (".csv", lambda path, table: text(path, table, sep=";")),
+    "semicolon, decimal comma": (".CSV", lambda path, table: text(path, table, sep=";", decimal=",")),
+    "tab, decimal comma": (".tsv", lambda path, table: text(path, table, sep="\t", decimal=",")),
+    "text file": (".txt", lambda path, table: text(path, table, sep="\t")),
+    "byte order mark": (".csv", lambda path, table: text(path, table, "utf-8-sig", sep=";", decimal=",")),
+    "Windows line ends": (".csv", lambda path, table: text(path, table, lineterminator="\r\n")),
+    "old Macintosh line ends": (".csv", lambda path, table: text(path, table, lineterminator="\r")),
+    "NaN for empty": (".csv", lambda path, table: text(path, table, na_rep="NaN")),
+    "comments": (".csv", commented),
+    "names behind #": (
+        ".csv",
+        lambda path, table: path.write_text("# " + table.to_csv(index=False)) and None,
+    ),
+    "sep=": (
+        ".csv",
+        lambda path, table: path.write_text("sep=;\n" + table.to_csv(index=False, sep=";")) and None,
+    ),
+    "columns in another order, and more": (
+        ".csv",
+        lambda path, table: text(path, table.iloc[:, ::-1].assign(operator="x;y")),
+    ),
+    "index of pandas": (".csv", lambda path, table: table.to_csv(path)),
+    "workbook": (".xlsx", workbook),
+    "R2 in per cent": (".xlsx", lambda path, table: workbook(path, table, fit_r2="0%")),
+    "MATLAB 5, vectors": (".mat", write_v5),
+    "MATLAB 5, row vectors": (
+        ".mat",
+        lambda path, table: savemat(path, {name: value.T for name, value in columns(table).items()}),
+    ),
+    "MATLAB 5, struct": (".mat", lambda path, table: write_v5(path, table, "rec")),
+    "MATLAB 5, char matrix": (".mat", char_matrix),
+    "MATLAB 5, array of structs": (".mat", array_of_structs),
+    "MATLAB 7.3, vectors": (".mat", write_v73),
+    "MATLAB 7.3, struct": (".mat", lambda path, table: write_v73(path, table, "rec")),
+    "HDF5 by h5py": (".mat", by_h5py),
+}
+
+
+@pytest.mark.parametrize("form", WRITERS)
+def test_every_format_gives_the_samples_of_its_twin_in_csv(tmp_path: Path, form: str) -> None:
+    table = recording()
+    suffix, write = WRITERS[form]
+    table.to_csv(tmp_path / "twin.csv", index=False)
+    write(tmp_path / f"S{suffix}", table)
+    found = read(tmp_path / f"S{suffix}")
+    assert_same(found, read(tmp_path / "twin.csv"))
+    assert np.isnan(found.speed_m_s).any()
+
+
+def test_numbers_survive_the_way_through_matlab_to_the_last_bit(tmp_path: Path) -> None:
+    table = samples_table(make_samples(repeat_sd=0.03, sample_sd=0.1))
+    for name, write in (("5", write_v5), ("73", write_v73)):
+        write(tmp_path / f"{name}.mat", table)
+        np.testing.assert_array_equal(read(tmp_path / f"{name}.mat").speed_m_s, table[SPEED])
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i1", "u1", "i2", "u4", "i8", "?"])
+def test_numbers_of_every_class_of_matlab(tmp_path: Path, kind: str) -> None:
+    table = columns(recording())
+    values: NDArray[Any] = table["sample"].astype(kind).astype(float)
+    savemat(tmp_path / "S.mat", table | {"sample": table["sample"].astype(kind), "sweeps": 3.0})
+    if kind == "?":
+        with pytest.raises(RecordingError, match="repeats the phase_index, repeat, sample"):
+            read(tmp_path / "S.mat")
+        return
+    np.testing.assert_array_equal(np.sort(read(tmp_path / "S.mat").sample), np.sort(values.ravel()))
+
+
+@pytest.mark.parametrize("write", [write_v5, write_v73])
+def test_a_matlab_cohort_gives_the_observed_curves_of_its_twin_in_csv(tmp_path: Path, write: Write) -> None:
+    cohorts = [write_cohort(tmp_path / name) for name in ("csv", "mat")]
+    for path in sorted((cohorts[1] / "swe").iterdir()):
+        write(path.with_suffix(".mat"), pd.read_csv(path, keep_default_na=True))
+        path.unlink()
+    for cohort, suffix in zip(cohorts, ("csv", "mat"), strict=True):
+        changes = write_overlay(tmp_path / f"{suffix}.yaml", cohort)
+        files = ["--recording", str(cohort / f"swe/S-1.{suffix}"), "--observation", str(cohort / "S-1.h5")]
+        assert main(["stages", "ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 0
+    for group in ("/", "context"):
+        twins = [load(cohort / "S-1.h5", "observation", group)[0] for cohort in cohorts]
+        assert twins[0].identical(twins[1])
+
+
+def as_others_write(table: pd.DataFrame) -> pd.DataFrame:
+    """The same samples by other names, in cm/s and s, phases from 1."""
+    other = table.copy()
+    other["phase_index"] += 1
+    for name in ("trigger_delay_ms", "rr_ms"):
+        other[name] = (other[name] / 1000.0).round(6)
+    other[SPEED] = (100.0 * other[SPEED]).round(6)
+    other["fit_r2"] = (100.0 * other["fit_r2"]).round(6)
+    other["status"] = other["status"].map(lambda word: "good" if word == "ok" else "bad")
+    return other.rename(columns=NAMES)
+
+
+@pytest.mark.parametrize(
+    "form", ["columns in another order, and more", "semicolon, decimal comma", "workbook"]
+)
+def test_other_names_units_and_numbers_give_the_samples_of_the_twin(tmp_path: Path, form: str) -> None:
+    table = recording()
+    suffix, write = WRITERS[form]
+    write(tmp_path / f"S{suffix}", as_others_write(table))
+    table["status"] = table["status"].where(table["status"] == "ok", "no_wave")
+    table.to_csv(tmp_path / "twin.csv", index=False)
+    assert_same(read(tmp_path / f"S{suffix}", TRANSLATION), read(tmp_path / "twin.csv"))
+
+
+def test_a_matlab_file_of_other_names_is_read(tmp_path: Path) -> None:
+    table = recording()
+    names = {name: f"v{number}" for number, name in enumerate(NAMES)}
+    savemat(tmp_path / "S.mat", {names[name]: values for name, values in columns(table).items()})
+    table.to_csv(tmp_path / "twin.csv", index=False)
+    assert_same(read(tmp_path / "S.mat", {"columns": names}), read(tmp_path / "twin.csv"))
+
+
+def wide(table: pd.DataFrame, *values: str) -> pd.DataFrame:
+    """A row a phase and repeat; of each sample a column of each of these values, in an order of their own."""
+    parts = [
+        table.pivot_table(index=KEYS, columns="sample", values=name, dropna=False, aggfunc="first")
+        .dropna(how="all")
+        .rename(columns=f"{name} {{}}".format)
+        for name in values
+    ]
+    parts[0] = parts[0][sorted(parts[0])]  # as text: 1, 10, 11, 2
+    return pd.concat(parts, axis=1).reset_index()
+
+
+def test_samples_side_by_side_are_paired_by_their_names(tmp_path: Path) -> None:
+    table = recording().assign(status="ok", fit_r2=lambda made: 0.01 * (made["sample"] + 70))
+    wide(table, SPEED, "fit_r2").to_csv(tmp_path / "S.csv", index=False)
+    samples = [
+        {SPEED: f"{SPEED} {number}", "fit_r2": f"fit_r2 {number}"} for number in sorted(set(table["sample"]))
+    ]
+    said = {"table": {"samples": samples, "values": {"status": "ok"}}}
+    table.to_csv(tmp_path / "twin.csv", index=False)
+    assert_same(read(tmp_path / "S.csv", said), read(tmp_path / "twin.csv"))
+    counted = {"table": {"samples": samples, "values": {"status": "ok", "phase_index": "counted"}}}
+    wide(table, SPEED, "fit_r2").drop(columns="phase_index").sort_values(
+        ["repeat", "trigger_delay_ms"]
+    ).to_csv(tmp_path / "T.csv", index=False)
+    assert_same(read(tmp_path / "T.csv", counted), read(tmp_path / "twin.csv"))
+
+
+def test_several_subjects_in_one_table_are_told_apart(tmp_path: Path) -> None:
+    tables = {name: recording(seed=seed) for seed, name in enumerate(("S-1", "S-11"))}
+    together = pd.concat([table.assign(Patient=name) for name, table in tables.items()])
+    together.to_csv(tmp_path / "all.csv", index=False)
+    said = {"columns": {"subject": "Patient"}, "table": {"file": "all.csv"}}
+    for name, table in tables.items():
+        table.to_csv(tmp_path / "twin.csv", index=False)
+        assert_same(read(tmp_path / "all.csv", said, name), read(tmp_path / "twin.csv"))
+    with pytest.raises(RecordingError, match=r"column 'Patient': 'S-9' has no row; .* it has S-1, S-11"):
+        read(tmp_path / "all.csv", said, "S-9")
+
+
+@pytest.mark.parametrize("spelled", ["s-1", "S-01", "S 1", ""])
+def test_rows_that_may_be_a_subjects_are_refused(tmp_path: Path, spelled: str) -> None:
+    names = ["S-1", spelled]
+    parts = [recording(seed).assign(Patient=name) for seed, name in enumerate(names)]
+    pd.concat(parts).to_csv(tmp_path / "all.csv", index=False)
+    said = {"columns": {"subject": "Patient"}, "table": {"file": "all.csv"}}
+    why = "has no name" if not spelled else "differs from S-1 in case, zeros, blanks or signs only"
+    with pytest.raises(RecordingError, match=why):
+        read(tmp_path / "all.csv", said, "S-1")
+
+
+@pytest.mark.parametrize("density", [1000.0, 1060.0])
+def test_a_modulus_becomes_a_speed_sample_by_sample(tmp_path: Path, density: float) -> None:
+    table = recording()
+    speed = table.pop(SPEED)
+    table.assign(**{MODULUS: 3.0 * density * speed**2 / 1e3}).to_csv(tmp_path / "S.csv", index=False)
+    found = read_samples(tmp_path / "S.csv", PHASES, density)
+    np.testing.assert_allclose(found.speed_m_s, speed, rtol=1e-14)
+    table.assign(mu=1000.0 * density * speed**2 / 1e3).to_csv(tmp_path / "T.csv", index=False)
+    layout = layout_of({"columns": {SHEAR_MODULUS: "mu"}, "units": {SHEAR_MODULUS: "Pa"}}, tmp_path)
+    shear = read_samples(tmp_path / "T.csv", PHASES, density, layout)
+    np.testing.assert_allclose(shear.speed_m_s, speed, rtol=1e-12)
+    quality = RECORDING.model_copy(update={"density_kg_m3": density})
+    observed = ingest(found, CONTEXT, quality, 100)
+    direct = ingest(replace(found, speed_m_s=speed.to_numpy()), CONTEXT, quality, 100)
+    np.testing.assert_allclose(observed.curve_kpa, direct.curve_kpa, rtol=1e-12)
+
+
+@pytest.mark.parametrize("phases", [8, 11, 37, 60])
+def test_recordings_of_other_numbers_of_phases_in_any_order(tmp_path: Path, phases: int) -> None:
+    table = recording(phases=phases)
+    order = np.random.default_rng(1).permutation(phases)
+    shuffled = table.assign(phase_index=order[table["phase_index"]]).sample(frac=1.0, random_state=2)
+    settings = RECORDING.model_copy(update={"phases": phases})
+    curves = []
+    for name, form in (("plain", table), ("shuffled", shuffled)):
+        form.to_csv(tmp_path / f"{name}.csv", index=False)
+        samples = read_samples(tmp_path / f"{name}.csv", phases, DENSITY)
+        curves.append(ingest(samples, CONTEXT, settings, 100).curve_kpa)
+    np.testing.assert_allclose(curves[1], curves[0], rtol=1e-12)
+
+
+def test_the_order_of_rows_enters_no_digit(tmp_path: Path) -> None:
+    table = recording(6)
+    for name, form in (("S", table), ("T", table.sample(frac=1.0, random_state=1))):
+        form.to_csv(tmp_path / f"{name}.csv", index=False)
+    assert_same(read(tmp_path / "S.csv"), read(tmp_path / "T.csv"))
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("SWS (m/s)", "m/s"), ("SWS [cm s^-1]", "cm/s"), ("speed_m_s", "m/s"), ("Delay (msec)", "ms"),
+        ("Time (% RR)", "%"), ("E (kPa)", "kPa"), ("c_s", None), ("T", None), ("rr ms", "ms"),
+        ("Stiffness", None), ("SWS (septum)", None),
+    ],
+)  # fmt: skip
+def test_the_unit_that_a_name_states(name: str, unit: str | None) -> None:
+    assert stated_unit(name) == unit
+
+
+def test_a_column_of_ones_own_name_keeps_its_meaning(tmp_path: Path) -> None:
+    table = recording(8)
+    modulus = table.assign(**{MODULUS: 3.0 * table[SPEED] ** 2, "rr_ms": table["rr_ms"] / 1000.0})
+    modulus.drop(columns=SPEED).to_csv(tmp_path / "S.csv", index=False)
+    samples = read(tmp_path / "S.csv", {"units": {"rr_ms": "s"}})
+    np.testing.assert_allclose(samples.speed_m_s, table[SPEED], rtol=1e-12)
+    np.testing.assert_allclose(samples.rr_ms, table["rr_ms"])
+
+
+@pytest.mark.parametrize("unit", ["%", "kPa", "cm/s"])
+def test_standard_errors_are_converted(tmp_path: Path, unit: str) -> None:
+    """10 % of a speed, 30 cm/s of 3 m/s, and of E = 3 rho c^2 in kPa what is 10 % of c: 20 %."""
+    train = free_case.train(2)
+    speed = train[SPEED]
+    errors = {"%": 10.0 + 0.0 * speed, "kPa": 0.2 * 3.0 * speed**2, "cm/s": 10.0 * speed}[unit]
+    train.assign(**{f"SE ({unit})": errors}).to_csv(tmp_path / "S.csv", index=False)
+    layout = layout_of({"columns": {"se_m_s": f"SE ({unit})"}}, tmp_path)
+    samples = read_free_samples(tmp_path / "S.csv", 1000.0, layout)
+    np.testing.assert_allclose(samples.se_m_s, 0.1 * samples.speed_m_s, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "factor"),
+    [(TIME, {"units": {TIME: "ms"}}, 1.0), ("t_ms", {}, 1.0), ("Time (s)", {}, 0.001)],
+)
+def test_pushes_soon_after_the_r_peak_are_read_where_their_unit_is_stated(
+    tmp_path: Path, name: str, said: dict[str, object], factor: float
+) -> None:
+    soon = free_case.train(2)
+    soon[TIME] *= 0.1
+    other = soon.assign(time_ms=factor * soon[TIME]).rename(columns={TIME: name})
+    other.to_csv(tmp_path / "S.csv", index=False)
+    mapped = {} if name == TIME else {"columns": {TIME: name}}
+    found = free_case.observed(tmp_path / "S.csv", layout_of({**mapped, **said}, tmp_path))
+    assert 5.0 < found.time_ms.max() < 110.0
+    assert set(np.round(found.time_ms, 6)) <= set(np.round(soon[TIME], 6))
+    soon.to_csv(tmp_path / "S.csv", index=False)
+    with pytest.raises(RecordingError, match=r"say `units: \{ time_ms: ms \}` in recording.yaml"):
+        free_case.observed(tmp_path / "S.csv")
+
+
+def test_what_is_wrong_is_told_by_the_file_s_own_column_and_value(tmp_path: Path) -> None:
+    wrong = {
+        "SWS [cm/s]": ("4e9", r"'SWS \[cm/s\]': '4e9' read in cm/s as shear_wave_speed_m_s is outside"),
+        "Phase": ("0", r"column 'Phase': '0' .*outside \[0, 19\]"),
+        "Flag": ("so-so", "column 'Flag': 'so-so' is none of ok"),
+        "Acq": ("1.5", "column 'Acq': '1.5' is not a whole number"),
+    }
+    for column, (value, words) in wrong.items():
+        other = as_others_write(recording()).astype(object)
+        other.loc[0, column] = value
+        other.to_csv(tmp_path / "S.csv", index=False)
+        with pytest.raises(RecordingError, match=f"S.csv, row 2, {words}|{words}"):
+            read(tmp_path / "S.csv", TRANSLATION)
+
+
+def test_a_link_within_the_cohort_is_followed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    (cohort / "swe" / "S-1.csv").rename(cohort / "raw.csv")
+    (cohort / "swe" / "S-1.csv").symlink_to(cohort / "raw.csv")
+    assert main(["validate", str(cohort)]) == 0
+    assert "2 recordings can be used" in capsys.readouterr().out
+
+
+def test_a_table_of_subjects_from_a_spreadsheet(tmp_path: Path) -> None:
+    path = tmp_path / "subjects.csv"
+    header = "subject;sex;age_years;bsa_m2;hr_bpm;lvedv_ml;lvesv_ml; ivsd_cm;note;"
+    rows = "001;F;25;1,7;60;90;34;0,8;x;\r\nB;M;27;1,68;64;84;31;0,74 ;;\r\n;;;;;;;;;\r\n"
+    path.write_bytes(f"{header}\r\n{rows}".encode("utf-8-sig"))
+    first, second = read_subjects(path)
+    assert (first.subject, first.bsa_m2, first.ivsd_cm, second.ivsd_cm) == ("001", 1.7, 0.8, 0.74)
+    assert read_subject_table(path).rows["001"].to_context() == first
+
+
+@pytest.mark.slow
+def test_a_million_rows_are_read(tmp_path: Path) -> None:
+    samples = make_samples(sample_sd=0.05, per_repeat=16_667)
+    samples_table(samples).to_csv(tmp_path / "S.csv", index=False)
+    found = read(tmp_path / "S.csv")
+    assert len(found.status) > 1_000_000
+    np.testing.assert_array_equal(found.speed_m_s, samples.speed_m_s)
