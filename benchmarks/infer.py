@@ -30,7 +30,6 @@ import numpy as np
 import pandas as pd
 from generated import generate, write
 
-from swesbi.answers.gated import GatedRecording
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
@@ -105,7 +104,7 @@ def answered(study: Study, experiment: str, count: int, folder: Path) -> None:
             continue
         verdict = json.loads((folder / subject / "verdict.json").read_text(encoding="utf-8"))
         recording = asked.asked(subject).recording
-        assert isinstance(recording, GatedRecording)
+        assert recording.observation.is_gated
         told = accuracy(folder / subject, recording.model, settings)
         print(
             f"{subject:8}{seconds:8.1f}  {verdict['status']:12}{verdict['k_hat']:6.2f}"

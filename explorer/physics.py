@@ -17,6 +17,7 @@ KERNEL_RANKS: Final = {"x": 2, "own": 2, "drives": 2, "record": 3, "activation":
 ACTIVATION_RANKS: Final = {"curves": 2, "onset_s": 1, "duration_s": 1, "ramp_s": 1}
 EQUATIONS: Final[syntax.Chain] = ("swesbi.heart.kernel", "beat_kernel")
 ACTIVATIONS: Final[syntax.Chain] = ("swesbi.heart.activation", "_activation_kernel")
+OF_PUSHES: Final = ("CellErrors", "cell_innovations", "cell_sums", "error_factors", "likeliest_factor")
 OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.seeds", "generator"): "seeds.generator",
     ("swesbi.seeds", "integer_seed"): "seeds.integer_seed",
@@ -31,6 +32,7 @@ OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.base.terminal", "hidden_signs"): "hiddenSigns",
     ("swesbi.base.terminal", "printable"): "printable",
     ("swesbi.base.threads", "in_threads"): "oneByOne",
+    **{("swesbi.measurement.instants", name): "gatedAlone" for name in OF_PUSHES},
 }
 """What JavaScript has of its own: random numbers, handed-over files, rows of CSV, signs, its one thread."""
 LANES: Final = 1

@@ -229,7 +229,7 @@ MUTANTS: Final = (
     Mutant("error of a mean over repeats falls with their root alone", "recording/speed.py",
            "np.sqrt(by_phase.sums(variance)) / by_phase.sizes",
            "np.sqrt(by_phase.sums(variance)) / np.sqrt(by_phase.sizes)"),
-    Mutant("two accepted pushes are refused", "recording/free_observation.py",
+    Mutant("two accepted pushes are refused", "recording/pushes.py",
            "accepted.sum() < LEAST_PUSHES", "accepted.sum() <= LEAST_PUSHES"),
     Mutant("page warns of coverage where its lower limit is below nominal", "report/page/sections.py",
            'table["ci_high"] < table["nominal"]', 'table["ci_low"] < table["nominal"]'),
@@ -267,7 +267,7 @@ MUTANTS: Final = (
     Mutant("ectopic beats place phases that were not measured", "recording/ingest.py",
            "~ectopic(samples, settings.max_rr_deviation_fraction)", "np.ones(samples.status.shape, bool)"),
     Mutant("median RR over samples, not over beats", "recording/samples.py",
-           "np.median(grouped(self.phase_index, self.repeat).medians(self.rr_ms))", "np.median(self.rr_ms)"),
+           "np.median(self.beats_rr_ms)", "np.median(self.rr_ms)"),
     Mutant("limit of the Pareto shape is that of many draws", "posterior/adaptive.py",
            "k_hat_limit(draws, settings.max_k_hat)", "settings.max_k_hat"),
 )  # fmt: skip

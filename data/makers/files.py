@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.recording.samples import Samples
-from swesbi.recording.tables.columns import COLUMNS, SPEED
+from swesbi.recording.tables.columns import COLUMNS, DELAY, SPEED
 
 WHOLE: Final = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}  # rounded to the millisecond when acquired
 RECORDING: Final = """\
@@ -45,7 +45,8 @@ def write_recordings(folder: Path, recordings: Mapping[str, Samples]) -> None:
 
 def samples_table(samples: Samples) -> pd.DataFrame:
     """Return the samples of a recording with the columns of its file, in their order."""
-    values = {name: getattr(samples, "speed_m_s" if name == SPEED else name) for name in COLUMNS}
+    names = {SPEED: "speed_m_s", DELAY: "time_ms"}
+    values = {name: getattr(samples, names.get(name, name)) for name in COLUMNS}
     return pd.DataFrame(values)
 
 

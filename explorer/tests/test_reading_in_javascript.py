@@ -43,7 +43,7 @@ RECORDINGS: Final = """(() => {
   const speeds = [physics.measured_speeds(observed, noise), physics.measured_speeds(observed)];
   return { measured: observed.measured.tolist(), index: observed.phase_index.tolist(),
     curve: observed.curve_kpa.tolist(), noise: Object.values(observed.noise),
-    speeds: speeds.map((one) => [...one].slice(1).map((part) => part.tolist())) };
+    speeds: speeds.map((one) => [...one].slice(1, 5).map((part) => part.tolist())) };
 })()"""
 HEARTS: Final = "[...physics.dropped_hearts(path)].map(([name, heart]) => [name, Object.fromEntries(heart)])"
 

@@ -13,10 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from pydantic import ValidationError
-from scipy.special import logsumexp
 
 from swesbi.answers.answer import answered
-from swesbi.answers.free import FreeRecording
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.extras import missing
 from swesbi.config.read import found_configuration, parse_config, read_merged
@@ -24,7 +22,6 @@ from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import simulate
-from swesbi.measurement.likelihood import draw_speeds, log_likelihood
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.parameters import PHI, TOLD
 from swesbi.posterior.exact import exact_posterior
@@ -108,7 +105,7 @@ class Recording:
     @property
     def names(self) -> tuple[str, ...]:
         """Of the d parameters: those that are reported, nuisance parameters behind them."""
-        return self.asked.recording.speeds.settings.prior.names
+        return self.asked.recording.model.settings.prior.names
 
     @property
     def prior(self) -> BoxPrior:
@@ -118,7 +115,7 @@ class Recording:
     @property
     def speeds(self) -> SpeedRecording:
         """The heart's context, and p phases with their speeds in m/s and relative errors; (p,) each."""
-        return self.asked.recording.speeds.recording
+        return self.asked.recording.model.recording
 
     def predict(self, phi: FloatArray) -> PredictedSpeeds:
         """Return noiseless log speeds of phi (n, d) and their slopes over the cycle; (n, p) each."""
@@ -130,18 +127,12 @@ class Recording:
 
     def log_density(self, log_speed: FloatArray, slope: FloatArray) -> FloatArray:
         """Return log p(speeds) where another model predicts log speeds and their slopes (n, p); (n,)."""
-        predicted, recording = PredictedSpeeds(log_speed, slope), self.asked.recording
-        if isinstance(recording, FreeRecording):
-            return np.asarray(logsumexp(recording.model.log_joint(predicted), axis=0))
-        return log_likelihood(predicted, self.speeds, recording.model.settings.discrepancy)
+        return self.asked.recording.model.log_likelihood_of(PredictedSpeeds(log_speed, slope))
 
     def draw_speeds(self, phi: FloatArray, seed: int) -> FloatArray:
         """Draw the speeds in m/s of a new recording of each phi (n, d); NaN where it fails; (n, p)."""
-        predicted, recording = self.predict(phi), self.asked.recording
         rng = generator(seed, "new speeds", self.speeds.context.subject)
-        if isinstance(recording, FreeRecording):
-            return recording.model.draw_speeds(predicted, rng)
-        return draw_speeds(predicted, self.speeds.errors, recording.model.settings.discrepancy, rng)
+        return self.asked.recording.model.draw_speeds(self.predict(phi), rng)
 
 
 def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = False) -> Recording:

@@ -9,8 +9,8 @@ from pydantic import Field
 from studies.validation.score import HeartAnswer, intervals, refusal, truths
 from studies.validation.settings import answers_settings, configured
 from swesbi.answers.answer import answered
-from swesbi.answers.gated import GatedRecording, noise_test
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.recording import ModelledRecording, noise_test
 from swesbi.answers.settings import AnswerSettings
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
@@ -144,14 +144,14 @@ def of_one_round(settings: HeartAnswersSettings) -> HeartAnswersSettings:
 
 def recorded_as_answered(
     observation: Observation, samples: Samples, noise: NoiseComponents, settings: HeartAnswersSettings
-) -> GatedRecording:
+) -> ModelledRecording:
     """Return a recorded heart under the model, with the test of its noise."""
     swept = settings.source.acquisition.sweep_fraction > 0.0
     repeats: Repeats = "sweeps" if swept else "separate"
     levels = levels_by(repeats, samples, rejection(samples, settings.recording) == ACCEPTED)
     test = noise_test(compare_noise(levels, noise), noise, "the cohort", settings.noise_level)
     speeds = measured_speeds(observation, noise)
-    return GatedRecording(observation, SpeedModel(speeds, settings.exact_posterior.model), (test,))
+    return ModelledRecording(observation, SpeedModel(speeds, settings.exact_posterior.model), (test,))
 
 
 def scored(

@@ -27,8 +27,8 @@ from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.score import intervals, truths
 from studies.validation.settings import configured
 from swesbi.answers.answer import answered
-from swesbi.answers.gated import GatedRecording, noise_test
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.recording import ModelledRecording, noise_test
 from swesbi.artefacts.csv import write_csv
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
@@ -88,7 +88,7 @@ def answer_folder(
         model = SpeedModel(
             measured_speeds(made.observation, noise.components), settings.exact_posterior.model
         )
-        recording = GatedRecording(made.observation, model, (test,), noise.in_words)
+        recording = ModelledRecording(made.observation, model, (test,), noise.in_words)
         answer = answered(recording, knowledge, settings, study.config.seed)
         found, truth = (
             intervals(model, answer.posterior.phi, answer.posterior.interval_mass),

@@ -22,7 +22,6 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Final
 
 import numpy as np
@@ -30,27 +29,27 @@ import pandas as pd
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
-from swesbi.answers.free import FreeRecording
+from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
-from swesbi.measurement.instants import FreeModel, free_model
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal, free_proposal
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import asking
-from swesbi.recording.free_observation import ingest_free
-from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.noise import read_noise
+from swesbi.recording.pushes import ingest_pushes
+from swesbi.recording.reader import samples_in
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.tables.frame import table_of_frame
 from swesbi.seeds import integer_seed
 from swesbi.study.finished import finished_population
 from swesbi.study.other_network import check_network
@@ -127,7 +126,7 @@ class BothDoors:
         )
         second, _ = exact_posterior(
             HeartModel(pushes),
-            free_proposal(self.flow, pushes),
+            flow_proposal(self.flow, pushes.recording),
             exact,
             self.seed,
             STREAM,
@@ -143,7 +142,7 @@ class BothDoors:
             second.efficiency, second.sampler, accuracy,
         )  # fmt: skip
 
-    def as_pushes(self, recording: SpeedRecording) -> FreeModel:
+    def as_pushes(self, recording: SpeedRecording) -> SpeedModel:
         """Write a gated recording as a table of pushes, read that as any, and return its model."""
         period_ms = 1e3 * recording.context.period_s
         table = pd.DataFrame(
@@ -159,22 +158,20 @@ class BothDoors:
 
 def recording_of_table(
     table: pd.DataFrame, context: Context, declared: NoiseDeclaration, settings: HeartAnswersSettings
-) -> FreeRecording:
-    """Read a table of pushes from a file, as that of any subject, and return the recording with its model.
+) -> ModelledRecording:
+    """Read a table of pushes, as that of any subject, and return the recording with its model.
 
     Raises:
         RecordingError: It cannot be used.
     """
     quality = settings.recording
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / f"{context.subject}.csv"
-        table.to_csv(path, index=False, float_format="%.17g")
-        samples = read_free_samples(path, quality.density_kg_m3, subject=context.subject)
-    observed = ingest_free(samples, context, quality, declared)
-    return FreeRecording(observed, free_model(observed, settings.exact_posterior.model))
+    in_memory = table_of_frame(table, context.subject)
+    samples = samples_in(in_memory, quality.phases, quality.density_kg_m3)
+    observed = ingest_pushes(samples, context, quality, declared)
+    return modelled_pushes(observed, settings.exact_posterior.model)
 
 
-def _difference(gated: SpeedModel, pushes: FreeModel, phi: FloatArray) -> float:
+def _difference(gated: SpeedModel, pushes: SpeedModel, phi: FloatArray) -> float:
     difference = gated.log_likelihood(phi) - pushes.log_likelihood(phi)
     return float(np.abs(difference - difference.mean()).max())
 

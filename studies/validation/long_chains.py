@@ -31,7 +31,7 @@ import pandas as pd
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
 from studies.validation.settings import configured
-from swesbi.answers.gated import GatedRecording
+from swesbi.answers.recording import ModelledRecording
 from swesbi.artefacts.csv import write_csv
 from swesbi.checks.calibration.local import classifier_accuracy
 from swesbi.checks.calibration.settings import LocalSettings
@@ -139,7 +139,7 @@ class Answerer:
     def _answered(self, model: SpeedModel) -> tuple[ExactPosterior, tuple[float, ...]]:
         network, exact = flow_proposal(self.flow, model.recording), self.settings.exact_posterior.exact
         return exact_posterior(
-            HeartModel(model), network, exact, self.seed, GatedRecording.stream, model.recording.subject
+            HeartModel(model), network, exact, self.seed, ModelledRecording.stream, model.recording.subject
         )
 
     def _long_chains(self, model: SpeedModel, exact: ExactPosterior) -> McmcDraws:

@@ -29,9 +29,8 @@ from studies.validation.gated_as_pushes import recording_of_table
 from studies.validation.pushes import DECLARED
 from studies.validation.settings import configured
 from swesbi.answers.answer import Answer, answered
-from swesbi.answers.free import FreeRecording
-from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.recording import ModelledRecording
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
@@ -162,7 +161,7 @@ class Questions:
     def _pushes(self, heart: OtherHeart, table: pd.DataFrame) -> Answer:
         return self._answer(recording_of_table(table, heart.context, DECLARED, self.settings))
 
-    def _answer(self, recording: GatedRecording | FreeRecording) -> Answer:
+    def _answer(self, recording: ModelledRecording) -> Answer:
         return answered(recording, self.knowledge, self.settings, self.seed)
 
 

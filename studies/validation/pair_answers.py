@@ -116,7 +116,7 @@ class Answerer:
         clock.stop("cost_own_s")
         verdict = ""
         if self.verdicts:
-            beats = recording.speeds.simulate(answered.phi)
+            beats = recording.model.simulate(answered.phi)
             verdict = recording.judged(answered, beats, efficiency, knowledge, settings, self.seed).status
         clock.stop("cost_verdict_s")
         return Answered(made, recording.model, own, verdict, clock.seconds)

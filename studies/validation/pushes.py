@@ -35,7 +35,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import TrainedFlow, free_proposal
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
@@ -100,8 +100,10 @@ def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSetting
     table[SPEED] *= np.exp(settings.acquisition.scale_fraction * rng.standard_normal())
     model = recording_of_table(table, context, DECLARED, settings).model
     sizes, of_heart = settings.exact_posterior.exact, HeartModel(model)
-    exact, _ = exact_posterior(of_heart, free_proposal(flow, model), sizes, seed, STREAM, context.subject)
-    found = intervals(model.model, exact.phi, settings.exact_posterior.exact.interval)
+    exact, _ = exact_posterior(
+        of_heart, flow_proposal(flow, model.recording), sizes, seed, STREAM, context.subject
+    )
+    found = intervals(model, exact.phi, settings.exact_posterior.exact.interval)
     return Answered(truths(heart), found, exact.efficiency, exact.sampler == "mcmc")
 
 

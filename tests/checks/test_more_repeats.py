@@ -19,8 +19,8 @@ PHI = np.tile(speed_case.PHI, (2, 1))
 NONE = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
 
 
-def _found(model: SpeedModel, cell: np.ndarray | None = None) -> MoreRepeats:
-    found = more_repeats(model, np.arange(len(model.recording.phase)) if cell is None else cell, PHI, STEP)
+def _found(model: SpeedModel) -> MoreRepeats:
+    found = more_repeats(model, PHI, STEP)
     assert found is not None
     return found
 
@@ -59,10 +59,11 @@ def test_pushes_of_one_instant_count_as_their_mean() -> None:
         speed_m_s=np.repeat(recording.speed_m_s, 3),
         relative_se=np.full(60, 0.05 * np.sqrt(3.0)),
         shared=np.empty((60, 0)),
+        cell=np.repeat(np.arange(20), 3),
     )
-    pushes = _found(replace(plain, recording=thrice), np.repeat(np.arange(20), 3))
+    pushes = _found(replace(plain, recording=thrice))
     np.testing.assert_allclose(pushes.width, _found(plain).width, rtol=0.01)
-    apart = _found(replace(plain, recording=thrice), np.arange(60))
+    apart = _found(replace(plain, recording=replace(thrice, cell=np.arange(60))))
     assert (apart.width < pushes.width - 0.005).any()
 
 

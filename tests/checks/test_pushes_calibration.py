@@ -24,7 +24,7 @@ from swesbi.checks.calibration.pushes import (
     pushes_dataset,
     read_pushes,
 )
-from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.recordings import record_pushes
 from swesbi.posterior.settings import asking
 
@@ -33,7 +33,7 @@ SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "eff
 SMALL = asking(exact_case.SETTINGS, 40).model_copy(update={"draws": 400})
 
 
-def recorded(number: int, pushes: int) -> tuple[FreeModel, NDArray[np.float64]]:
+def recorded(number: int, pushes: int) -> tuple[SpeedModel, NDArray[np.float64]]:
     return record_pushes(number, (pushes, pushes), FRESH, 11, STREAM, pushes)
 
 
@@ -46,14 +46,10 @@ def inferred() -> InferredPushes:
 def test_recordings_have_the_errors_that_their_model_says() -> None:
     """Residuals at the true phi are standard normal where the errors are known, and wider where declared."""
     made = [recorded(number, 30) for number in range(60)]
-    known = [
-        model.innovations(model.model.predict(phi[None])).z[0]
-        for model, phi in made
-        if not model.noise_log_sd
-    ]
+    known = [model.standardised(phi[None])[0] for model, phi in made if not model.recording.errors_log_sd]
     assert 20 <= len(known) <= 40
     assert kstest(np.concatenate(known), "norm").pvalue > 0.01
-    assert all(0.0 <= model.noise_log_sd <= 0.5 for model, _ in made)
+    assert all(0.0 <= model.recording.errors_log_sd <= 0.5 for model, _ in made)
 
 
 def test_a_recording_depends_on_its_own_number_alone() -> None:
@@ -61,8 +57,8 @@ def test_a_recording_depends_on_its_own_number_alone() -> None:
     recorded(4, 30)
     other, again = recorded(5, 30)
     np.testing.assert_array_equal(phi, again)
-    np.testing.assert_array_equal(one.model.recording.speed_m_s, other.model.recording.speed_m_s)
-    assert one.model.recording.context != recorded(5, 3)[0].model.recording.context
+    np.testing.assert_array_equal(one.recording.speed_m_s, other.recording.speed_m_s)
+    assert one.recording.context != recorded(5, 3)[0].recording.context
 
 
 def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None:

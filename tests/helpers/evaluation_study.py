@@ -28,7 +28,7 @@ from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import posterior_to_groups, summarise_posterior
 from swesbi.prior import PriorSettings, log_centre
 from swesbi.recording.observation import Observation
-from swesbi.recording.phases import analysis_grid, sample_cycle, to_grid
+from swesbi.recording.phases import sample_cycle
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.stages import cmaes, predictive
@@ -118,17 +118,17 @@ def _observation(
         context=COHORT[subject],
         phase=phase,
         phase_index=np.arange(phase.size),
+        cell=np.arange(phase.size),
         measured=measured,
         speed_m_s=speed,
         speed_se_m_s=noise_fraction * speed,
         stiffness_kpa=stiffness,
         stiffness_se_kpa=2.0 * noise_fraction * stiffness,
-        grid=analysis_grid(MEASUREMENT.grid_points),
-        curve_kpa=to_grid(phase[measured], stiffness[measured], MEASUREMENT.grid_points),
         samples_accepted=np.where(measured, 36, 0),
         samples_by_repeat=np.where(measured[:, None], (12, 12, 12), 0),
         samples_rejected=np.zeros((len(REASONS), phase.size), dtype=np.int64),
         noise=NoiseComponents(0.04, 0.08),
+        grid_points=MEASUREMENT.grid_points,
     )
 
 

@@ -11,9 +11,12 @@ import speed_case
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.recording.free_observation import FreeObservation, ingest_free
-from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.observation import Observation
+from swesbi.recording.pushes import ingest_pushes
+from swesbi.recording.reader import samples_in
+from swesbi.recording.samples import Samples
 from swesbi.recording.settings import NoiseDeclaration
+from swesbi.recording.tables.files import open_table
 from swesbi.recording.tables.layout import TableLayout
 
 PUSHES_PER_S = 34.0
@@ -24,10 +27,17 @@ DECLARED = NoiseDeclaration(cv_fraction=0.1, cv_log_sd=0.3)
 QUALITY = speed_case.shipped().recording
 
 
-def observed(path: Path, layout: TableLayout | None = None, subject: str = "T") -> FreeObservation:
+def observed(path: Path, layout: TableLayout | None = None, subject: str = "T") -> Observation:
     """Read and ingest a free-running recording of one heart."""
-    samples = read_free_samples(path, 1000.0, layout or TableLayout(), subject)
-    return ingest_free(samples, HEART, QUALITY, DECLARED)
+    return ingest_pushes(pushes(path, layout, subject), HEART, QUALITY, DECLARED)
+
+
+def pushes(path: Path, layout: TableLayout | None = None, subject: str = "") -> Samples:
+    """Read a free-running recording."""
+    chosen = layout or TableLayout()
+    samples = samples_in(open_table(path, chosen), 20, 1000.0, chosen, subject)
+    assert not samples.is_gated
+    return samples
 
 
 def curve_m_s(phase: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -55,8 +55,8 @@ def make_samples(
     common = 1.0 + repeat_sd * rng.standard_normal((phases, repeats, 1))
     values = speed[:, None, None] * common * (1.0 + sample_sd * rng.standard_normal(shape))
     return Samples(
-        phase_index=phase,
-        trigger_delay_ms=1000.0 * nominal_phase(phases)[phase],
+        gate=phase,
+        time_ms=1000.0 * nominal_phase(phases)[phase],
         rr_ms=np.full(phase.shape, 1000.0),
         repeat=repeat,
         sample=sample,

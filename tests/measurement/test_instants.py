@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
 
-from swesbi.measurement.instants import FreeModel, cell_innovations, error_factors
+from swesbi.measurement.instants import CellErrors, cell_innovations, cell_sums, error_factors
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import draw_prior
 
@@ -23,8 +23,12 @@ def test_pushes_of_a_cell_share_the_models_error() -> None:
     cell = np.array([0, 0, 0, 3, 7, 7])
     se = rng.uniform(0.02, 0.1, 6)
     distance, slope = 0.1 * rng.standard_normal((5, 6)), 3.0 * rng.standard_normal((5, 6))
-    errors, missed = np.tile(se, (5, 1)), (DISCREPANCY.speed_fraction, DISCREPANCY.timing_cycle)
-    told = cell_innovations(distance, slope, errors, cell, *missed).log_density
+    given = (distance, slope, se, cell, DISCREPANCY.speed_fraction, DISCREPANCY.timing_cycle)
+    told, sums = cell_innovations(*given).log_density, cell_sums(*given)
+    wider = cell_innovations(distance, slope, 1.7 * se, cell, *given[-2:])
+    np.testing.assert_allclose(sums.log_density(1.7), wider.log_density, rtol=1e-12)
+    np.testing.assert_allclose(sums.chi_squared(np.full(5, 1.7)), wider.chi_squared, rtol=1e-12)
+    np.testing.assert_allclose(sums.log_density(), told, rtol=1e-12)
     same = cell[:, None] == cell[None]
     for row in range(5):
         moved = 0.02**2 * np.outer(slope[row], slope[row])
@@ -57,7 +61,7 @@ def test_known_errors_have_one_factor() -> None:
 def test_one_push_a_cell_is_a_gated_phase() -> None:
     gated = speed_case.model()
     phi = draw_prior(gated.settings.prior, 50, np.random.default_rng(0))
-    free = FreeModel(gated, np.arange(20), 0.0)
+    free = replace(gated, recording=replace(gated.recording, cell=np.arange(20)))
     np.testing.assert_allclose(free.log_likelihood(phi), gated.log_likelihood(phi), rtol=1e-12)
 
 
@@ -73,8 +77,18 @@ def test_repeats_as_pushes_say_what_their_mean_says() -> None:
         speed_m_s=(recording.speed_m_s[:, None] * np.exp(apart)).ravel(),
         relative_se=np.repeat(recording.relative_se * np.sqrt(3.0), 3),
         shared=np.empty((60, 0)),
+        cell=np.repeat(np.arange(20), 3),
     )
-    free = FreeModel(replace(gated, recording=pushes), np.repeat(np.arange(20), 3), 0.0)
+    free = replace(gated, recording=pushes)
     phi = draw_prior(gated.settings.prior, 50, np.random.default_rng(0))
     beside = free.log_likelihood(phi) - gated.log_likelihood(phi)
     np.testing.assert_allclose(beside, beside[0], atol=1e-8)
+
+
+def test_errors_that_a_cell_shares_are_solved_for_without_their_matrix() -> None:
+    rng, cell = np.random.default_rng(7), np.array([0, 0, 2, 2, 2, 5])
+    sd, values = rng.uniform(0.05, 0.2, (3, 6)), rng.standard_normal((3, 6, 2))
+    found = CellErrors(sd, cell, 0.1).solve(values)
+    for row in range(3):
+        dense = np.diag(sd[row] ** 2) + 0.01 * (cell[:, None] == cell)
+        np.testing.assert_allclose(found[row], np.linalg.solve(dense, values[row]), rtol=1e-10)

@@ -53,8 +53,8 @@ def points(phase: list[float], log_speed: list[float], se: list[float]) -> Speed
     )
 
 
-def named(recording: SpeedRecording, errors_log_sd: float = 0.0) -> dict[str, float]:
-    row = recording_inputs(recording, WIDE, errors_log_sd)[0]
+def named(recording: SpeedRecording) -> dict[str, float]:
+    row = recording_inputs(recording, WIDE)[0]
     return dict(zip(WIDE.components, row.tolist(), strict=True))
 
 
@@ -107,7 +107,7 @@ def test_several_recordings_are_pooled_each_by_itself() -> None:
 
 def test_a_factor_of_all_errors_is_told() -> None:
     recording = points([0.1, 0.3], [0.0, 1.0], [0.1, 0.1])
-    assert named(recording, 0.3)["errors_log_sd"] == 0.3
+    assert named(replace(recording, errors_log_sd=0.3))["errors_log_sd"] == 0.3
     assert named(recording)["errors_log_sd"] == 0.0
 
 

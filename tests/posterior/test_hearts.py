@@ -10,7 +10,6 @@ import pytest
 import speed_case
 from scipy.special import logsumexp
 
-from swesbi.measurement.instants import FreeModel
 from swesbi.posterior import marginal
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.marginal import row_numbers, uniform
@@ -134,8 +133,9 @@ def test_pushes_of_one_cell_and_unknown_errors_have_close_estimates() -> None:
     )
     noiseless = replace(made, recording=recording).predict(phi).log_speed[0]
     noise = 0.15 * np.random.default_rng(4).standard_normal(12)
-    pushes = replace(recording, speed_m_s=np.exp(noiseless + noise))
-    model = HeartModel(FreeModel(replace(made, recording=pushes), np.arange(12) // 3 * 5, 0.5))
+    declared = {"cell": np.arange(12) // 3 * 5, "errors_log_sd": 0.5}
+    pushes = replace(recording, speed_m_s=np.exp(noiseless + noise), **declared)
+    model = HeartModel(replace(made, recording=pushes))
     assert estimates(model, model.points(phi)[0]).std() < 0.6
 
 

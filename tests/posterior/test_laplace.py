@@ -9,7 +9,6 @@ import speed_case
 from exact_case import SETTINGS, ToySettings
 
 from swesbi.base.arrays import FloatArray
-from swesbi.measurement.instants import FreeModel
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.laplace import WIDER, ResidualModel, laplace_proposal
@@ -71,7 +70,8 @@ def test_each_of_two_modes_has_a_part() -> None:
 
 def test_hearts_of_gated_recordings_and_of_pushes_have_residuals() -> None:
     gated = speed_case.model(prior="calibrated")
-    for model in (gated, FreeModel(gated, np.arange(20), 0.0)):
+    pushes = replace(gated, recording=replace(gated.recording, cell=np.arange(20)))
+    for model in (gated, pushes):
         assert isinstance(HeartModel(model), ResidualModel)
 
 

@@ -16,15 +16,9 @@ from scipy.io import savemat
 from swesbi.artefacts import Origin, save, to_groups
 from swesbi.recording.cohort.check import examine_cohort
 from swesbi.recording.cohort.recording_file import description_of
-from swesbi.recording.free_observation import (
-    KIND,
-    FreeObservation,
-    ingest_free,
-    read_free_observation,
-    same_free_recording,
-)
-from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.observation import KIND, Observation, read_observation, same_recording
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import read_samples
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.tables.layout import TableLayout
@@ -32,9 +26,9 @@ from swesbi.recording.tables.layout import TableLayout
 POINTS = speed_case.shipped().measurement.grid_points
 
 
-def same(one: FreeObservation, other: FreeObservation) -> None:
-    for name in ("phase", "time_ms", "rr_ms", "beat", "speed_m_s", "relative_se", "samples_rejected"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+def same(one: Observation, other: Observation) -> None:
+    assert same_recording(one, other)
+    np.testing.assert_array_equal(one.samples_rejected, other.samples_rejected)
 
 
 def test_an_instant_is_a_fraction_of_its_own_beat(tmp_path: Path) -> None:
@@ -42,7 +36,6 @@ def test_an_instant_is_a_fraction_of_its_own_beat(tmp_path: Path) -> None:
     (tmp_path / "T.csv").write_text(rows)
     seen = observed(tmp_path / "T.csv")
     np.testing.assert_allclose(seen.phase, [970 / 950 - 1, 0.5])
-    np.testing.assert_array_equal(seen.beat, [1, 0])
     np.testing.assert_array_equal(seen.cell, [0, 10])
     assert seen.beats == 2
 
@@ -54,7 +47,7 @@ def test_csv_mat_and_workbook_give_the_same_to_the_last_bit(tmp_path: Path) -> N
     vectors = {name: table[name].to_numpy(dtype=float) for name in table if name != "status"}
     savemat(tmp_path / "T.mat", vectors | {"status": table["status"].to_numpy(dtype=object)})
     plain = observed(tmp_path / "T.csv")
-    assert 20 < len(plain.phase) < len(table)
+    assert 20 < plain.measured.sum() < len(table) == len(plain.phase)
     same(plain, observed(tmp_path / "T.xlsx"))
     same(plain, observed(tmp_path / "T.mat"))
 
@@ -117,20 +110,20 @@ def test_what_is_malformed_is_refused_with_its_place(
 
 def test_errors_are_told_from_the_file_or_its_fits_or_a_declaration(tmp_path: Path) -> None:
     (tmp_path / "T.csv").write_text(HEADER + GOOD)
-    samples = read_free_samples(tmp_path / "T.csv", 1000.0)
-    seen = ingest_free(samples, HEART, QUALITY, DECLARED)
-    assert (seen.noise_source, seen.noise_log_sd) == ("se_m_s", 0.0)
+    samples = free_case.pushes(tmp_path / "T.csv")
+    seen = ingest_pushes(samples, HEART, QUALITY, DECLARED)
+    assert (seen.errors_from, seen.errors_log_sd) == ("se_m_s", 0.0)
     np.testing.assert_allclose(seen.relative_se, [0.1, 0.1, 0.1 / 1.5])
     bare = HEADER.replace("se_m_s", "other")
     (tmp_path / "T.csv").write_text(bare + GOOD)
-    samples = read_free_samples(tmp_path / "T.csv", 1000.0)
-    seen = ingest_free(samples, HEART, QUALITY, NoiseDeclaration(fit_points=12))
-    assert (seen.noise_source, seen.noise_log_sd) == ("fit_r2", 0.0)
+    samples = free_case.pushes(tmp_path / "T.csv")
+    seen = ingest_pushes(samples, HEART, QUALITY, NoiseDeclaration(fit_points=12))
+    assert (seen.errors_from, seen.errors_log_sd) == ("fit_r2", 0.0)
     np.testing.assert_allclose(seen.relative_se, np.sqrt((1 / 0.9 - 1) / 10))
-    seen = ingest_free(samples, HEART, QUALITY, DECLARED)
-    assert (seen.noise_source, seen.noise_log_sd) == ("declared", 0.3)
+    seen = ingest_pushes(samples, HEART, QUALITY, DECLARED)
+    assert (seen.errors_from, seen.errors_log_sd) == ("declared", 0.3)
     with pytest.raises(RecordingError, match=r"nothing says how large .* add a column se_m_s"):
-        ingest_free(samples, HEART, QUALITY, NoiseDeclaration())
+        ingest_pushes(samples, HEART, QUALITY, NoiseDeclaration())
 
 
 def test_the_error_by_the_fit_is_that_of_a_fitted_slope() -> None:
@@ -168,7 +161,7 @@ def test_protocols_stand_together_in_one_cohort(tmp_path: Path) -> None:
     cohort = free_case.mixed(tmp_path / "c")
     report = examine_cohort(cohort, QUALITY, POINTS)
     assert [str(problem) for problem in report.problems] == []
-    assert [len(one.observation.phase) for one in report.subjects] == [20, 24]
+    assert [len(one.observation.phase) for one in report.subjects] == [20, 24, 62]
     assert report.usable == ("S-1", "s_2x", "S-3")
     assert report.notes == ()
     said = {name: description_of(cohort, name, QUALITY) for name in report.usable}
@@ -206,7 +199,7 @@ def test_an_artefact_reads_back(tmp_path: Path) -> None:
     seen = observed(tmp_path / "T.csv")
     made = Origin(1, "T", "0" * 64).provenance(KIND, QUALITY)
     save(tmp_path / "o.h5", to_groups(seen), made)
-    again = read_free_observation(tmp_path / "o.h5")
-    assert same_free_recording(seen, again)
+    again = read_observation(tmp_path / "o.h5")
+    assert same_recording(seen, again)
     assert again.rejected == seen.rejected
-    assert not same_free_recording(seen, replace(again, noise_log_sd=0.2))
+    assert not same_recording(seen, replace(again, errors_log_sd=0.2))

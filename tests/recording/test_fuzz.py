@@ -24,18 +24,16 @@ from scipy.io import savemat
 from swesbi.recording.cohort.check import examine_cohort
 from swesbi.recording.cohort.recording_file import description_of, layout_of
 from swesbi.recording.cohort.subjects import read_subject_table, read_subjects
-from swesbi.recording.free_noise import SOURCES
-from swesbi.recording.free_observation import FreeObservation, ingest_free
-from swesbi.recording.free_samples import FreeSamples, free_samples
 from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import SOURCES, Observation
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.reader import gated_samples
+from swesbi.recording.pushes import ingest_pushes
+from swesbi.recording.reader import samples_in
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.tables.columns import COLUMNS, EVENT, FAILED_STATUSES, FREE_COLUMNS, MODULUS
 from swesbi.recording.tables.files import open_table
 from swesbi.recording.tables.layout import OWN_FORM, TableLayout
-from swesbi.recording.tables.translate import in_own_terms, is_free
 
 PHASES = 8
 FAST, SLOW, EXHAUSTIVE = 300, 2_000, 10_000
@@ -74,37 +72,37 @@ KNOBS: dict[str, Any] = {
 }
 
 
-def valid(samples: Samples | FreeSamples) -> None:
+def valid(samples: Samples) -> None:
     """What every recording that was read must fulfil."""
-    delay = samples.trigger_delay_ms if isinstance(samples, Samples) else samples.time_ms
+    delay = samples.time_ms
     assert delay.ndim == 1 and len(delay) > 0
     assert ((samples.rr_ms >= 150) & (samples.rr_ms <= 5000)).all()
     assert ((delay >= 0) & (delay <= 5000)).all()
     assert (np.isnan(samples.speed_m_s) | ((samples.speed_m_s > 0.0499) & (samples.speed_m_s < 30.001))).all()
-    assert (np.isnan(samples.fit_r2) | (np.abs(samples.fit_r2) <= 1)).all()
+    assert samples.fit_r2 is None or (np.isnan(samples.fit_r2) | (np.abs(samples.fit_r2) <= 1)).all()
     assert np.isin(samples.status, ["ok", *FAILED_STATUSES]).all()
-    if isinstance(samples, Samples):
+    if samples.is_gated:
         assert ((samples.phase_index >= 0) & (samples.phase_index < PHASES)).all()
         triples = np.stack([samples.phase_index, samples.repeat, samples.sample])
         assert len(np.unique(triples, axis=1).T) == len(delay)
 
 
-def valid_pushes(seen: FreeObservation) -> None:
-    assert len(seen.phase) >= 2
+def valid_pushes(seen: Observation) -> None:
+    assert seen.measured.sum() >= 2
     assert ((seen.phase >= 0.0) & (seen.phase < 1.0) & (np.diff(seen.phase, prepend=0.0) >= 0.0)).all()
     assert ((seen.cell >= 0) & (seen.cell < 20) & (np.diff(seen.cell, prepend=0) >= 0)).all()
-    assert (np.isfinite(seen.relative_se) & (seen.relative_se > 0.0) & np.isfinite(seen.stiffness_kpa)).all()
-    assert seen.noise_source in SOURCES
+    assert (np.isfinite(seen.relative_se) & (seen.relative_se > 0.0)).all()
+    assert np.isfinite(seen.stiffness_kpa[seen.measured]).all()
+    assert seen.errors_from in SOURCES
 
 
 def read(path: Path, layout: TableLayout = OWN_FORM, declared: NoiseDeclaration = free_case.DECLARED) -> bool:
     """Read a recording, whatever it is; tell whether it can be inferred."""
     try:
-        table = in_own_terms(open_table(path, layout), layout, "S")
-        samples = free_samples(table, DENSITY) if is_free(table) else gated_samples(table, PHASES, DENSITY)
+        samples = samples_in(open_table(path, layout), PHASES, DENSITY, layout, "S")
         valid(samples)
-        if isinstance(samples, FreeSamples):
-            valid_pushes(ingest_free(samples, free_case.HEART, free_case.QUALITY, declared))
+        if not samples.is_gated:
+            valid_pushes(ingest_pushes(samples, free_case.HEART, free_case.QUALITY, declared))
         else:
             observed = ingest(samples, CONTEXT, RECORDING.model_copy(update={"phases": PHASES}), 20)
             assert np.isfinite(observed.curve_kpa).all()

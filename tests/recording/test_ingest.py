@@ -38,7 +38,7 @@ def without_phases(samples: Samples, *indices: int) -> Samples:
 
 
 def rows(samples: Samples, keep: NDArray[np.bool_]) -> Samples:
-    columns = ("phase_index", "trigger_delay_ms", "rr_ms", "repeat", "sample")
+    columns = ("gate", "time_ms", "rr_ms", "repeat", "sample")
     columns += ("speed_m_s", "fit_r2", "status")
     return replace(samples, **{name: getattr(samples, name)[keep] for name in columns})
 
@@ -234,9 +234,9 @@ def test_limits_themselves_are_allowed() -> None:
 
 def test_a_push_after_the_end_of_its_beat_is_refused() -> None:
     samples = make_samples()
-    delay = np.where(samples.phase_index == 19, 1300.0, samples.trigger_delay_ms)
+    delay = np.where(samples.phase_index == 19, 1300.0, samples.time_ms)
     with pytest.raises(RecordingError, match="phase_index 19 lies at 1.30 of its beat"):
-        ingest(replace(samples, trigger_delay_ms=delay), CONTEXT, RECORDING, 100)
+        ingest(replace(samples, time_ms=delay), CONTEXT, RECORDING, 100)
 
 
 def test_an_unknown_status_is_refused_in_memory_too() -> None:

@@ -18,14 +18,12 @@ from swesbi.config.read import read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.population.recordings import OWN, FreshSettings, fresh_subject, record_fresh, record_pushes
-from swesbi.recording.free_observation import ingest_free
-from swesbi.recording.free_quality import push_quality
-from swesbi.recording.free_samples import FreeSamples
 from swesbi.recording.ingest import ingest
 from swesbi.recording.neighbours import told_by_neighbours
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.quality import phases_left_out, rejection
-from swesbi.recording.samples import OUTLIER
+from swesbi.recording.pushes import ingest_pushes
+from swesbi.recording.quality import phases_left_out, push_quality, rejection
+from swesbi.recording.samples import OUTLIER, Samples
 
 Array = NDArray[np.float64]
 
@@ -42,11 +40,11 @@ def train(seed: int, pushes: int = 33) -> tuple[Array, Array]:
     return phase, curve_m_s(phase) * np.exp(0.1 * rng.standard_normal(pushes))
 
 
-def pushes(phase: Array, speed: Array) -> FreeSamples:
+def pushes(phase: Array, speed: Array) -> Samples:
     count = len(phase)
-    zeros, r2 = np.zeros(count, dtype=np.int64), np.full(count, np.nan)
+    zeros = np.zeros(count, dtype=np.int64)
     rr, status = np.full(count, 1000.0), np.full(count, "ok")
-    return FreeSamples(1e3 * phase, rr, zeros, zeros, speed, r2, r2, status)
+    return Samples(1e3 * phase, rr, zeros, speed, status)
 
 
 def test_a_spike_is_found_in_forty_recordings_and_nothing_else() -> None:
@@ -104,11 +102,11 @@ def test_a_push_that_is_left_out_is_counted_and_leaves_the_others_as_they_were()
     phase, speed = train(11)
     index = int(np.argmin(np.abs(phase - 0.75)))
     wild = np.where(np.arange(33) == index, 9.4, speed)
-    seen = ingest_free(pushes(phase, wild), HEART, QUALITY, DECLARED)
+    seen = ingest_pushes(pushes(phase, wild), HEART, QUALITY, DECLARED)
     others = np.arange(33) != index
-    without = ingest_free(pushes(phase[others], speed[others]), HEART, QUALITY, DECLARED)
+    without = ingest_pushes(pushes(phase[others], speed[others]), HEART, QUALITY, DECLARED)
     assert seen.rejected["outlier"] == 1
-    np.testing.assert_array_equal(seen.speed_m_s, without.speed_m_s)
+    np.testing.assert_array_equal(seen.speed_m_s[seen.measured], without.speed_m_s)
     np.testing.assert_array_equal(seen.relative_se, without.relative_se)
 
 
@@ -142,6 +140,6 @@ def test_recordings_of_the_model_itself_lose_one_point_in_five_hundred_at_most()
         known = fresh_subject(number, fresh, 1, "neighbours")
         asked, made = known.model.recording, record_fresh(known, OWN, fresh, 1, "neighbours").recordings[0]
         model, _ = record_pushes(number, (60, 60), fresh, 1, "neighbours")
-        lost += [len(asked.phase) - len(made.phase), 60 - len(model.cell)]
+        lost += [len(asked.phase) - len(made.phase), 60 - len(model.recording.phase)]
         total += [len(asked.phase), 60]
     assert (lost <= total / 500).all()

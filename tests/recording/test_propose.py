@@ -16,7 +16,6 @@ from scipy.io import savemat
 
 from swesbi.__main__ import main
 from swesbi.recording.cohort.recording_file import layout_of
-from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.reader import read_samples
 from swesbi.recording.tables.columns import MEASURED, MODULUS, SHEAR_MODULUS, SPEED, STANDARD_ERROR, TIME
 from swesbi.recording.tables.propose import as_yaml, proposal_for, propose
@@ -83,9 +82,9 @@ def test_the_proposal_reads_a_free_running_table(
     assert ("noise: { cv_fraction: 0.1" in shown) is not errors
     assert "# Read as free-running" in shown and "first_phase" not in shown
     layout = layout_of(yaml.safe_load(shown), tmp_path / "recording.yaml")
-    found, twin = read_free_samples(path, 1000.0, layout), tmp_path / "twin.csv"
+    found, twin = free_case.pushes(path, layout), tmp_path / "twin.csv"
     train.to_csv(twin, index=False)
-    known = read_free_samples(twin, 1000.0)
+    known = free_case.pushes(twin)
     for name in ("time_ms", "rr_ms", "beat", "speed_m_s", "fit_r2"):
         np.testing.assert_allclose(getattr(found, name), getattr(known, name), rtol=1e-12)
 

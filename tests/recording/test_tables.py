@@ -22,7 +22,6 @@ from swesbi.__main__ import main
 from swesbi.artefacts import load
 from swesbi.recording.cohort.recording_file import layout_of
 from swesbi.recording.cohort.subjects import read_subject_table, read_subjects
-from swesbi.recording.free_samples import read_free_samples
 from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
@@ -332,7 +331,7 @@ def test_standard_errors_are_converted(tmp_path: Path, unit: str) -> None:
     errors = {"%": 10.0 + 0.0 * speed, "kPa": 0.2 * 3.0 * speed**2, "cm/s": 10.0 * speed}[unit]
     train.assign(**{f"SE ({unit})": errors}).to_csv(tmp_path / "S.csv", index=False)
     layout = layout_of({"columns": {"se_m_s": f"SE ({unit})"}}, tmp_path)
-    samples = read_free_samples(tmp_path / "S.csv", 1000.0, layout)
+    samples = free_case.pushes(tmp_path / "S.csv", layout)
     np.testing.assert_allclose(samples.se_m_s, 0.1 * samples.speed_m_s, rtol=1e-9)
 
 
@@ -348,7 +347,7 @@ def test_pushes_soon_after_the_r_peak_are_read_where_their_unit_is_stated(
     other = soon.assign(time_ms=factor * soon[TIME]).rename(columns={TIME: name})
     other.to_csv(tmp_path / "S.csv", index=False)
     mapped = {} if name == TIME else {"columns": {TIME: name}}
-    found = free_case.observed(tmp_path / "S.csv", layout_of({**mapped, **said}, tmp_path))
+    found = free_case.pushes(tmp_path / "S.csv", layout_of({**mapped, **said}, tmp_path))
     assert 5.0 < found.time_ms.max() < 110.0
     assert set(np.round(found.time_ms, 6)) <= set(np.round(soon[TIME], 6))
     soon.to_csv(tmp_path / "S.csv", index=False)

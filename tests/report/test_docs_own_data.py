@@ -79,7 +79,7 @@ def test_the_mapping_of_the_page_reads_the_table_of_another_tool(
     for patient, seed in {"S-103": 3, "S-104": 4}.items():
         samples = read_samples(tmp_path / "tool.csv", PHASES, 1000.0, layout, patient)
         np.testing.assert_allclose(samples.speed_m_s, recording(seed)["shear_wave_speed_m_s"])
-        np.testing.assert_allclose(samples.trigger_delay_ms, recording(seed)["trigger_delay_ms"])
+        np.testing.assert_allclose(samples.time_ms, recording(seed)["trigger_delay_ms"])
     assert main(["template", "--like", "tool.csv"]) == 0
     shown = capsys.readouterr().out
     proposed = yaml.safe_load(shown)

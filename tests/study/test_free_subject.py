@@ -12,23 +12,22 @@ import pytest
 import speed_case
 from study_copy import ROOT
 
-from swesbi.answers.free import FreeRecording
+from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.artefacts import Origin, save, to_groups
 from swesbi.config.read import ConfigError, overlay, read_merged
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
-from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
-from swesbi.recording.cohort.checked import CheckedFree
-from swesbi.recording.free_observation import KIND, FreeObservation, ingest_free
-from swesbi.recording.free_samples import read_free_samples
+from swesbi.recording.observation import KIND
+from swesbi.recording.phases import cells_of
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.pushes import ingest_pushes
 from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched
 from swesbi.study.finished import FinishedPopulation, FinishedStudy
 from swesbi.study.observing import observe
@@ -47,6 +46,7 @@ def as_pushes(gated: SpeedRecording, repeats: int, seed: int = 1) -> SpeedRecord
         speed_m_s=(gated.speed_m_s[:, None] * np.exp(apart)).ravel(),
         relative_se=np.repeat(gated.relative_se * np.sqrt(repeats), repeats),
         shared=np.empty((repeats * len(gated.phase), 0)),
+        cell=np.repeat(np.arange(len(gated.phase)), repeats),
     )
 
 
@@ -55,7 +55,7 @@ def test_a_gated_recording_as_pushes_has_its_gated_posterior() -> None:
     """Quantiles agree within Monte Carlo error, from the prior on and from a fitted proposal."""
     gated = speed_case.model()
     pushes = replace(gated, recording=as_pushes(gated.recording, 3))
-    free = exact_posterior(FreeModel(pushes, np.repeat(np.arange(20), 3), 0.0), None, SETTINGS, 3)[0]
+    free = exact_posterior(pushes, None, SETTINGS, 3)[0]
     assert free.converged
     weighted = exact_case.weigh(gated, exact_case.fitted(gated), 8000, 0.1, 5)
     known = resample(weighted, 4000, np.random.default_rng(6))
@@ -78,17 +78,17 @@ def test_intervals_cover_what_made_the_recording() -> None:
     for index in range(40):
         phase = np.sort(rng.random(25))
         ones = np.ones(25)
-        recording = replace(
-            blank.recording, phase=phase, speed_m_s=ones, relative_se=0.1 * ones, shared=np.empty((25, 0))
+        recording = SpeedRecording(
+            blank.recording.context, phase, ones, 0.1 * ones, np.empty((25, 0)), cells_of(phase, 20), 0.8
         )
-        model = FreeModel(replace(blank, recording=recording), (20 * phase).astype(np.int64), 0.8)
+        model = replace(blank, recording=recording)
         phi = draw_prior(model.settings.prior, 1, rng)
-        wider = replace(recording, relative_se=recording.relative_se * np.exp(0.8 * rng.standard_normal()))
-        known = replace(model, model=replace(model.model, recording=wider), noise_log_sd=0.0)
-        speed = known.draw_speeds(model.model.predict(phi), rng)[0]
+        wider = recording.relative_se * np.exp(0.8 * rng.standard_normal())
+        known = replace(model, recording=replace(recording, relative_se=wider, errors_log_sd=0.0))
+        speed = known.draw_speeds(model.predict(phi), rng)[0]
         if not np.isfinite(speed).all():
             continue
-        seen = replace(model, model=replace(model.model, recording=replace(recording, speed_m_s=speed)))
+        seen = replace(model, recording=replace(recording, speed_m_s=speed))
         for last in adaptive_rounds(seen, SETTINGS, index):
             weighted = last.weighted
         draws = resample(weighted, 2000, rng)
@@ -118,10 +118,9 @@ def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: St
     }
     assert [one["recording"]["phases"] for one in phases.values()] == [20, 24]
     observed = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
-    assert [isinstance(one, CheckedFree) for one in observed] == [False, False, True]
+    assert [one.observation.is_gated for one in observed] == [True, True, False]
     last = observed[2].observation
-    assert isinstance(last, FreeObservation)
-    assert (last.noise_source, last.noise_log_sd) == ("declared", 0.3)
+    assert (last.errors_from, last.errors_log_sd) == ("declared", 0.3)
 
 
 def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
@@ -134,7 +133,7 @@ def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
     experiments = asked.answering_experiments
     assert len(experiments) > 1
     read = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
-    assert [isinstance(one, CheckedFree) for one in read] == [False, False, True]
+    assert [one.observation.is_gated for one in read] == [True, True, False]
     assert Answerer(asked, experiments, "")._network("S-3", free=True)[0] == population
     table = asked.new_cohort / "subjects.csv"
     table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,2.2"))
@@ -172,10 +171,9 @@ def test_a_study_on_a_cohort_with_a_protocol_of_one_recording_is_refused(asked: 
         load_study(plain)
 
 
-def recording_of(asked: Study, subject: str) -> FreeRecording:
+def recording_of(asked: Study, subject: str) -> ModelledRecording:
     observed = observe(asked, subject).observation
-    assert isinstance(observed, FreeObservation)
-    return FreeRecording(observed, FreeModel(speed_case.model(), observed.cell, 0.0))
+    return modelled_pushes(observed, speed_case.settings())
 
 
 def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: Path) -> None:
@@ -184,7 +182,7 @@ def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: P
     path = asked.new_cohort / "swe" / "S-3.csv"
     context = asked.new_rows["S-3"].to_context()
     declared = asked.said_of_new("S-3").file.noise
-    seen = ingest_free(read_free_samples(path, 1000.0), context, asked.config.recording, declared)
+    seen = ingest_pushes(free_case.pushes(path), context, asked.config.recording, declared)
     made = Origin(1, "S-3", "0" * 64).provenance(KIND, declared)
     save(folder / "observation.h5", to_groups(seen), made)
     check_untouched(folder, recording_of(asked, "S-3"))
@@ -199,7 +197,8 @@ def test_residuals_that_no_heart_makes_have_a_small_p_value() -> None:
     rng = np.random.default_rng(0)
 
     def p_value(of: SpeedModel, errors_log_sd: float) -> float:
-        chi_squared = FreeModel(of, np.arange(20), errors_log_sd).chi_squared(predicted, rng)
+        pushes = replace(of.recording, cell=np.arange(20), errors_log_sd=errors_log_sd)
+        chi_squared = replace(of, recording=pushes).chi_squared(predicted, rng)
         return residuals_p_value(chi_squared, 20)
 
     assert p_value(gated, 0.0) > 0.05

@@ -27,8 +27,8 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import TOLD_NAMES
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.components import repeat_levels
-from swesbi.recording.free_observation import read_free_observation
 from swesbi.recording.noise import compare_noise
+from swesbi.recording.observation import read_observation
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study import other_network
 from swesbi.verdict.context import nearest_known, outside, refusal
@@ -259,8 +259,8 @@ def strangers(folder: Path, shipped: Path) -> Path:
     (folder / "subjects.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (folder / "recording.yaml").write_text(ungrouped(shipped), encoding="utf-8")
     (folder / "swe" / "C.csv").write_bytes((shipped / "swe" / "C.csv").read_bytes())
-    pushes = free_case.train(3).iloc[::4]
-    for name, table in {"T1": pushes, "T2": free_case.train(2, lost=1.0), "T3": pushes}.items():
+    pushes = {"T1": free_case.train(3).iloc[::4], "T3": free_case.train(8).iloc[::4]}
+    for name, table in {**pushes, "T2": free_case.train(2, lost=1.0)}.items():
         table.to_csv(folder / "swe" / f"{name}.csv", index=False)
     (folder / "swe" / "T4.csv").write_text(free_case.MITRAL_WAVES, encoding="utf-8")
     for name in volumes_ml_and_septum_cm:
@@ -307,7 +307,7 @@ def check_free(out: Path) -> None:
     posterior = read_exact_posterior(out / "posterior.h5")
     assert posterior.converged
     assert verdict["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
-    assert read_free_observation(out / "observation.h5").noise_source == "declared"
+    assert read_observation(out / "observation.h5").errors_from == "declared"
     check = read_free_predictive(out / "predictive.h5")
     assert check.coverage >= 0.6
     assert (check.posterior.high - check.posterior.low).mean() < (check.prior.high - check.prior.low).mean()

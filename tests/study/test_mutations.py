@@ -164,8 +164,8 @@ CONTROLS = (
     ),
     Mutation(
         "another local in the likelihood",
-        "total = standardise(predicted, recording, discrepancy).log_density",
-        "found = standardise(predicted, recording, discrepancy)\n    total = found.log_density",
+        "total = logsumexp(log_joint(predicted, recording, discrepancy), axis=0)",
+        "found = log_joint(predicted, recording, discrepancy)\n    total = logsumexp(found, axis=0)",
         (EXACT_OF_A,),
         "",
     ),

@@ -16,8 +16,8 @@ import yaml
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
-from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.recording import ModelledRecording
 from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.refusals import context_refusal
 from swesbi.config.study import Study, load_study
@@ -193,7 +193,7 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
 def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Path) -> None:
     observed = observe(study, GOOD)
     assert isinstance(observed, Checked)
-    good = GatedRecording(observed.observation, speed_case.model())
+    good = ModelledRecording(observed.observation, speed_case.model())
     check_untouched(tmp_path / "nowhere", good)
     (tmp_path / "mine").mkdir()
     check_untouched(tmp_path / "mine", good)

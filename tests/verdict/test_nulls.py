@@ -78,6 +78,13 @@ def test_null_recordings_of_another_kind_of_errors_are_no_null() -> None:
         nearest(known, 30, declared=True)
 
 
+def test_more_speeds_than_any_null_recording_has_are_said() -> None:
+    null, own = made(400, 4), rows_of(made(1, 5), np.array([0]))
+    far = by_nulls(null, replace(own, points=np.array([1000])), RULE).beyond
+    assert far.startswith("among null recordings of ") and far.endswith("speeds, as none has its 1000")
+    assert by_nulls(null, replace(own, points=null.points[:1]), RULE).beyond == ""
+
+
 @pytest.mark.parametrize("found", ["residuals", "boundary_mass"])
 def test_what_no_null_recording_shows_contradicts_the_model(found: str) -> None:
     null, own = made(1200, 4), rows_of(made(1, 5), np.array([0]))

@@ -30,8 +30,8 @@ def test_they_are_free_running_and_can_be_used() -> None:
     config = speed_case.shipped()
     report = examine_cohort(SHIPPED, config.recording, config.measurement.grid_points)
     assert [str(problem) for problem in report.problems] == []
-    assert len(report.free) == 8
-    assert {one.observation.noise_source for one in report.free} == {"declared"}
+    assert len(report.free_running) == 8
+    assert {one.observation.errors_from for one in report.subjects} == {"declared"}
     trains = pd.concat([pd.read_csv(path) for path in sorted((SHIPPED / "swe").glob("*.csv"))])
     lost = (trains["status"] == "no_wave").mean()
     assert abs(lost - 0.46) < 3.5 * np.sqrt(0.25 / len(trains))

@@ -171,6 +171,7 @@ const kw = (values) => new Keywords(values);
 // --- builtins
 
 function oneByOne(work, items) { for (const item of items) work(item); } // of `in_threads`: a page has one
+function gatedAlone() { throw new Error("the page has gated recordings alone"); } // of what pushes ask for
 function each(a) { return a instanceof Map ? [...a.keys()] : [...a]; } // of a dictionary its keys, as Python goes through it
 
 Object.assign(py, {

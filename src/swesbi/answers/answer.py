@@ -11,10 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from swesbi.answers.free import FreeRecording
-from swesbi.answers.gated import GatedRecording
 from swesbi.answers.kept import PriorBeside, Shown, prior_beside
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.clinical import ClinicalModel
@@ -31,7 +30,6 @@ from swesbi.verdict.contraction import contractions
 from swesbi.verdict.verdict import Verdict
 
 LOGGER: Final = logging.getLogger("swesbi")
-Recording = GatedRecording | FreeRecording
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class Answer:
         with_pressures: The posterior with the pressures of a cuff; None where none were taken.
     """
 
-    recording: Recording
+    recording: ModelledRecording
     posterior: ExactPosterior
     verdict: Verdict
     told: Mapping[str, FloatArray]
@@ -56,7 +54,7 @@ class Answer:
 
 
 def answered(
-    recording: Recording,
+    recording: ModelledRecording,
     knowledge: Knowledge,
     settings: AnswerSettings,
     seed: int,
@@ -76,9 +74,9 @@ def answered(
         ValueError: The network takes no such recording, or null distributions are missing.
     """
     exact, efficiency = inferred(recording, knowledge, settings, seed)
-    beats = recording.speeds.simulate(exact.phi)
-    after = told(recording.speeds, exact.phi, beats)
-    before = prior_beside(recording.speeds, settings, seed, recording.stream)
+    beats = recording.model.simulate(exact.phi)
+    after = told(recording.model, exact.phi, beats)
+    before = prior_beside(recording.model, settings, seed, recording.stream)
     judged = recording.judged(exact, beats, efficiency, knowledge, settings, seed)
     verdict = contractions(after, before.told, settings.uninformative).beside(judged)
     subject, found = recording.observation.subject, None
@@ -100,14 +98,14 @@ def shown_of(answer: Answer, settings: AnswerSettings, seed: int) -> Shown:
 
 
 def inferred(
-    recording: Recording, knowledge: Knowledge, settings: AnswerSettings, seed: int
+    recording: ModelledRecording, knowledge: Knowledge, settings: AnswerSettings, seed: int
 ) -> tuple[ExactPosterior, tuple[float, ...]]:
     """Return the exact posterior of a recording, and the efficiency after each round.
 
     Raises:
         As of :func:`answered`.
     """
-    network, subject = recording.proposal(knowledge), recording.observation.subject
+    network, subject = knowledge.proposal(recording.model.recording), recording.observation.subject
     sizes, stream = settings.exact_posterior.exact, recording.stream
     exact, efficiency = exact_posterior(HeartModel(recording.model), network, sizes, seed, stream, subject)
     log_certificate(subject, exact)

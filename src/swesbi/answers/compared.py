@@ -11,7 +11,6 @@ from typing import Final
 import numpy as np
 
 from swesbi.answers.answer import Answer
-from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import Knowledge
 from swesbi.artefacts import Origin, save, to_groups
 from swesbi.artefacts.csv import write_csv
@@ -73,8 +72,7 @@ def save_change(
         NoLikelihoodError: No draw of both visits has a likelihood.
         ArtefactError: A file cannot be written.
     """
-    recordings = [_gated(answer) for answer in answers]
-    observed, models = [each.observation for each in recordings], [each.model for each in recordings]
+    observed, models = [answer.recording.observation for answer in answers], list(map(_gated_model, answers))
     check_protocols(observed, settings.visits)
     own = [
         own_posterior(answer.posterior, knowledge.space(model))
@@ -99,9 +97,9 @@ def save_change(
     return stored
 
 
-def _gated(answer: Answer) -> GatedRecording:
-    if isinstance(answer.recording, GatedRecording):
-        return answer.recording
+def _gated_model(answer: Answer) -> SpeedModel:
+    if isinstance(answer.recording.model, SpeedModel):
+        return answer.recording.model
     subject = answer.recording.observation.subject
     raise ValueError(f"{subject} is free-running: visits are compared phase by phase, so both must be gated")
 

@@ -9,11 +9,10 @@ from typing import Final
 
 from swesbi.artefacts.files import stated_checksum
 from swesbi.context import Context
-from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal, free_proposal
+from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.posterior.space import LogitSpace, Space
 from swesbi.recording.observation import read_observation
 from swesbi.verdict.context import nearest_known
@@ -45,8 +44,12 @@ class Knowledge:
     nulls: NullRecordings | None = None
     made_from: tuple[str, ...] = ()
 
-    def of_phases(self, recording: SpeedRecording) -> FlowProposal | None:
-        """Return the network's posterior of a gated recording."""
+    def proposal(self, recording: SpeedRecording) -> FlowProposal | None:
+        """Return the network's posterior of a recording; None where there is no network.
+
+        Raises:
+            ValueError: It is one of pushes, and the network knows the phases of its own subjects alone.
+        """
         if self.flow is None:
             return None
         known = nearest_known(recording.context, self.trained) if self.trained else recording.context
@@ -54,15 +57,7 @@ class Knowledge:
 
     def space(self, model: SpeedModel) -> Space:
         """Return the space in which the posterior of a gated recording's heart is nearest to normal."""
-        return self.of_phases(model.recording) or LogitSpace(model.settings.prior.simulated)
-
-    def of_pushes(self, model: FreeModel) -> FlowProposal | None:
-        """Return the network's posterior of a free-running recording.
-
-        Raises:
-            ValueError: The network was trained on recordings of known phases alone.
-        """
-        return None if self.flow is None else free_proposal(self.flow, model)
+        return self.proposal(model.recording) or LogitSpace(model.settings.prior.simulated)
 
 
 def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:

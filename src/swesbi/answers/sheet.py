@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from swesbi.answers.answer import Answer, Recording
+from swesbi.answers.answer import Answer
 from swesbi.answers.kept import Shown
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import ShownSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
@@ -41,7 +42,7 @@ def _rows(told: Mapping[str, FloatArray]) -> FloatArray:
     return np.asarray(values[np.isfinite(values).all(axis=1)])
 
 
-def _more(recording: Recording, exact: ExactPosterior, settings: ShownSettings) -> MoreRepeats | None:
+def _more(recording: ModelledRecording, exact: ExactPosterior, settings: ShownSettings) -> MoreRepeats | None:
     """Return what more repeats would buy, by draws spread over those of the posterior.
 
     None of a posterior that has not converged, whose widths mean nothing.
@@ -49,4 +50,4 @@ def _more(recording: Recording, exact: ExactPosterior, settings: ShownSettings) 
     if not exact.converged:
         return None
     rows = np.linspace(0, len(exact.phi) - 1, min(settings.draws, len(exact.phi))).astype(np.int64)
-    return more_repeats(recording.speeds, recording.cells, exact.phi[rows], settings.difference_step)
+    return more_repeats(recording.model, exact.phi[rows], settings.difference_step)

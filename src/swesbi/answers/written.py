@@ -9,8 +9,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.answer import Answer, Recording, shown_of
+from swesbi.answers.answer import Answer, shown_of
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import OneAnswerSettings, PressuresSettings
 from swesbi.answers.sheet import sheet_of
 from swesbi.artefacts import ArtefactError, Origin, save, write_json
@@ -40,7 +41,7 @@ NOTES: Final = "notes"
 
 
 def made_from(
-    recording: Recording,
+    recording: ModelledRecording,
     knowledge: Knowledge,
     settings: OneAnswerSettings,
     origin: Origin,
@@ -56,7 +57,7 @@ def made_from(
         "tests": [asdict(test) for test in recording.tests],
     }
     digest = sha256(json.dumps(said, sort_keys=True).encode())
-    errors = recording.speeds.recording
+    errors = recording.model.recording
     observed = [
         values for group in recording.observed().groups.values() for values in group.variables.values()
     ]

@@ -14,12 +14,14 @@ class Progress:
     """Counts steps of long work and logs a line at most every ``every_s`` seconds, and at the end.
 
     Example: ``progress = Progress("cmaes A", total=10, unit="run")``, then ``progress.step()`` after each.
+    Work of ``at_most`` so many steps may end earlier, so nothing is said of the time that is left.
     """
 
     label: str
     total: int
     unit: str = "step"
     every_s: float = 5.0
+    at_most: bool = False
     done: int = 0
     _start: float = field(default_factory=time.monotonic)
     _last: float = field(default_factory=time.monotonic)
@@ -37,7 +39,7 @@ class Progress:
 
     def _line(self, now: float, first: int, first_at: float, note: str) -> str:
         timing = f"{now - self._start:.0f} s"
-        if first < self.done < self.total:
+        if first < self.done < self.total and not self.at_most:
             left_s = (now - first_at) * (self.total - self.done) / (self.done - first)
             timing += f", about {left_s:.0f} s left"
         return f"{self.label}: {self.unit} {self.done}/{self.total} ({timing}){' ' + note if note else ''}"

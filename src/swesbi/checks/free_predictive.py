@@ -11,7 +11,7 @@ import numpy as np
 from swesbi.artefacts import Part, Variable, from_groups, load, register, schema_of
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.scores import Band, band, coverage
-from swesbi.measurement.instants import FreeModel
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.recording.phases import analysis_grid
 from swesbi.recording.speed import youngs_modulus_kpa
@@ -37,7 +37,7 @@ class FreePredictiveCheck:
 
 
 def check_pushes(
-    model: FreeModel,
+    model: SpeedModel,
     phi: FloatArray,
     prior_phi: FloatArray,
     interval: float,
@@ -54,7 +54,7 @@ def check_pushes(
         grid_points: Points of the grid.
         rng: Draws the errors.
     """
-    recording, density = model.model.recording, model.settings.density_kg_m3
+    recording, density = model.recording, model.settings.density_kg_m3
     grid = analysis_grid(grid_points)
     curves, predicted = _predicted(model, phi, grid)
     prior, _ = _predicted(model, prior_phi, grid)
@@ -74,12 +74,11 @@ def check_pushes(
 
 
 def _predicted(
-    model: FreeModel, phi: FloatArray, grid: FloatArray
+    model: SpeedModel, phi: FloatArray, grid: FloatArray
 ) -> tuple[PredictedSpeeds, PredictedSpeeds]:
     """Return the log speeds of the draws that can be simulated, on the grid and at the pushes."""
-    plain = model.model
-    beats = plain.simulate(phi)
-    on_grid = replace(plain, recording=replace(plain.recording, phase=grid)).predict_from(phi, beats)
+    beats = model.simulate(phi)
+    on_grid = replace(model, recording=replace(model.recording, phase=grid)).predict_from(phi, beats)
     pushes = model.predict_from(phi, beats)
     good = np.flatnonzero(np.isfinite(pushes.log_speed).all(axis=1))
     return on_grid.rows(good), pushes.rows(good)

@@ -1,4 +1,4 @@
-"""The likelihood of speeds at any instants of the cycle, which share what the model misses.
+"""The errors of speeds at any instants of the cycle, which share what the model misses.
 
 Pushes lie at instants s_i, several of them as near to one another as one likes, so what the model misses is
 not drawn anew for each. It is one in a cell of the cycle, as it is one at a gated phase: with log c(s) the
@@ -27,11 +27,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.heart.simulate import Beats
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.measurement.shared_error import Errors, Innovations
-from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, WallPhases
-from swesbi.recording.free_observation import FreeObservation
+from swesbi.measurement.shared_error import Innovations
 
 WIDEST_STEP: Final = 0.25
 NEWTON_STEPS: Final = 8
@@ -54,7 +50,7 @@ def cell_innovations(
     Args:
         distance: Data less their means; shape (n, p).
         slope: d log c / ds of each row; shape (n, p).
-        se: Standard deviations of the own errors; shape (n, p).
+        se: Standard deviations of the own errors; shape (p,).
         cell: Cell of each datum, those of one side by side; shape (p,).
         speed_fraction: delta.
         timing_cycle: tau.
@@ -68,12 +64,117 @@ def cell_innovations(
         timing = timing_cycle * slope[:, i]
         gain_n = var_n * speed_fraction + cross * timing
         gain_m = cross * speed_fraction + var_m * timing
-        sd[:, i] = np.sqrt(se[:, i] ** 2 + speed_fraction * gain_n + timing * gain_m)
+        sd[:, i] = np.sqrt(se[i] ** 2 + speed_fraction * gain_n + timing * gain_m)
         z[:, i] = (distance[:, i] - speed_fraction * mean_n - timing * mean_m) / sd[:, i]
         gain_n, gain_m = gain_n / sd[:, i], gain_m / sd[:, i]
         mean_n, mean_m = mean_n + gain_n * z[:, i], mean_m + gain_m * z[:, i]
         var_n, var_m, cross = var_n - gain_n**2, var_m - gain_m**2, cross - gain_n * gain_m
     return Innovations(z, sd)
+
+
+@dataclass(frozen=True)
+class CellSums:
+    """What n rows of p data are to the normal density of c cells, whatever the factor of the own errors.
+
+    With D = diag(se^2), U = (delta 1, tau f) and distances d of the data of a cell, its covariance is
+    C = lambda^2 D + U U^T, and with A = U^T D^-1 U, b = U^T D^-1 d (Woodbury)
+
+        d^T C^-1 d = (d^T D^-1 d - b^T (lambda^2 + A)^-1 b) / lambda^2,
+        det C = lambda^(2 p) det D det(1 + A / lambda^2).
+
+    Attributes:
+        level, cross, timing: The entries of A; (c,), (n, c) and (n, c).
+        by_level, by_timing: Those of b; (n, c) each.
+        squares: d^T D^-1 d over all cells; (n,).
+        log_det: log det D over all cells.
+        data: p.
+    """
+
+    level: FloatArray
+    cross: FloatArray
+    timing: FloatArray
+    by_level: FloatArray
+    by_timing: FloatArray
+    squares: FloatArray
+    log_det: float
+    data: int
+
+    def chi_squared(self, factor: FloatArray | float = 1.0) -> FloatArray:
+        """Return d^T C^-1 d of all cells, errors times a factor of all rows or of each, (n,); shape (n,)."""
+        return self._parts(factor)[0]
+
+    def log_density(self, factor: FloatArray | float = 1.0) -> FloatArray:
+        """Return log N(d; 0, C) of all cells; shape (n,)."""
+        chi_squared, log_det = self._parts(factor)
+        return np.asarray(-0.5 * (chi_squared + log_det + self.data * np.log(2.0 * np.pi)))
+
+    def _parts(self, factor: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+        """Return d^T C^-1 d and log det C; (n,) each."""
+        square = np.reshape(factor, (-1, 1)) ** 2.0
+        level, timing = self.level + square, self.timing + square
+        det = level * timing - self.cross**2
+        explained = self.by_level**2 * timing + self.by_timing**2 * level
+        explained = (explained - 2.0 * self.by_level * self.by_timing * self.cross) / det
+        log_square = np.log(square)
+        chi_squared = (self.squares - explained.sum(axis=1)) / square[:, 0]
+        log_det = self.log_det + self.data * log_square[:, 0] + (np.log(det) - 2.0 * log_square).sum(axis=1)
+        return np.asarray(chi_squared), np.asarray(log_det)
+
+
+def cell_sums(
+    distance: FloatArray,
+    slope: FloatArray,
+    se: FloatArray,
+    cell: IntArray,
+    speed_fraction: float,
+    timing_cycle: float,
+) -> CellSums:
+    """Return the sums of n rows of p data; arguments of ``cell_innovations``."""
+    weight = se**-2.0
+    by_distance, by_slope = weight * distance, weight * slope
+    return CellSums(
+        level=speed_fraction**2 * over_cells(weight, cell),
+        cross=speed_fraction * timing_cycle * over_cells(by_slope, cell),
+        timing=timing_cycle**2 * over_cells(by_slope * slope, cell),
+        by_level=speed_fraction * over_cells(by_distance, cell),
+        by_timing=timing_cycle * over_cells(by_distance * slope, cell),
+        squares=(by_distance * distance).sum(axis=1),
+        log_det=2.0 * float(np.log(se).sum()),
+        data=len(cell),
+    )
+
+
+def over_cells(values: FloatArray, cell: IntArray, axis: int = -1) -> FloatArray:
+    """Return the sums of data over each cell, those of one side by side."""
+    return np.asarray(np.add.reduceat(values, np.flatnonzero(np.diff(cell, prepend=-1)), axis=axis))
+
+
+@dataclass(frozen=True)
+class CellErrors:
+    """Errors of n rows of p data with the covariance diag(s^2) + delta^2 1 1^T in each cell.
+
+    Attributes:
+        sd: Standard deviations s of the own errors; shape (n, p).
+        cell: Cell of each datum, those of one side by side; shape (p,).
+        speed_fraction: delta.
+    """
+
+    sd: FloatArray
+    cell: IntArray
+    speed_fraction: float
+
+    def times(self, factor: float) -> CellErrors:
+        """Return the same errors times a factor."""
+        return CellErrors(factor * self.sd, self.cell, factor * self.speed_fraction)
+
+    def solve(self, values: FloatArray) -> FloatArray:
+        """Return C^-1 B of values B (n, p, k) by Woodbury's identity; shape (n, p, k)."""
+        own = self.sd**-2.0
+        by_own = own[:, :, None] * values
+        share = self.speed_fraction**2 / (1.0 + self.speed_fraction**2 * over_cells(own, self.cell))
+        shared = share[:, :, None] * over_cells(by_own, self.cell, axis=1)
+        _, place = np.unique(self.cell, return_inverse=True)
+        return np.asarray(by_own - own[:, :, None] * shared[:, place])
 
 
 def error_factors(log_sd: float, pushes: int) -> tuple[FloatArray, FloatArray]:
@@ -114,131 +215,3 @@ def likeliest_factor(chi_squared: FloatArray, pushes: int, log_sd: float) -> Flo
         misfit = chi_squared * np.exp(-2.0 * u)
         u = np.minimum(u - (pushes - misfit + u / log_sd**2) / (2.0 * misfit + log_sd**-2), REACH * log_sd)
     return np.asarray(np.exp(u))
-
-
-@dataclass(frozen=True)
-class FreeModel:
-    """A free-running recording under the settings of an experiment on speeds.
-
-    Attributes:
-        model: What predicts the speeds at the instants of its p pushes; their errors are its own likelihood's
-            alone where no two share a cell.
-        cell: Cell of each push; shape (p,).
-        noise_log_sd: v, of the factor of all errors; 0 where they are known.
-    """
-
-    model: SpeedModel
-    cell: IntArray
-    noise_log_sd: float
-
-    @property
-    def settings(self) -> SpeedModelSettings:
-        """The settings of the model, its prior among them."""
-        return self.model.settings
-
-    @property
-    def recording(self) -> SpeedRecording:
-        """Its speeds and errors."""
-        return self.model.recording
-
-    def predict(self, phi: FloatArray) -> PredictedSpeeds:
-        """Return the noiseless log speeds of phi (n, d), and their slopes; (n, p), NaN where it failed."""
-        return self.model.predict(phi)
-
-    def predict_from(self, phi: FloatArray, beats: Beats) -> PredictedSpeeds:
-        """Return the same from simulated beats of phi."""
-        return self.model.predict_from(phi, beats)
-
-    def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
-        return self.log_likelihood_of(self.predict(phi))
-
-    def log_likelihood_of(self, predicted: PredictedSpeeds) -> FloatArray:
-        """Return the same of predicted speeds."""
-        total = logsumexp(self.log_joint(predicted), axis=0)
-        return np.where(np.isnan(total), -np.inf, total)
-
-    def standardised(self, phi: FloatArray) -> FloatArray:
-        """Return residuals of phi (n, d) by the median of the errors' factor; (n, p), NaN: failed."""
-        return self.standardised_of(self.predict(phi))
-
-    def standardised_of(self, predicted: PredictedSpeeds) -> FloatArray:
-        """Return the same of predicted speeds."""
-        return self.innovations(predicted).z
-
-    def wall(self, phi: FloatArray) -> WallPhases:
-        """Simulate phi (n, d) and return its wall at the instants; NaN where it failed."""
-        return self.model.wall(phi)
-
-    def predict_at(self, phi: FloatArray, wall: WallPhases) -> PredictedSpeeds:
-        """Return the noiseless log speeds of simulations of phi (n, d) taken at the instants."""
-        return self.model.predict_at(phi, wall)
-
-    def errors_of(self, predicted: PredictedSpeeds) -> Errors:
-        """Return the errors of the log speeds about n predictions, by their likeliest factor; NaN: failed."""
-        missed, se = self.settings.discrepancy, self.recording.relative_se
-        likeliest = likeliest_factor(
-            self.innovations(predicted).chi_squared, len(self.cell), self.noise_log_sd
-        )
-        sd = np.hypot(likeliest[:, None] * se, missed.timing_cycle * predicted.slope)
-        return Errors(sd, missed.speed_fraction * (self.cell[:, None] == np.unique(self.cell)))
-
-    def log_joint(self, predicted: PredictedSpeeds) -> FloatArray:
-        """Return log p(speeds | phi, lambda_k) with the log weight of the node lambda_k; shape (k, n)."""
-        factors, log_weight = error_factors(self.noise_log_sd, len(self.cell))
-        rows = [self.innovations(predicted, factor).log_density for factor in factors]
-        return np.stack(rows) + log_weight[:, None]
-
-    def draw_factor(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
-        """Draw the factor of the errors given the recording and each of n simulations; shape (n,)."""
-        factors, _ = error_factors(self.noise_log_sd, len(self.cell))
-        joint = self.log_joint(predicted)
-        below = np.cumsum(np.exp(joint - logsumexp(joint, axis=0)), axis=0) < rng.random(joint.shape[1])
-        return np.asarray(factors[below.sum(axis=0).clip(max=len(factors) - 1)])
-
-    def chi_squared(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
-        """Return the sum of squared residuals of n simulations, each by a drawn factor of errors; (n,)."""
-        return self.innovations(predicted, self.draw_factor(predicted, rng)).chi_squared
-
-    def likeliest_residuals(self, predicted: PredictedSpeeds) -> FloatArray:
-        """Return the standardised residuals of the likeliest of n simulations; (p,)."""
-        best = np.array([int(np.argmax(logsumexp(self.log_joint(predicted), axis=0)))])
-        return np.asarray(self.innovations(predicted.rows(best)).z[0])
-
-    def draw_speeds(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
-        """Draw the speeds (n, p) of new pushes at the recording's instants, one recording of each simulation.
-
-        The factor of the errors is drawn from its posterior, where it is not known; what the model misses is
-        one in each cell, as in the likelihood.
-        """
-        discrepancy, count = self.settings.discrepancy, len(predicted.log_speed)
-        _, place = np.unique(self.cell, return_inverse=True)
-        level, timing = rng.standard_normal((2, count, place.max() + 1))
-        own = rng.standard_normal(predicted.log_speed.shape) * self.model.recording.relative_se
-        missed = discrepancy.speed_fraction * level[:, place]
-        missed = missed + discrepancy.timing_cycle * predicted.slope * timing[:, place]
-        factor = self.draw_factor(predicted, rng)[:, None]
-        return np.asarray(np.exp(predicted.log_speed + missed + factor * own))
-
-    def innovations(self, predicted: PredictedSpeeds, factor: FloatArray | float = 1.0) -> Innovations:
-        """Return the standardised residuals of n simulations, (n, p), errors times a factor of each, (n,)."""
-        recording = self.model.recording
-        distance = np.log(recording.speed_m_s) - predicted.log_speed
-        se = np.reshape(factor, (-1, 1)) * recording.relative_se + np.zeros_like(distance)
-        missed = self.settings.discrepancy
-        return cell_innovations(
-            distance, predicted.slope, se, self.cell, missed.speed_fraction, missed.timing_cycle
-        )
-
-
-def free_model(observed: FreeObservation, settings: SpeedModelSettings) -> FreeModel:
-    """Build the model of a free-running recording.
-
-    Raises:
-        ValueError: A reference beat does not become periodic.
-    """
-    alone = np.empty((len(observed.phase), 0))
-    recording = SpeedRecording(
-        observed.context, observed.phase, observed.speed_m_s, observed.relative_se, alone
-    )
-    return FreeModel(SpeedModel(recording, settings), observed.cell, observed.noise_log_sd)

@@ -1,8 +1,8 @@
 """The likelihood of measured speeds, and reading a subject's recording with it.
 
-Given phi, the log speeds of a recording are normal with covariance diag(s^2) + W W^T: s^2 is the variance of
-what each phase has for itself, noise and discrepancy, and W the factor of what the phases of a sweep share
-(``shared_error``).
+Given phi, the log speeds of a gated recording are normal with covariance diag(s^2) + W W^T: s^2 is the
+variance of what each phase has for itself, noise and discrepancy, and W the factor of what the phases of a
+sweep share (``shared_error``). Pushes share what the model misses in a cell of the cycle (``instants``).
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from swesbi.artefacts import ArtefactError, load
+from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.heart.model import duration_ratio
@@ -22,6 +23,13 @@ from swesbi.heart.physiology import Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate, simulate_active
 from swesbi.measurement import speeds
+from swesbi.measurement.instants import (
+    CellErrors,
+    cell_innovations,
+    cell_sums,
+    error_factors,
+    likeliest_factor,
+)
 from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import (
     PassiveBaseline,
@@ -63,29 +71,52 @@ def log_speed_sd(
 def standardise(
     predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
 ) -> Innovations:
-    """Return log c_obs - log c at the measured phases, each given the phases before it; (n, p)."""
+    """Return log c_obs - log c at the measured points, each given the points before it; (n, p)."""
+    if recording.cell is not None:
+        return cell_innovations(*_of_cells(predicted, recording, discrepancy))
     sd = log_speed_sd(predicted, recording.relative_se, discrepancy)
     return innovations(np.log(recording.speed_m_s) - predicted.log_speed, sd, recording.shared)
+
+
+def _of_cells(
+    predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray, float, float]:
+    """Return what the functions of ``instants`` ask for: distances, slopes, errors, cells, delta and tau."""
+    distance, cell = np.log(recording.speed_m_s) - predicted.log_speed, recording.cells
+    missed = discrepancy.speed_fraction, discrepancy.timing_cycle
+    return distance, predicted.slope, recording.relative_se, cell, *missed
 
 
 def residuals(
     predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
 ) -> FloatArray:
-    """Return residuals at the measured phases that are independent standard normals at the true phi; (n, p).
+    """Return residuals at the measured points that are independent standard normals at the true phi; (n, p).
 
-    They are (log c_obs - log c) / sd, where phases share errors those of each phase given the phases before.
+    They are (log c_obs - log c) / sd, where points share errors those of each point given the points before,
+    and where a factor of all errors is not known those of its prior median.
     """
     return standardise(predicted, recording, discrepancy).z
+
+
+def log_joint(
+    predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
+) -> FloatArray:
+    """Return log p(log c_obs | phi, lambda_k), and the log weight of lambda_k, a factor of errors; (k, n)."""
+    if recording.cell is None:
+        return standardise(predicted, recording, discrepancy).log_density[None]
+    factors, log_weight = error_factors(recording.errors_log_sd, len(recording.phase))
+    sums = cell_sums(*_of_cells(predicted, recording, discrepancy))
+    return np.stack([sums.log_density(factor) for factor in factors]) + log_weight[:, None]
 
 
 def log_likelihood(
     predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
 ) -> FloatArray:
-    """Return log p(log c_obs | phi) of n simulations at the measured phases; shape (n,).
+    """Return log p(log c_obs | phi) of n simulations at the measured points; shape (n,).
 
     Simulations that failed (NaN) have likelihood zero.
     """
-    total = standardise(predicted, recording, discrepancy).log_density
+    total = logsumexp(log_joint(predicted, recording, discrepancy), axis=0)
     return np.where(np.isnan(total), -np.inf, total)
 
 
@@ -206,25 +237,59 @@ class SpeedModel:
         """Return the same of predicted speeds."""
         return residuals(predicted, self.recording, self.settings.discrepancy)
 
-    def errors_of(self, predicted: speeds.PredictedSpeeds) -> Errors:
-        """Return the errors of the log speeds about n predictions; NaN where the simulation failed."""
-        sd = log_speed_sd(predicted, self.recording.relative_se, self.settings.discrepancy)
-        return Errors(sd, self.recording.shared)
+    def errors_of(self, predicted: speeds.PredictedSpeeds) -> Errors | CellErrors:
+        """Return the errors of the log speeds about n predictions; NaN where the simulation failed.
 
-    @property
-    def noise_log_sd(self) -> float:
-        """Prior standard deviation of the log of a factor of all errors: none, they are known."""
-        return 0.0
+        Where a factor of all errors is not known, it is the likeliest of each prediction.
+        """
+        recording, missed = self.recording, self.settings.discrepancy
+        if recording.cell is None:
+            return Errors(log_speed_sd(predicted, recording.relative_se, missed), recording.shared)
+        chi_squared = cell_sums(*_of_cells(predicted, recording, missed)).chi_squared()
+        likeliest = likeliest_factor(chi_squared, len(recording.phase), recording.errors_log_sd)
+        sd = np.hypot(likeliest[:, None] * recording.relative_se, missed.timing_cycle * predicted.slope)
+        return CellErrors(sd, recording.cell, missed.speed_fraction)
+
+    def draw_factor(self, predicted: speeds.PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+        """Draw the factor of the errors given the recording and each of n simulations; shape (n,).
+
+        Nothing is drawn where the errors are known.
+        """
+        if not self.recording.errors_log_sd:
+            return np.ones(len(predicted.log_speed))
+        factors, _ = error_factors(self.recording.errors_log_sd, len(self.recording.phase))
+        joint = log_joint(predicted, self.recording, self.settings.discrepancy)
+        below = np.cumsum(np.exp(joint - logsumexp(joint, axis=0)), axis=0) < rng.random(joint.shape[1])
+        return np.asarray(factors[below.sum(axis=0).clip(max=len(factors) - 1)])
+
+    def draw_speeds(self, predicted: speeds.PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
+        """Draw the speeds (n, p), in m/s, of new recordings at the same points, one of each simulation.
+
+        The factor of the errors is drawn from its posterior, where it is not known; what the model misses is
+        one in each cell, as in the likelihood.
+        """
+        recording, discrepancy = self.recording, self.settings.discrepancy
+        if recording.cell is None:
+            return draw_speeds(predicted, recording.errors, discrepancy, rng)
+        _, place = np.unique(recording.cell, return_inverse=True)
+        level, timing = rng.standard_normal((2, len(predicted.log_speed), place.max() + 1))
+        own = rng.standard_normal(predicted.log_speed.shape) * recording.relative_se
+        missed = discrepancy.speed_fraction * level[:, place]
+        missed = missed + discrepancy.timing_cycle * predicted.slope * timing[:, place]
+        factor = self.draw_factor(predicted, rng)[:, None]
+        return np.asarray(np.exp(predicted.log_speed + missed + factor * own))
 
     def chi_squared(self, predicted: speeds.PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
-        """Return the sum of squared residuals of n simulations; (n,). Nothing is drawn: errors are known."""
-        z = residuals(predicted, self.recording, self.settings.discrepancy)
-        return np.asarray((z**2).sum(axis=1))
+        """Return the sum of squared residuals of n simulations, each by a drawn factor of errors; (n,)."""
+        if self.recording.cell is None:
+            return standardise(predicted, self.recording, self.settings.discrepancy).chi_squared
+        sums = cell_sums(*_of_cells(predicted, self.recording, self.settings.discrepancy))
+        return sums.chi_squared(self.draw_factor(predicted, rng))
 
     def likeliest_residuals(self, predicted: speeds.PredictedSpeeds) -> FloatArray:
         """Return the standardised residuals of the likeliest of n simulations; (p,)."""
-        found = standardise(predicted, self.recording, self.settings.discrepancy)
-        return np.asarray(found.z[int(np.argmax(found.log_density))])
+        best = predicted.rows(np.array([np.argmax(self.log_likelihood_of(predicted))]))
+        return np.asarray(self.standardised_of(best)[0])
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of shape (n,); -inf where the simulation failed."""
@@ -241,9 +306,6 @@ class SpeedModel:
         if inside.any():
             log_prior[inside] += self.log_likelihood(phi[inside])
         return log_prior
-
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,10 @@ class Errors:
     sd: FloatArray
     shared: FloatArray
 
+    def times(self, factor: float) -> Errors:
+        """Return the same errors times a factor."""
+        return Errors(factor * self.sd, factor * self.shared)
+
     def solve(self, values: FloatArray) -> FloatArray:
         """Return C^-1 B of values B (n, p, k) by Woodbury's identity, without C^-1; shape (n, p, k)."""
         own = self.sd[:, :, None] ** -2.0

@@ -11,7 +11,7 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.measurement.operator import active_stiffness_map
 from swesbi.recording.noise import MeanErrors, mean_errors
@@ -25,15 +25,17 @@ LEAST_EXCURSION: Final = 1e-6  # of the stretch; a wall that moves less does not
 
 @dataclass(frozen=True)
 class SpeedRecording:
-    """One recording's measured phases, p of them; missing ones are left out.
+    """The points of one recording at which a speed was measured, p of them: gated phases, or pushes.
 
     Attributes:
         context: The subject's context.
         phase: Measured phases in [0, 1), ascending; shape (p,).
-        speed_m_s: Mean shear-wave speed there; shape (p,).
-        relative_se: Standard error of each mean as a fraction of it, without what it shares; shape (p,).
+        speed_m_s: Mean shear-wave speed there, or the push's; shape (p,).
+        relative_se: Standard error of each as a fraction of it, without what it shares; shape (p,).
         shared: Factor W of the relative errors that the means share, whose covariance is W W^T; shape (p, R),
-            a column for each sweep, R = 0 where repeats are separate.
+            a column for each sweep, R = 0 where repeats are separate, and of pushes.
+        cell: Cell of each push, within which the model has one error; (p,). None: each phase is its own.
+        errors_log_sd: Prior standard deviation of the log of a factor of all errors; 0 where they are known.
     """
 
     context: Context
@@ -41,6 +43,13 @@ class SpeedRecording:
     speed_m_s: FloatArray
     relative_se: FloatArray
     shared: FloatArray
+    cell: IntArray | None = None
+    errors_log_sd: float = 0.0
+
+    @property
+    def cells(self) -> IntArray:
+        """Cell of each point, within which the model has one error: of each phase its own; shape (p,)."""
+        return np.arange(len(self.phase)) if self.cell is None else self.cell
 
     @property
     def errors(self) -> MeanErrors:
@@ -52,7 +61,7 @@ class SpeedRecording:
         of_kept = {
             name: getattr(self, name)[kept] for name in ("phase", "speed_m_s", "relative_se", "shared")
         }
-        return replace(self, **of_kept)
+        return replace(self, **of_kept, cell=None if self.cell is None else self.cell[kept])
 
     @property
     def subject(self) -> str:
@@ -61,23 +70,28 @@ class SpeedRecording:
 
 
 def measured_speeds(observation: Observation, noise: NoiseComponents | None = None) -> SpeedRecording:
-    """Return the measured phases of an observed curve with their speeds and standard errors.
+    """Return the measured points of an observation with their speeds and standard errors.
 
     Args:
-        observation: The observed curve.
-        noise: Components of the cohort, from which the standard errors follow by the recording's own
-            numbers of repeats and samples, and what the phases share by which of them each sweep has;
-            without them, those of the recording itself, which knows of no sweeps.
+        observation: Gated phases, or pushes, whose errors it holds itself.
+        noise: Components of the cohort, from which the standard errors of gated phases follow by the
+            recording's own numbers of repeats and samples, and what the phases share by which of them each
+            sweep has; without them, those of the recording itself, which knows of no sweeps.
     """
-    measured = observation.measured
-    components = observation.noise if noise is None else noise
-    errors = mean_errors(observation.samples_by_repeat[measured], components)
+    measured, gated = observation.measured, observation.is_gated
+    if gated:
+        components = observation.noise if noise is None else noise
+        errors = mean_errors(observation.samples_by_repeat[measured], components)
+    else:
+        errors = MeanErrors.separate(observation.relative_se)
     return SpeedRecording(
         context=observation.context,
         phase=observation.phase[measured],
         speed_m_s=observation.speed_m_s[measured],
         relative_se=errors.own,
         shared=errors.shared,
+        cell=None if gated else observation.cell[measured],
+        errors_log_sd=observation.errors_log_sd,
     )
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
-from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.population.conditions import draw_conditions, draw_pushes, protocol_noise, whole_phase_se
@@ -25,7 +24,7 @@ from swesbi.population.synthetic import (
 )
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.neighbours import told_by_neighbours
-from swesbi.recording.phases import nominal_phases
+from swesbi.recording.phases import cells_of, nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
@@ -115,7 +114,7 @@ def recorded(subject: FreshSubject, made: Synthetic) -> SpeedModel:
 
 def record_pushes(
     number: int, pushes: tuple[int, int], settings: FreshSettings, seed: int, *name: str | int
-) -> tuple[FreeModel, FloatArray]:
+) -> tuple[SpeedModel, FloatArray]:
     """Draw context, instants, errors, phi and speeds of the free-running recording with this number.
 
     Pushes far outside their neighbours are left out, as they are of any recording.
@@ -139,16 +138,14 @@ def record_pushes(
     drawn = draw_pushes(1, asked, rng)
     order, count = np.argsort(drawn.phase, kind="stable"), len(drawn.phase)
     phase, se = drawn.phase[order], drawn.relative_se[order]
-    blank = SpeedRecording(context, phase, np.ones(count), drawn.factor[0] * se, np.empty((count, 0)))
-    cells = settings.acquisition.phases
-    cell = np.minimum((phase * cells).astype(np.int64), cells - 1)
-    known = FreeModel(SpeedModel(blank, settings.model), cell, 0.0)
-    phi, beats = fresh_beats(known.model, 1, seed, *name)
-    speed = known.draw_speeds(known.model.predict_from(phi, beats), rng)[0]
-    recording = replace(blank, speed_m_s=speed, relative_se=se)
-    kept = in_place(recording, settings.recording)
-    seen = replace(known.model, recording=recording.points(kept))
-    return FreeModel(seen, cell[kept], float(drawn.errors_log_sd[0])), phi[0]
+    cell = cells_of(phase, settings.acquisition.phases)
+    blank = SpeedRecording(context, phase, np.ones(count), drawn.factor[0] * se, np.empty((count, 0)), cell)
+    known = SpeedModel(blank, settings.model)
+    phi, beats = fresh_beats(known, 1, seed, *name)
+    speed = known.draw_speeds(known.predict_from(phi, beats), rng)[0]
+    declared = float(drawn.errors_log_sd[0])
+    recording = replace(blank, speed_m_s=speed, relative_se=se, errors_log_sd=declared)
+    return replace(known, recording=recording.points(in_place(recording, settings.recording))), phi[0]
 
 
 def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:

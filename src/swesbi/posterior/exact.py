@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
 from swesbi.draws import equal_weights
 from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
 from swesbi.posterior.importance import (
@@ -65,7 +66,11 @@ def exact_posterior(
     began = fitted if network is None else network
     if began is None and isinstance(model, ResidualModel):
         began = laplace_proposal(model, seeds[0])
-    rounds = list(adaptive_rounds(model, settings, seeds[0], began))
+    label = " ".join(map(str, ("exact posterior", *name)))
+    progress, rounds = Progress(label, settings.max_rounds + 1, unit="round", at_most=True), []
+    for draws in adaptive_rounds(model, settings, seeds[0], began):
+        rounds.append(draws)
+        progress.step(note=f"efficiency {draws.weighted.efficiency:.1%}")
     exact = certified(model, rounds[-1].weighted, settings, seeds[1])
     efficiency = tuple(draws.weighted.efficiency for draws in rounds)
     return replace(exact, npe_phi=_began_with(model, network, settings.draws, seeds[2])), efficiency

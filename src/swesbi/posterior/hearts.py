@@ -7,13 +7,14 @@ networks and samplers move in the parameters of the heart alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.clinical import ClinicalModel
+from swesbi.measurement.instants import CellErrors
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.shared_error import Errors
 from swesbi.measurement.speeds import LEAST_STIFFNESS_KPA, PredictedSpeeds, SpeedRecording, WallPhases
@@ -49,7 +50,7 @@ class MeasuredSpeeds(Protocol):
     def standardised_of(self, predicted: PredictedSpeeds) -> FloatArray:
         """Return residuals that are standard normals at the true phi; (n, p), NaN: failed."""
 
-    def errors_of(self, predicted: PredictedSpeeds) -> Errors:
+    def errors_of(self, predicted: PredictedSpeeds) -> Errors | CellErrors:
         """Return the errors of the log speeds about n predictions; NaN where the simulation failed."""
 
 
@@ -111,10 +112,10 @@ class HeartModel(Marginal[WallPhases]):
         """Return log speeds less their predictions (n, p), and the slopes of these (n, p, o)."""
         return linear_speeds(self.speeds, simulated, scores)
 
-    def errors(self, points: FloatArray, simulated: WallPhases, scores: FloatArray) -> Errors:
+    def errors(self, points: FloatArray, simulated: WallPhases, scores: FloatArray) -> Errors | CellErrors:
         """Return the errors of the log speeds at these scores."""
         errors = self.speeds.errors_of(self.speeds.predict_at(self.completed(points, scores), simulated))
-        return Errors(np.where(np.isfinite(errors.sd), errors.sd, 1.0), errors.shared)
+        return replace(errors, sd=np.where(np.isfinite(errors.sd), errors.sd, 1.0))
 
     def standardised(self, points: FloatArray) -> FloatArray:
         """Return residuals and scores at the mode of the scores, of hearts (n, k); (n, p + o), NaN: failed.

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaincinv, gammaln, logsumexp, ndtri
 
 from swesbi.base.arrays import FloatArray
+from swesbi.measurement.instants import CellErrors
 from swesbi.measurement.shared_error import Errors
 from swesbi.posterior.importance import Evaluated
 
@@ -89,7 +90,7 @@ class Marginal(Generic[Simulated]):
         """Return data less their predictions (n, p), and the slopes of these along the scores (n, p, o)."""
         raise NotImplementedError
 
-    def errors(self, points: FloatArray, simulated: Simulated, scores: FloatArray) -> Errors:
+    def errors(self, points: FloatArray, simulated: Simulated, scores: FloatArray) -> Errors | CellErrors:
         """Return the errors of the data at these scores, roughly: q need not be the posterior."""
         raise NotImplementedError
 

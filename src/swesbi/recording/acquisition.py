@@ -89,8 +89,8 @@ def acquire(
     fit_r2 = np.where(status == "low_r2", draws.poor_fit, np.where(failed, np.nan, draws.good_fit))
     phase, repeat, sample = (axis.ravel() for axis in np.indices(speed.shape))
     return Samples(
-        phase_index=phase,
-        trigger_delay_ms=delay_ms[phase],
+        gate=phase,
+        time_ms=delay_ms[phase],
         rr_ms=rr_ms[phase, repeat],
         repeat=repeat,
         sample=sample,

@@ -10,7 +10,7 @@ from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.observation import Observation
-from swesbi.recording.phases import analysis_grid, locate_phases, to_grid
+from swesbi.recording.phases import locate_phases
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import (
@@ -149,7 +149,7 @@ def _delays(samples: Samples) -> Problem | None:
     reach = float(samples.beat_phase.max())
     if reach >= LEAST_REACH:
         return None
-    longest = f"{samples.trigger_delay_ms.max():g} ms"
+    longest = f"{samples.time_ms.max():g} ms"
     reason = f"the longest trigger delay is {longest}, and reaches {reach:.3f} of its beat"
     remedy = "give the delay from the R peak in ms, up to late diastole"
     return Problem(samples.source, reason, remedy, column="trigger_delay_ms")
@@ -217,16 +217,16 @@ def ingest(
         context=context,
         phase=phase,
         phase_index=order,
+        cell=np.arange(len(order)),
         measured=measured,
         speed_m_s=speed,
         speed_se_m_s=error,
         stiffness_kpa=stiffness,
         stiffness_se_kpa=2.0 * stiffness * error / speed,  # first order: dE / E = 2 dc / c
-        grid=analysis_grid(grid_size),
-        curve_kpa=to_grid(phase[measured], stiffness[measured], grid_size),
         samples_accepted=accepted[order],
         samples_by_repeat=count_by_repeat(samples, verdict == ACCEPTED, settings.phases)[order],
         samples_rejected=rejected[:, order],
         noise=speeds.noise,
+        grid_points=grid_size,
         clinical=clinical,
     )

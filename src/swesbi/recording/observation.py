@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Final, TypeVar
+from typing import Annotated, Final, Literal
 
 import numpy as np
 import xarray as xr
@@ -28,6 +28,7 @@ from swesbi.artefacts import (
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.recording.phases import analysis_grid, to_grid
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 
@@ -36,38 +37,49 @@ COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
 CONTEXTS: Final = register("contexts", {"/": COHORT})
 
 
-Recorded = TypeVar("Recorded")
+ErrorSource = Literal["repeats", "se_m_s", "fit_r2", "declared"]
+SOURCES: Final[dict[str, str]] = {
+    "repeats": "standard errors by the repeats",
+    "se_m_s": "standard errors of the file",
+    "fit_r2": "standard errors by the R2 of the fits",
+    "declared": "declared coefficient of variation, integrated out",
+}
 
 
 @dataclass(frozen=True)
 class Observation:
-    """The observed curve E_obs,d of one subject (paper, Eq. 1), P phases, G grid points.
+    """What a recording shows at points of the cycle: gated phases (paper, Eq. 1), or single pushes.
 
-    The phases are ascending in [0, 1), the grid runs over [0, 1] with both ends, the curve is through the
-    measured phases alone; repeats are ascending. ``noise`` is that of this recording, ``clinical`` what was
-    measured beside it.
+    Points, P of them, are ascending in [0, 1). A gated phase whose samples failed and a push that was
+    rejected are points that were not measured. Repeats are ascending; a push has one. ``noise`` is that of a
+    gated recording's own repeats, NaN of pushes, ``clinical`` what was measured beside it.
     """
 
     context: Annotated[Context, Part(group="context")]
-    phase: Annotated[
-        FloatArray, Variable("phase", "1", "phase of the recording, fraction of the cycle from the R peak")
+    phase: Annotated[FloatArray, Variable("phase", "1", "phase, fraction of the cycle from the R peak")]
+    phase_index: Annotated[
+        IntArray, Variable("phase", "1", "index of the gated phase, or of the push, in the recording")
     ]
-    phase_index: Annotated[IntArray, Variable("phase", "1", "index of the phase in the recording")]
-    measured: Annotated[
-        BoolArray, Variable("phase", "1", "1 where the phase was measured, 0 where it is missing")
+    cell: Annotated[IntArray, Variable("phase", "1", "cell of the cycle in which the model has one error")]
+    measured: Annotated[BoolArray, Variable("phase", "1", "1 where it was measured, 0 where it is missing")]
+    speed_m_s: Annotated[FloatArray, Variable("phase", "m s-1", "shear-wave speed c_s, NaN where missing")]
+    speed_se_m_s: Annotated[
+        FloatArray, Variable("phase", "m s-1", "standard error of c_s; its prior median where declared")
     ]
-    speed_m_s: Annotated[
-        FloatArray, Variable("phase", "m s-1", "mean shear-wave speed c_s, NaN where missing")
-    ]
-    speed_se_m_s: Annotated[FloatArray, Variable("phase", "m s-1", "standard error of c_s")]
     stiffness_kpa: Annotated[FloatArray, Variable("phase", "kPa", "apparent Young's modulus 3 rho c_s^2")]
     stiffness_se_kpa: Annotated[FloatArray, Variable("phase", "kPa", "standard error of the stiffness")]
-    grid: Annotated[FloatArray, Variable("grid", "1", "uniform analysis grid, fraction of the cycle")]
-    curve_kpa: Annotated[FloatArray, Variable("grid", "kPa", "observed stiffness E_obs on the analysis grid")]
     samples_accepted: Annotated[IntArray, Variable("phase", "1", "accepted samples")]
     samples_by_repeat: Annotated[IntArray, Variable("phase repeat", "1", "accepted samples of each repeat")]
     samples_rejected: Annotated[IntArray, Variable("reason phase", "1", "rejected samples by reason")]
     noise: Annotated[NoiseComponents, Part()]
+    errors_from: Annotated[
+        ErrorSource, Variable("", "1", "what errors are estimated from: repeats, se_m_s, fit_r2 or declared")
+    ] = "repeats"
+    errors_log_sd: Annotated[
+        float, Variable("", "1", "prior sd of the log of a factor of all errors, 0 where they are known")
+    ] = 0.0
+    beats: Annotated[int, Variable("", "1", "numbered beats in which pushes lie; 0 of gated phases")] = 0
+    grid_points: Annotated[int, Variable("", "1", "points of the analysis grid over [0, 1]")] = 100
     clinical: Annotated[ClinicalMeasures, Part(group="clinical")] = NOT_MEASURED
 
     @property
@@ -80,14 +92,34 @@ class Observation:
         return REASONS
 
     @property
+    def is_gated(self) -> bool:
+        """Whether the points are gated phases, whose errors repeats tell."""
+        return self.errors_from == "repeats"
+
+    @property
     def subject(self) -> str:
         """The subject's name."""
         return self.context.subject
 
     @property
+    def grid(self) -> FloatArray:
+        """The uniform analysis grid, both ends included; shape (G,)."""
+        return analysis_grid(self.grid_points)
+
+    @property
+    def curve_kpa(self) -> FloatArray:
+        """The observed curve E_obs,d of gated phases, through those that were measured; shape (G,)."""
+        return to_grid(self.measured_phase, self.stiffness_kpa[self.measured], self.grid_points)
+
+    @property
     def measured_phase(self) -> FloatArray:
         """The phases that were measured; shape (p,)."""
         return self.phase[self.measured]
+
+    @property
+    def relative_se(self) -> FloatArray:
+        """Standard error of each measured speed as a fraction of it; shape (p,)."""
+        return (self.speed_se_m_s / self.speed_m_s)[self.measured]
 
     @property
     def rejected(self) -> dict[str, int]:
@@ -100,28 +132,14 @@ KIND: Final = register("observation", schema_of(Observation))
 
 
 def read_observation(path: Path) -> Observation:
-    """Read the observed curve of one subject.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    return read_recorded(Observation, path, KIND)
-
-
-def read_recorded(stored: type[Recorded], path: Path, kind: str) -> Recorded:
     """Read what a recording shows, with the context and the further measures of its subject.
 
-    Args:
-        stored: What it is kept as.
-        path: The artefact.
-        kind: Of which kind it is.
-
     Raises:
         ArtefactError: The file is no such artefact.
     """
-    root, provenance = load(path, kind)
-    groups = {"/": root, **{name: load(path, kind, name)[0] for name in ("context", "clinical")}}
-    return from_groups(stored, groups, {"context.subject": provenance.subject})
+    root, provenance = load(path, KIND)
+    groups = {"/": root, **{name: load(path, KIND, name)[0] for name in ("context", "clinical")}}
+    return from_groups(Observation, groups, {"context.subject": provenance.subject})
 
 
 def contexts_dataset(contexts: Sequence[Context]) -> xr.Dataset:
@@ -151,14 +169,11 @@ def contexts_of(dataset: xr.Dataset, along: str) -> tuple[Context, ...]:
 
 
 def same_recording(one: Observation, other: Observation) -> bool:
-    """Tell whether two observed curves are of the same samples, heart and further measures."""
+    """Tell whether two are of the same samples, heart, errors and further measures."""
     if one.context != other.context or not one.clinical.same_as(other.clinical):
         return False
+    if (one.errors_from, one.errors_log_sd) != (other.errors_from, other.errors_log_sd):
+        return False
     names = ("phase", "phase_index", "speed_m_s", "speed_se_m_s", "samples_accepted", "samples_by_repeat")
-    return same_arrays(one, other, names)
-
-
-def same_arrays(one: object, other: object, names: Sequence[str]) -> bool:
-    """Tell whether two recordings have the same numbers under these names."""
     pairs = [(getattr(one, name), getattr(other, name)) for name in names]
     return all(np.array_equal(mine, its, equal_nan=mine.dtype.kind == "f") for mine, its in pairs)

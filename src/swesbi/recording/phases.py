@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import Samples
 
@@ -24,6 +24,11 @@ CHUNK = 2048  # rows; keeps the interpolant's coefficients within the processor'
 def nominal_phases(phases: int) -> FloatArray:
     """Return the phases of a protocol, the centres of equal parts of the cycle; shape (phases,)."""
     return np.asarray((np.arange(phases) + 0.5) / phases)
+
+
+def cells_of(phase: FloatArray, cells: int) -> IntArray:
+    """Return in which of so many equal parts of the cycle each phase lies; shape (p,)."""
+    return np.minimum((phase * cells).astype(np.int64), cells - 1)
 
 
 def locate_phases(samples: Samples, measured_phase: FloatArray, beats: BoolArray) -> FloatArray:

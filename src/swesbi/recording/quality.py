@@ -1,41 +1,62 @@
-"""Quality control of a gated recording: which samples are accepted, and which whole phases are left out.
+"""Quality control of a recording: which samples are accepted, which phases or pushes are left out as a whole.
 
-Of any recording: speeds that a scanner seems to have clipped.
+A gated phase, by the mean of its samples, or a push whose speed lies far outside its neighbours in the cycle
+is an outlier.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from scipy.special import chdtr
 
-from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.recording.declared_noise import DeclaredNoise, declared_noise
 from swesbi.recording.neighbours import told_by_neighbours
+from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import ACCEPTED, OUTLIER, Samples, sample_rejection
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 from swesbi.recording.speed import average_speeds
 
 STEPS: Final = 10
 """Of the resolution below the largest speed, in which others are counted."""
 RARE: Final = 1.0e-4
+VARIES: Final = 0.25
+"""Share of the beats left out for their RR interval, above which the rhythm is said to vary."""
+
+
+@dataclass(frozen=True)
+class PushQuality:
+    """What quality control makes of N pushes.
+
+    Attributes:
+        verdict: Index into ``REASONS`` of each push's rejection, or ``ACCEPTED``; shape (N,).
+        noise: Errors of the accepted ones, n of them.
+        left_out: The outliers, a sentence each.
+    """
+
+    verdict: IntArray
+    noise: DeclaredNoise
+    left_out: tuple[str, ...]
 
 
 def rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
-    """Return for each sample the index into ``REASONS`` of its rejection, or ``ACCEPTED``; shape (N,).
+    """Return for each gated sample the index into ``REASONS`` of its rejection, or ``ACCEPTED``; shape (N,).
 
     First as of :func:`swesbi.recording.samples.sample_rejection`; then all samples of a phase whose mean
     speed lies far outside its neighbours are outliers.
     """
     verdict = sample_rejection(samples, settings)
-    far = ~np.isnan(_told(samples, verdict == ACCEPTED, settings)[1])
+    far = ~np.isnan(_phases_told(samples, verdict, settings)[1])
     verdict[far[samples.phase_index] & (verdict == ACCEPTED)] = OUTLIER
     return verdict
 
 
 def phases_left_out(samples: Samples, settings: RecordingSettings) -> tuple[str, ...]:
     """Name the phases that are left out as a whole, with their speed and what their neighbours say."""
-    speed, told = _told(samples, sample_rejection(samples, settings) == ACCEPTED, settings)
+    speed, told = _phases_told(samples, sample_rejection(samples, settings), settings)
     return tuple(
         f"outlier: phase_index {index} is left out: its mean speed is {speed[index]:.3g} m/s, and "
         f"{told[index]:.3g} by its neighbours"
@@ -43,11 +64,11 @@ def phases_left_out(samples: Samples, settings: RecordingSettings) -> tuple[str,
     )
 
 
-def _told(
-    samples: Samples, accepted: BoolArray, settings: RecordingSettings
+def _phases_told(
+    samples: Samples, verdict: IntArray, settings: RecordingSettings
 ) -> tuple[FloatArray, FloatArray]:
     """Return the mean speed of each phase, NaN where none, and what the neighbours say of far ones; (P,)."""
-    count = int(samples.phase_index.max()) + 1
+    accepted, count = verdict == ACCEPTED, int(samples.phase_index.max()) + 1
     told, speed = np.full((2, count), np.nan)
     if np.unique(samples.phase_index[accepted]).size < settings.outlier_min_points:
         return speed, told
@@ -56,6 +77,63 @@ def _told(
     error = (means.speed_se_m_s / speed)[known]
     told[known] = told_by_neighbours(means.beat_phase[known] % 1.0, speed[known], error, settings)
     return speed, told
+
+
+def push_quality(samples: Samples, settings: RecordingSettings, declared: NoiseDeclaration) -> PushQuality:
+    """Judge the pushes of a free-running recording; one far outside its neighbours is an outlier.
+
+    As of gated phases, a recording that loses more than ``settings.max_missing_fraction`` so is refused.
+
+    Args:
+        samples: The recording, N pushes.
+        settings: Quality limits.
+        declared: What is said of its errors.
+
+    Raises:
+        RecordingError: Nothing tells the errors, or too many pushes lie far outside.
+    """
+    verdict = sample_rejection(samples, settings)
+    accepted = np.flatnonzero(verdict == ACCEPTED)
+    noise = declared_noise(samples, verdict == ACCEPTED, declared)
+    speed = samples.speed_m_s[accepted]
+    told = told_by_neighbours(samples.beat_phase[accepted], speed, noise.relative_se, settings)
+    kept = np.isnan(told)
+    verdict[accepted[~kept]] = OUTLIER
+    named = tuple(_named(samples, accepted[i], told[i]) for i in np.flatnonzero(~kept))
+    if len(named) > settings.max_missing_fraction * len(accepted):
+        limit = settings.max_missing_fraction
+        reason = f"{len(named)} of {len(accepted)} pushes lie far outside their neighbours, limit {limit:.0%}"
+        remedy = f"check the speeds, or state larger errors; the first: {named[0]}"
+        raise RecordingError(Problem(samples.source, reason, remedy))
+    return PushQuality(verdict, replace(noise, relative_se=noise.relative_se[kept]), named)
+
+
+def _named(samples: Samples, index: int, told_m_s: float) -> str:
+    place = samples.places[index] if samples.places else f"push {index}"
+    return (
+        f"outlier: {place} is left out: {samples.speed_m_s[index]:.3g} m/s at time_ms "
+        f"{samples.time_ms[index]:g}, and {told_m_s:.3g} m/s by its neighbours"
+    )
+
+
+def oddities(samples: Samples, settings: RecordingSettings) -> tuple[str, ...]:
+    """Say what of a recording is odd, a sentence each: its rhythm, clipped speeds, columns not used."""
+    unused = f"not used, though its rows differ in it: {', '.join(samples.unused)}" if samples.unused else ""
+    return (*_rhythm(samples, settings), *clipped(samples.speed_m_s), *([unused] if unused else []))
+
+
+def _rhythm(samples: Samples, settings: RecordingSettings) -> tuple[str, ...]:
+    """Say how many beats of pushes are left out, and what is assumed where the rhythm varies."""
+    rr_ms, median, limit = samples.beats_rr_ms, samples.median_rr_ms, settings.max_rr_deviation_fraction
+    dropped = int((np.abs(rr_ms / median - 1.0) > limit).sum())
+    if samples.is_gated or not dropped:
+        return ()
+    counted = (
+        f"{dropped} of {len(rr_ms)} {'pushes' if samples.beat is None else 'beats'} are left out: their RR "
+        f"interval lies over {limit:.0%} from the median, {median:.0f} ms"
+    )
+    assumed = f"the rhythm varies: the answer takes every beat for one of {median:.0f} ms, as the others are"
+    return (counted, assumed) if dropped > VARIES * len(rr_ms) else (counted,)
 
 
 def clipped(speed_m_s: FloatArray) -> tuple[str, ...]:

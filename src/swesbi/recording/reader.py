@@ -1,4 +1,4 @@
-"""Reading the raw samples of one gated recording, whatever table they stand in."""
+"""Reading the attempted samples of one recording, gated or free-running, whatever table they stand in."""
 
 from __future__ import annotations
 
@@ -13,10 +13,27 @@ from numpy.typing import NDArray
 from swesbi.base.arrays import FloatArray, IntArray, rows_of
 from swesbi.recording.copies import check_copies
 from swesbi.recording.groups import grouped
+from swesbi.recording.phases import LATEST_BEAT_PHASE
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import CONFIGURED, Samples
-from swesbi.recording.speed import shear_wave_speed_m_s, youngs_modulus_kpa
-from swesbi.recording.tables.columns import COLUMNS, EVENT, MODULUS, PHASE, SPEED, STATUSES, TEXTS, TIME
+from swesbi.recording.speed import PA_PER_KPA, shear_wave_speed_m_s, youngs_modulus_kpa
+from swesbi.recording.tables.columns import (
+    COLUMNS,
+    DELAY,
+    EVENT,
+    FREE_OPTIONAL,
+    FREE_REQUIRED,
+    MODULUS,
+    MODULUS_UNITS,
+    PHASE,
+    SPEED,
+    SPEED_UNITS,
+    STANDARD_ERROR,
+    STATUS_OK,
+    STATUSES,
+    TEXTS,
+    TIME,
+)
 from swesbi.recording.tables.files import open_table
 from swesbi.recording.tables.layout import OWN_FORM, TableLayout
 from swesbi.recording.tables.table import Table, spelling
@@ -38,6 +55,12 @@ OTHER_GATE: Final = 0.85  # of the distance of two gates; samples binned by phas
 SAME_GATE: Final = "correct the label or the delay; a label stands for one gate, in every repeat"
 IN_M_S: Final = "give it in m/s, or leave it empty if it failed; kPa are for the column youngs_modulus_kpa"
 SPEED_RANGE_M_S: Final = (0.05, 30.0)
+MOST_IN_OTHER_UNITS: Final = 1e4  # kPa, or times the speed
+A_TIME: Final = "give the time since the R peak of the push's beat in ms"
+ONE_MS: Final = "number the beats in `beat` if these are two pushes, or keep one"
+OWN_BEAT: Final = (
+    "give the time since the R peak that begins the push's own beat, and number the beats in `beat`"
+)
 
 
 def read_samples(
@@ -47,10 +70,7 @@ def read_samples(
     layout: TableLayout = OWN_FORM,
     subject: str = "",
 ) -> Samples:
-    """Read one row (CSV, workbook) or element (.mat) per attempted push sample.
-
-    A recording has either the column ``shear_wave_speed_m_s`` or, in its place, ``youngs_modulus_kpa``, of
-    which each value E becomes the speed sqrt(E / (3 rho)).
+    """Read a gated recording, one row (CSV, workbook) or element (.mat) per attempted push sample.
 
     Args:
         path: The recording; its suffix tells the format.
@@ -60,60 +80,60 @@ def read_samples(
         subject: Whose rows are wanted of a table of several.
 
     Raises:
-        RecordingError: The table is malformed, a value is impossible or a sample is given twice; it lists
-            every problem with file, row, column and value.
+        RecordingError: As of :func:`samples_in`, or the recording is free-running.
+    """
+    samples = samples_in(open_table(path, layout), phases, density_kg_m3, layout, subject)
+    if not samples.is_gated:
+        raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
+    return samples
+
+
+def samples_in(
+    table: Table,
+    phases: int,
+    density_kg_m3: float,
+    layout: TableLayout = OWN_FORM,
+    subject: str = "",
+    phases_said_in: str = CONFIGURED,
+) -> Samples:
+    """Read a table as it stands in its file, or in memory: gated where it has phases, else free-running.
+
+    A recording has either the column ``shear_wave_speed_m_s`` or, in its place, ``youngs_modulus_kpa``, of
+    which each value E becomes the speed sqrt(E / (3 rho)).
+
+    Args:
+        table: The table.
+        phases: Number of gated phases.
+        density_kg_m3: Density rho behind a Young's modulus.
+        layout: How the table differs from this project's form.
+        subject: Whose rows are wanted of a table of several.
+        phases_said_in: Where the number of phases is said.
+
+    Raises:
+        RecordingError: The table is malformed or one of natural waves, a value is impossible, or a sample,
+            repeat or beat is given twice; it lists every problem with file, row, column and value.
 
     Returns:
-        The samples by phase, repeat and sample, whatever the order of the rows.
+        The samples, gated ones by phase, repeat and sample, whatever the order of the rows.
     """
-    return gated_samples(in_own_terms(open_table(path, layout), layout, subject), phases, density_kg_m3)
-
-
-def gated_samples(
-    table: Table, phases: int, density_kg_m3: float, phases_said_in: str = CONFIGURED
-) -> Samples:
-    """Read a table, in this project's columns, as a gated recording; as :func:`read_samples`."""
-    if is_free(table):
-        raise RecordingError(Problem(table.source, NOT_GATED, ASK_FREE))
-    check_no_events(table)
-    if PHASE not in table.cells:
-        replace(table, remedy=NEITHER).using((PHASE, TIME))  # which says what it has
-    used = table.using(REQUIRED, MEASURED, TEXTS)
+    own = in_own_terms(table, layout, subject)
+    if EVENT in own.cells:
+        raise RecordingError(Problem(own.source, EVENT_HERE, NO_EVENT, column=EVENT))
+    if PHASE not in own.cells and TIME not in own.cells:
+        replace(own, remedy=NEITHER).using((PHASE, TIME))  # which says what it has
+    free = is_free(own)
+    required, optional = (FREE_REQUIRED, FREE_OPTIONAL) if free else (REQUIRED, ())
+    used = own.using(required, (*MEASURED, *optional), TEXTS)
     check_measured(used)
-    samples = samples_of(used, phases, density_kg_m3, phases_said_in)
-    order = np.lexsort((samples.sample, samples.repeat, samples.phase_index))
-    ordered = replace(rows_of(samples, order), unused=used.differing, phases_said_in=phases_said_in)
-    if not table.copies_allowed:
-        _check_copies(ordered)
-    return ordered
-
-
-def _check_copies(samples: Samples) -> None:
-    repeats = grouped(samples.phase_index, samples.repeat)
-    phase, repeat = samples.phase_index[repeats.first], samples.repeat[repeats.first]
-    names = [f"repeat {r} of phase_index {p}" for p, r in zip(phase, repeat, strict=True)]
-    check_copies(samples.source, samples.speed_m_s, repeats.of, phase, names)
-
-
-def refuse_lookalikes(table: Table, optional: Sequence[str]) -> None:
-    """Refuse a column that is not used and that looks like an optional one that is not there.
-
-    Raises:
-        RecordingError: There is one.
-    """
-    remedies = {name: f"call it {name}, or map it under `columns` of recording.yaml" for name in optional}
-    table.refuse_lookalikes(remedies, lambda lowered, name: spelling(lowered) == spelling(name))
-    table.finish()
-
-
-def check_no_events(table: Table) -> None:
-    """Refuse natural waves.
-
-    Raises:
-        RecordingError: The table says what set off each wave.
-    """
-    if EVENT in table.cells:
-        raise RecordingError(Problem(table.source, EVENT_HERE, NO_EVENT, column=EVENT))
+    _refuse_lookalikes(used, optional)
+    samples = (
+        _pushes(used, density_kg_m3) if free else samples_of(used, phases, density_kg_m3, phases_said_in)
+    )
+    if samples.gate is not None and samples.sample is not None:
+        samples = rows_of(samples, np.lexsort((samples.sample, samples.repeat, samples.gate)))
+    if not own.copies_allowed:
+        _check_copies(samples)
+    return replace(samples, unused=used.differing)
 
 
 def samples_of(table: Table, phases: int, density_kg_m3: float, phases_said_in: str = CONFIGURED) -> Samples:
@@ -129,17 +149,20 @@ def samples_of(table: Table, phases: int, density_kg_m3: float, phases_said_in: 
         RecordingError: A value is impossible, a sample is given twice, or a row lies at another gate than
             its phase.
     """
-    table.unique(["phase_index", "repeat", "sample"])
-    phase_index = _phase_index(table, phases, phases_said_in)
-    delay = table.number("trigger_delay_ms", 0, 5000, "give the delay from the R peak in ms")
-    rr = read_rr_ms(table)
+    table.unique([PHASE, "repeat", "sample"])
+    gate = _phase_index(table, phases, phases_said_in)
+    delay = table.number(DELAY, 0, 5000, "give the delay from the R peak in ms")
+    rr = _rr_ms(table)
     repeat = table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1")
     sample = table.integer("sample", 0, 1_000_000, "number the samples of a repeat from 0 or 1")
-    speed = read_speed(table, density_kg_m3)
-    r2, status = read_fit_r2(table), read_status(table)
+    speed = _speed(table, density_kg_m3)
+    r2, status = _fit_r2(table), _status(table)
     table.finish()
-    check_gates(table, phase_index, delay, rr, phases)
-    return Samples(phase_index, delay, rr, repeat, sample, speed, r2, status, table.source)
+    check_gates(table, gate, delay, rr, phases)
+    return Samples(
+        delay, rr, repeat, speed, status, gate, sample, fit_r2=r2, source=table.source,
+        phases_said_in=phases_said_in,
+    )  # fmt: skip
 
 
 def check_gates(
@@ -164,7 +187,7 @@ def check_gates(
     off = np.abs(share - gates.medians(share)[gates.of]) * phases
     off_ms = np.abs(delay_ms - gates.medians(delay_ms)[gates.of]) * phases / np.median(rr_ms)
     wrong = (off >= OTHER_GATE) & (off_ms >= OTHER_GATE)
-    table.flag("trigger_delay_ms", wrong, "lies about a gate from other rows of its phase_index", SAME_GATE)
+    table.flag(DELAY, wrong, "lies about a gate from other rows of its phase_index", SAME_GATE)
     table.finish()
 
 
@@ -182,6 +205,56 @@ def check_measured(table: Table) -> None:
         )
 
 
+def _pushes(table: Table, density_kg_m3: float) -> Samples:
+    """Read the columns of a free-running recording cell by cell."""
+    has = table.cells
+    # pushes of beats that differ in length are of different beats, whether or not these are numbered
+    known = [name for name in ("repeat", "beat", TIME) if name in has]
+    if "beat" in has:
+        table.unique(known)
+    else:
+        table.unique([*known[:-1], "rr_ms", TIME], ONE_MS)
+    time, rr = table.number(TIME, 0, 5000, A_TIME), _rr_ms(table)
+    late = time >= LATEST_BEAT_PHASE * rr
+    table.flag(TIME, late, "lies after the end of its beat (time_ms / rr_ms)", OWN_BEAT)
+    beat = table.integer("beat", 0, 1_000_000, "number the beats from 0 or 1") if "beat" in has else None
+    repeat = np.zeros(len(time), dtype=np.int64)
+    if "repeat" in has:
+        repeat = table.integer("repeat", 0, 1_000_000, "number the trains from 0 or 1")
+    speed = _speed(table, density_kg_m3)
+    se = _errors(table, speed, density_kg_m3) if STANDARD_ERROR in has else None
+    status = _status(table) if "status" in has else np.full(len(time), STATUS_OK)
+    r2 = _fit_r2(table) if "fit_r2" in has else None
+    table.finish()
+    places = tuple(f"{table.unit} {row}" for row in table.rows)
+    unit_of_time = table.units.get(TIME, "")
+    return Samples(
+        time, rr, repeat, speed, status, beat=beat, se_m_s=se, fit_r2=r2, unit_of_time=unit_of_time,
+        source=table.source, places=places,
+    )  # fmt: skip
+
+
+def _refuse_lookalikes(table: Table, optional: Sequence[str]) -> None:
+    """Refuse a column that is not used and that looks like an optional one that is not there."""
+    remedies = {name: f"call it {name}, or map it under `columns` of recording.yaml" for name in optional}
+    table.refuse_lookalikes(remedies, lambda lowered, name: spelling(lowered) == spelling(name))
+    table.finish()
+
+
+def _check_copies(samples: Samples) -> None:
+    """Refuse a repeat of a gate, or a numbered beat, that stands twice."""
+    beats = samples.beats
+    if samples.gate is not None:
+        place, repeat = samples.gate[beats.first], samples.repeat[beats.first]
+        names = [f"repeat {r} of phase_index {p}" for p, r in zip(place, repeat, strict=True)]
+    elif samples.beat is not None:
+        place = np.zeros(len(beats.first), dtype=np.int64)
+        names = [f"beat {beat}" for beat in samples.beat[beats.first]]
+    else:
+        return
+    check_copies(samples.source, samples.speed_m_s, beats.of, place, names)
+
+
 def _phase_index(table: Table, phases: int, phases_said_in: str) -> IntArray:
     agree = f"{phases_said_in} is {phases}, so phases are numbered 0 to {phases - 1}"
     index = table.cells[PHASE]
@@ -195,27 +268,42 @@ def _phase_index(table: Table, phases: int, phases_said_in: str) -> IntArray:
     return table.integer(PHASE, 0, phases - 1, remedy)
 
 
-def read_rr_ms(table: Table) -> FloatArray:
-    """Return the RR intervals in ms."""
+def _rr_ms(table: Table) -> FloatArray:
     return table.number("rr_ms", 150, 5000, "give the RR interval in ms")
 
 
-def read_fit_r2(table: Table) -> FloatArray:
-    """Return R2 of the wave fits; NaN where there was none."""
+def _fit_r2(table: Table) -> FloatArray:
     return table.number("fit_r2", -1, 1, "R2 is a fraction, empty if there is none", may_be_empty=True)
 
 
-def read_status(table: Table) -> NDArray[np.str_]:
-    """Return "ok" or one of ``FAILED_STATUSES`` for each row."""
+def _status(table: Table) -> NDArray[np.str_]:
     return np.asarray(table.choice("status", STATUSES), dtype=np.str_)
 
 
-def read_speed(table: Table, density_kg_m3: float) -> FloatArray:
+def _speed(table: Table, density_kg_m3: float) -> FloatArray:
     """Return the speeds in m/s, from the modulus where that was measured; NaN where there is none."""
     if SPEED in table.cells:
-        (low, high), remedy = SPEED_RANGE_M_S, IN_M_S
-        return table.number(SPEED, low, high, remedy, may_be_empty=True)
+        low, high = SPEED_RANGE_M_S
+        return table.number(SPEED, low, high, IN_M_S, may_be_empty=True)
     low, high = youngs_modulus_kpa(np.array(SPEED_RANGE_M_S), density_kg_m3)
     remedy = "give it in kPa, or leave it empty if it failed"
     modulus = table.number(MODULUS, float(low), float(high), remedy, may_be_empty=True)
     return shear_wave_speed_m_s(np.maximum(modulus, 0.0), density_kg_m3)
+
+
+def _errors(table: Table, speed_m_s: FloatArray, density_kg_m3: float) -> FloatArray:
+    """Return the standard errors in m/s: more than nothing and, of a speed that is to be used, below it.
+
+    Of what was measured in kPa they are, to first order, dc = dE / (6 rho c), since E = 3 rho c^2.
+    """
+    remedy = "give the standard error of the speed in m/s"
+    unit = table.units.get(STANDARD_ERROR)
+    highest = SPEED_RANGE_M_S[1] if unit in (None, *SPEED_UNITS) else MOST_IN_OTHER_UNITS
+    error = table.number(STANDARD_ERROR, 0.0, highest, remedy, may_be_empty=True)
+    if unit in MODULUS_UNITS:
+        error = PA_PER_KPA * error / (6.0 * density_kg_m3 * speed_m_s)
+    elif unit == "%":
+        error = error * speed_m_s
+    table.flag(STANDARD_ERROR, error == 0.0, "is no standard error", f"{remedy}, or leave it empty")
+    table.flag(STANDARD_ERROR, error >= speed_m_s, "is not smaller than the speed", f"{remedy}; check units")
+    return error

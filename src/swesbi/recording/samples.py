@@ -1,4 +1,4 @@
-"""The raw samples of one recording, and quality control: which are accepted, and why others are not."""
+"""The attempted samples of one recording, and which are accepted by themselves, or why they are not."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.groups import grouped
+from swesbi.recording.groups import Groups, grouped
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.tables.columns import FAILED_STATUSES, STATUSES
@@ -23,31 +23,42 @@ MAD_TO_SD: Final = 1.4826  # of a normal distribution: 1 / Phi^-1(3/4)
 
 @dataclass(frozen=True)
 class Samples:
-    """Columns of ``swe/<subject>.csv``, each of shape (N,), N attempted samples.
+    """Columns of a recording, each of shape (N,), N attempted samples or pushes; None where it has none.
+
+    A gated recording has gates, which are measured again and again. A free-running one has pushes at any
+    instants of any beats.
 
     Attributes:
-        phase_index: Index of the gated phase, from 0.
-        trigger_delay_ms: Delay of the push from the R peak.
-        rr_ms: RR interval of the beat in which the sample was taken.
-        repeat: Index of the repeated acquisition at that phase.
-        sample: Index of the spatial sample within the repeat.
+        time_ms: Time of the push since the R peak of its beat.
+        rr_ms: RR interval of that beat.
+        repeat: Index of the repeated acquisition of a gate, or of the train; 0 where the file does not say.
         speed_m_s: Shear-wave speed c_s; NaN where the estimate failed.
-        fit_r2: R2 of the wave fit; NaN where there was none.
         status: "ok" or one of ``FAILED_STATUSES``.
+        gate: Index of the gated phase, from 0; None of a free-running recording.
+        sample: Index of the spatial sample within the repeat.
+        beat: Which beat.
+        se_m_s: Standard error of the speed; NaN where none is given.
+        fit_r2: R2 of the wave fit; NaN where there was none.
+        unit_of_time: That is stated of the times as they were given; empty where none is.
         source: Where the samples come from, for messages.
+        places: Where each stands in the file, in words; empty of samples in memory.
         unused: Columns of the file that nobody asks for and in which its rows differ.
         phases_said_in: Where the number of phases is said, for messages.
     """
 
-    phase_index: IntArray
-    trigger_delay_ms: FloatArray
+    time_ms: FloatArray
     rr_ms: FloatArray
     repeat: IntArray
-    sample: IntArray
     speed_m_s: FloatArray
-    fit_r2: FloatArray
     status: NDArray[np.str_]
+    gate: IntArray | None = None
+    sample: IntArray | None = None
+    beat: IntArray | None = None
+    se_m_s: FloatArray | None = None
+    fit_r2: FloatArray | None = None
+    unit_of_time: str = ""
     source: str = "samples in memory"
+    places: tuple[str, ...] = ()
     unused: tuple[str, ...] = ()
     phases_said_in: str = CONFIGURED
 
@@ -61,34 +72,64 @@ class Samples:
             )
 
     @property
-    def beat_phase(self) -> FloatArray:
-        """Phase of each sample in its own beat, trigger delay / RR, beside those of its gate; shape (N,).
+    def is_gated(self) -> bool:
+        """Whether the recording has gates."""
+        return self.gate is not None
 
-        Of a gate at the R peak some lie at the end of a beat and some at the beginning of the next.
+    @property
+    def phase_index(self) -> IntArray:
+        """Index of the gated phase of each sample; (N,)."""
+        if self.gate is None:
+            raise ValueError("a free-running recording has no gates")
+        return self.gate
+
+    @property
+    def beat_phase(self) -> FloatArray:
+        """Phase of each sample in its own beat, time / RR; (N,).
+
+        Of a gate at the R peak some lie at the end of a beat and some at the beginning of the next: these
+        lie together. Pushes without gates lie in [0, 1).
         """
-        return grouped(self.phase_index).unwrapped(self.trigger_delay_ms / self.rr_ms)
+        share = self.time_ms / self.rr_ms
+        return share % 1.0 if self.gate is None else grouped(self.gate).unwrapped(share)
+
+    @property
+    def beats(self) -> Groups:
+        """The samples of each beat, as far as it is known: one acquisition of a gate, or a numbered beat."""
+        if self.gate is not None:
+            return grouped(self.gate, self.repeat)
+        return grouped(np.arange(len(self.rr_ms)) if self.beat is None else self.repeat, self.beat)
+
+    @property
+    def beats_rr_ms(self) -> FloatArray:
+        """RR interval of each beat, the median over its samples; shape (beats,)."""
+        if self.gate is None and self.beat is None:
+            return self.rr_ms
+        return self.beats.medians(self.rr_ms)
 
     @property
     def median_rr_ms(self) -> float:
-        """Median RR interval over the acquisitions, one a phase and repeat, whatever their samples."""
-        return float(np.median(grouped(self.phase_index, self.repeat).medians(self.rr_ms)))
+        """Median RR interval over the beats, whatever their samples."""
+        return float(np.median(self.beats_rr_ms))
 
 
 def sample_rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
     """Return for each sample the index into ``REASONS`` of its rejection, or ``ACCEPTED``; shape (N,).
 
-    Each sample is rejected for one reason, the first that applies in the order of ``REASONS``: its
-    reported status; an empty speed; a fit R2 that is low or missing; a beat whose RR is ectopic; a
-    speed that is an outlier of its phase; a phase with too few samples or repeats left.
+    Each is rejected for one reason, the first that applies in the order of ``REASONS``: its reported status;
+    an empty speed; a fit R2 that is low or missing, where the file has one; a beat whose RR is ectopic; of
+    gates also a speed that is an outlier of its phase, and a phase with too few samples or repeats left.
     """
     verdict = np.full(samples.status.shape, ACCEPTED, dtype=np.int64)
     for status in FAILED_STATUSES:
         _reject(verdict, samples.status == status, status)
     _reject(verdict, np.isnan(samples.speed_m_s), "empty_speed")
-    _reject(verdict, ~(samples.fit_r2 >= settings.min_fit_r2), "low_fit_r2")
+    if samples.fit_r2 is not None:
+        _reject(verdict, ~(samples.fit_r2 >= settings.min_fit_r2), "low_fit_r2")
     _reject(verdict, ectopic(samples, settings.max_rr_deviation_fraction), "ectopic_rr")
-    _reject(verdict, _outlier(samples, verdict == ACCEPTED, settings), "outlier")
-    _reject(verdict, _sparse(samples, verdict == ACCEPTED, settings), "sparse_phase")
+    if samples.gate is not None:
+        _reject(verdict, _outlier(samples, verdict == ACCEPTED, settings), "outlier")
+        _reject(verdict, _sparse(samples, verdict == ACCEPTED, settings), "sparse_phase")
     return verdict
 
 

@@ -14,7 +14,6 @@ from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import ClinicalMeasures
-from swesbi.recording.free_observation import FreeObservation
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
 from swesbi.verdict.verdict import Verdict
@@ -147,14 +146,14 @@ def recorded_gated(observed: Observation) -> Recorded:
     )
 
 
-def recorded_free(observed: FreeObservation) -> Recorded:
+def recorded_free(observed: Observation) -> Recorded:
     """Return the quality of a free-running recording."""
     beats = f" in {observed.beats} beats" if observed.beats > 1 else ""
     return Recorded(
         summary=f"free-running{beats}",
         unit="pushes",
         more="pushes",
-        accepted=len(observed.phase),
+        accepted=int(observed.measured.sum()),
         rejected={reason: n for reason, n in observed.rejected.items() if n},
     )
 

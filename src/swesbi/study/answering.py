@@ -8,10 +8,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.answer import Answer, Recording, answered
-from swesbi.answers.free import FreeRecording
-from swesbi.answers.gated import GatedRecording
+from swesbi.answers.answer import Answer, answered
 from swesbi.answers.knowledge import Knowledge, knowledge_of_prior
+from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.answers.written import OBSERVATION, VERDICT, kept_verdict, made_from, save_answer
 from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
@@ -20,9 +19,7 @@ from swesbi.config.read import ConfigError, in_words, merged_files, overlay, rea
 from swesbi.config.refusals import context_refusal, why_in_short
 from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.measurement.instants import free_model
 from swesbi.networks.flow.files import SHIPPED_NETWORK
-from swesbi.recording.cohort.checked import CheckedFree
 from swesbi.report.sheet import Sheet
 from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.nulls import nulls_of
@@ -102,7 +99,7 @@ def check_new_subject(study: Study, subject: str) -> None:
         raise ConfigError(f"subject = {subject!r}: {study.new_cohort} has {known}")
 
 
-def check_untouched(folder: Path, recording: Recording) -> None:
+def check_untouched(folder: Path, recording: ModelledRecording) -> None:
     """Refuse to write over what is no answer, or the answer to another recording or heart.
 
     Raises:
@@ -136,7 +133,7 @@ class Asked:
         left_out: What of the recording is left out, or odd, a sentence each.
     """
 
-    recording: Recording
+    recording: ModelledRecording
     knowledge: Knowledge
     settings: OneAnswerSettings
     origin: Origin
@@ -147,9 +144,8 @@ class Asked:
     def kept_in(self, folder: Path) -> Verdict | None:
         """Return the verdict of this very answer, where it lies in ``folder`` already, whole; else None."""
         digest = made_from(self.recording, self.knowledge, self.settings, self.origin, self.left_out)
-        pressures = self.recording.observation.clinical.has_pressures and isinstance(
-            self.recording, GatedRecording
-        )
+        observed = self.recording.observation
+        pressures = observed.clinical.has_pressures and observed.is_gated
         return kept_verdict(folder, digest, pressures=pressures)
 
     def answer_into(self, folder: Path, *, force: bool = False) -> tuple[Answer, Sheet]:
@@ -214,16 +210,15 @@ class Answerer:
         if subject in self.folder.refused:
             raise ValueError(self.folder.refused[subject])
         observed = self.folder.observed[subject]
-        network, why = self._network(subject, free=isinstance(observed, CheckedFree))
+        network, why = self._network(subject, free=not observed.observation.is_gated)
         experiment = network or self.experiments[0]
         plain = stage_settings(self.study, ONE_ANSWER, experiment=experiment, subject=subject)
         settings = OneAnswerSettings.from_plain(plain)
         knowledge = self._knowledge(network) if network else self._prior
-        if isinstance(observed, CheckedFree):
-            model = free_model(observed.observation, settings.exact_posterior.model)
-            recording: Recording = FreeRecording(observed.observation, model)
-        else:
+        if observed.observation.is_gated:
             recording = self.folder.gated(observed, settings)
+        else:
+            recording = modelled_pushes(observed.observation, settings.exact_posterior.model)
         origin = Origin(self.study.config.seed, subject, stage_code(CODE))
         said = BY_PACKAGE if network and self._by_package(network) else INSTEAD if network else FROM_PRIOR
         note = why and said.format(subject=subject, name=experiment, why=why)

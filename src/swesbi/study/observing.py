@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from swesbi.answers.gated import GatedRecording, noise_test
+from swesbi.answers.recording import ModelledRecording, noise_test
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.cohort.checked import Checked, CheckedFree, ingested, raw_of, read_raw, twins_among
+from swesbi.recording.cohort.checked import Checked, ingested, raw_of, read_raw, twins_among
 from swesbi.recording.folder_noise import FolderRecordings
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.tables.table import Table
@@ -26,11 +26,11 @@ class Folder:
         repeats: Of the gated ones, with their noise.
     """
 
-    observed: Mapping[str, Checked | CheckedFree]
+    observed: Mapping[str, Checked]
     refused: Mapping[str, str]
     repeats: FolderRecordings
 
-    def gated(self, observed: Checked, settings: OneAnswerSettings) -> GatedRecording:
+    def gated(self, observed: Checked, settings: OneAnswerSettings) -> ModelledRecording:
         """Return a recording under a model, with the errors that the noise of the folder gives."""
         subject = observed.observation.subject
         noise = self.repeats.noise(subject)
@@ -39,12 +39,12 @@ class Folder:
         )
         compared, level = self.repeats.compared(subject), settings.noise_level
         test = noise_test(compared, noise.components, "the folder", level)
-        return GatedRecording(observed.observation, model, (test,), noise.in_words)
+        return ModelledRecording(observed.observation, model, (test,), noise.in_words)
 
 
 def observe_folder(study: Study) -> Folder:
     """Read and ingest every recording outside the study; one that cannot be used stops no other."""
-    observed: dict[str, Checked | CheckedFree] = {}
+    observed: dict[str, Checked] = {}
     refused = dict(study.new_refused)
     for subject in study.new_rows:
         try:
@@ -54,7 +54,7 @@ def observe_folder(study: Study) -> Folder:
     for name, problem in twins_among(observed).items():
         refused[name] = str(problem)
         del observed[name]
-    levels = {name: each.levels for name, each in observed.items() if isinstance(each, Checked)}
+    levels = {name: each.levels for name, each in observed.items() if each.levels is not None}
     prior, groups = study.config.new_subjects.noise_prior, study.new_noise_groups
     return Folder(observed, refused, FolderRecordings(levels, prior, groups))
 
@@ -68,11 +68,11 @@ def observe_table(study: Study, subject: str, table: Table) -> Folder:
     said, context = study.said_of_new(subject), study.new_rows[subject].to_context()
     clinical = study.outside.clinical_of(subject).to_measures()
     one = ingested(raw_of(table, said), said, context, clinical, study.config.measurement.grid_points)
-    levels = {subject: one.levels} if isinstance(one, Checked) else {}
+    levels = {} if one.levels is None else {subject: one.levels}
     return Folder({subject: one}, {}, FolderRecordings(levels, study.config.new_subjects.noise_prior))
 
 
-def observe(study: Study, subject: str) -> Checked | CheckedFree:
+def observe(study: Study, subject: str) -> Checked:
     """Read and ingest the recording of a subject outside the study.
 
     Raises:

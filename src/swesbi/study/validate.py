@@ -50,7 +50,8 @@ def main(options: argparse.Namespace) -> int:
         return EXIT_PROBLEMS
     print(f"{cohort}: {_usable(report)}; origin: {report.origin}")
     print("\n".join([*_warnings(report), "", summary(report)]))
-    elsewhere = () if here or not report.subjects else (_elsewhere(cohort, options.config),)
+    gated = len(report.usable) > len(report.free_running)
+    elsewhere = (_elsewhere(cohort, options.config),) if gated and not here else ()
     for note in (*elsewhere, *_free_running(report)):
         print(f"note: {note}")
     if options.plot:
@@ -99,12 +100,12 @@ def _elsewhere(cohort: Path, source: Path) -> str:
 
 def _free_running(report: CohortReport) -> tuple[str, ...]:
     """Say what can be asked about free-running recordings, if there are any."""
-    if not report.free:
+    if not report.free_running:
         return ()
-    names = ", ".join(one.observation.subject for one in report.free)
     return (
-        f"free-running: {names}; `swesbi infer` answers them without a network. Networks and the "
-        "experiments of the paper need gated phases: leave them out of `subjects` of a study",
+        f"free-running: {', '.join(report.free_running)}; `swesbi infer` answers them without a network. "
+        "Networks and the experiments of the paper need gated phases: leave them out of `subjects` of a "
+        "study",
     )
 
 
@@ -116,9 +117,6 @@ def _plot(report: CohortReport, folder: Path) -> None:
 
     for subject in report.subjects:
         path = folder / f"{subject.observation.subject}.png"
-        save_figure(draw_recording_sheet(subject, report.origin), path)
-        print(f"wrote {path}")
-    for free in report.free:
-        path = folder / f"{free.observation.subject}.png"
-        save_figure(draw_free_sheet(free, report.origin), path)
+        draw = draw_recording_sheet if subject.observation.is_gated else draw_free_sheet
+        save_figure(draw(subject, report.origin), path)
         print(f"wrote {path}")

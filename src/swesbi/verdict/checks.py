@@ -8,15 +8,15 @@ some beat comes near it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Protocol
+from typing import Annotated, Any, Final
 
 import numpy as np
 from scipy.special import chdtrc, ndtri
 
 from swesbi.artefacts import Variable
 from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import NUISANCES, PHI_NAMES
 from swesbi.prior import JointPriorSettings, level
 
@@ -32,25 +32,6 @@ LEAST_P: Final = 1e-6
 LARGEST_P: Final = 1.0 - 1e-3
 TESTS: Final = ("residuals", "boundary_mass")
 """The tests with a null distribution, in the order of their statistics."""
-
-
-class Recorded(Protocol):
-    """A recording under a model: gated (``SpeedModel``) or free-running (``FreeModel``)."""
-
-    @property
-    def recording(self) -> SpeedRecording:
-        """Its speeds and errors."""
-
-    @property
-    def settings(self) -> SpeedModelSettings:
-        """The model's, its prior among them."""
-
-    @property
-    def noise_log_sd(self) -> float:
-        """Prior standard deviation of the log of a factor of all errors; 0 where they are known."""
-
-    def chi_squared(self, predicted: PredictedSpeeds, rng: np.random.Generator) -> FloatArray:
-        """Return the sum of squared residuals of n simulations, each with a factor of the errors; (n,)."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +63,7 @@ class Checks:
 
 
 def check_recording(
-    model: Recorded,
+    model: SpeedModel,
     phi: FloatArray,
     weight: FloatArray,
     predicted: PredictedSpeeds,
@@ -101,7 +82,7 @@ def check_recording(
     return Checks(
         points=np.array([points]),
         error_fraction=np.array([model.recording.errors.total.mean()]),
-        errors_log_sd=np.array([model.noise_log_sd]),
+        errors_log_sd=np.array([model.recording.errors_log_sd]),
         residuals_p=np.array([residuals_p_value(model.chi_squared(predicted, rng), points)]),
         bound_ratio=strip_ratios(phi, weight, model.settings.prior)[None],
     )

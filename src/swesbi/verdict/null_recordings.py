@@ -18,9 +18,8 @@ from swesbi.base.arrays import below_each_other
 from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
-from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal, free_proposal
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.recordings import (
     OWN,
     FreshSettings,
@@ -76,12 +75,12 @@ def draw_nulls(
         subject = fresh_subject(number, fresh, seed, GATED_STREAM)
         return recorded(subject, record_fresh(subject, OWN, fresh, seed, GATED_STREAM))
 
-    def pushes(number: int) -> FreeModel:
+    def pushes(number: int) -> SpeedModel:
         asked = fresh.conditions.free_running.pushes
         return record_pushes(number, asked, fresh, seed, PUSHES_STREAM)[0]
 
     def checked(
-        made: Callable[[int], SpeedModel | FreeModel], count: int, stream: str
+        made: Callable[[int], SpeedModel], count: int, stream: str
     ) -> tuple[tuple[Context, ...], Checks]:
         progress = Progress(f"{stream} recordings", count, unit="recording")
         contexts, found = [], []
@@ -99,13 +98,10 @@ def draw_nulls(
 
 
 def infer_checks(
-    model: SpeedModel | FreeModel, flow: TrainedFlow, effective_draws: int, exact: ExactSettings, seed: int
+    model: SpeedModel, flow: TrainedFlow, effective_draws: int, exact: ExactSettings, seed: int
 ) -> Checks:
     """Infer one recording by so many effective draws, and return what the tests look at in it."""
-    if isinstance(model, FreeModel):
-        proposal = free_proposal(flow, model)
-    else:
-        proposal = flow_proposal(flow, model.recording)
+    proposal = flow_proposal(flow, model.recording)
     drawn, _ = weighted_posterior(HeartModel(model), proposal, effective_draws, exact, seed)
     rng = generator(seed, "residuals")
     predicted = model.predict(drawn.phi[resampled_rows(drawn.weight, effective_draws, rng)])

@@ -9,7 +9,7 @@ have no null distribution, and their distance is given in units of a stated tole
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -22,7 +22,6 @@ from swesbi.draws import median_and_interval
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.derived import told
-from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
@@ -78,16 +77,18 @@ class ByNull:
         status: Their verdict.
         overall_p: P-value of all together.
         tests: Each of them.
+        beyond: That no null recording has as many speeds, or as few; empty where some have.
     """
 
     status: Grade
     overall_p: float
     tests: tuple[VerdictTest, ...]
+    beyond: str = ""
 
 
 def judge(
     exact: ExactPosterior,
-    model: SpeedModel | FreeModel,
+    model: SpeedModel,
     beats: Beats,
     nulls: NullRecordings,
     others: Sequence[Context],
@@ -110,23 +111,25 @@ def judge(
         further: Other tests, which can strain the subject.
     """
     context, rule = model.recording.context, settings.rule
-    speeds = model.model if isinstance(model, FreeModel) else model
     works = beats.status == Status.PERIODIC
     predicted = model.predict_from(exact.phi, beats).rows(np.flatnonzero(works))
     rng = generator(seed, "verdict", context.subject)
     checks = check_recording(model, exact.phi, works / works.sum(), predicted, rng)
-    free = isinstance(model, FreeModel)
-    by_null = by_nulls(nulls.pushes if free else nulls.gated, checks, rule)
-    volumes = volume_tests(speeds, exact.phi, beats, rule.volumes)
+    by_null = by_nulls(nulls.gated if model.recording.cell is None else nulls.pushes, checks, rule)
+    volumes = volume_tests(model, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
     contextual = (*ejection, *context_tests(context, others, nulls.contexts, rule.context_level), *further)
     status = grade(by_null.status, volumes, contextual, rule.volumes.contradicted_abs_z)
     tests = (*by_null.tests, *volumes, *contextual)
     farthest = _farthest(model, predicted)
-    return make_verdict(status, by_null.overall_p, tests, exact, farthest, told(speeds, exact.phi, beats))
+    answered = told(model, exact.phi, beats)
+    verdict = make_verdict(status, by_null.overall_p, tests, exact, farthest, answered)
+    if not by_null.beyond:
+        return verdict
+    return replace(verdict, sentence=f"{verdict.sentence}, {by_null.beyond}")
 
 
-def _farthest(model: SpeedModel | FreeModel, predicted: PredictedSpeeds) -> tuple[float, str]:
+def _farthest(model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, str]:
     """Return the largest standardised residual at the likeliest of n simulations, and where it is."""
     z = np.abs(model.likeliest_residuals(predicted))
     return float(z.max()), f"speed at {model.recording.phase[int(np.argmax(z))]:.3f} of the cycle"
@@ -150,7 +153,10 @@ def by_nulls(null: Checks, checks: Checks, rule: RuleSettings) -> ByNull:
         for (name, detail), value, p in zip(named, checks.statistics()[0], test_p[0], strict=True)
     )
     overall = float(overall_p(test_p)[0])
-    return ByNull(grade_of(overall, rule), overall, tests)
+    beyond = ""
+    if not alike.min() <= points <= alike.max():
+        beyond = f"among null recordings of {alike.min()} to {alike.max()} speeds, as none has its {points}"
+    return ByNull(grade_of(overall, rule), overall, tests, beyond)
 
 
 def grade(

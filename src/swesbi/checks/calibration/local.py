@@ -21,6 +21,7 @@ from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
 from swesbi.checks.calibration.settings import LocalSettings
+from swesbi.measurement.instants import CellErrors
 from swesbi.measurement.likelihood import (
     SpeedModel,
     SpeedModelSettings,
@@ -109,10 +110,9 @@ class TwoRecordings:
         both = (self.first.recording, self.second)
         return np.hstack([residuals(predicted, each, self.settings.discrepancy) for each in both])
 
-    def errors_of(self, predicted: PredictedSpeeds) -> Errors:
+    def errors_of(self, predicted: PredictedSpeeds) -> Errors | CellErrors:
         """Return the errors of the mean log speeds of both about n predictions; NaN: failed."""
-        of_first = self.first.errors_of(predicted)
-        return Errors(np.sqrt(0.5) * of_first.sd, np.sqrt(0.5) * of_first.shared)
+        return self.first.errors_of(predicted).times(np.sqrt(0.5))
 
     def wall(self, phi: FloatArray) -> WallPhases:
         """Simulate phi (n, d) and return its wall at the measured phases; NaN where it failed."""

@@ -25,7 +25,7 @@ from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings
 from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
-from swesbi.networks.flow.flow import TrainedFlow, free_proposal
+from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.parameters import PHI_NAMES
 from swesbi.population.recordings import FreshSettings, record_pushes
 from swesbi.posterior.exact import weighted_posterior
@@ -85,20 +85,20 @@ def infer_pushes(
     for number, count in asked:
         model, phi = record_pushes(number, (count, count), fresh, seed, STREAM, count)
         stream = integer_seed(seed, "calibration", STREAM, count, number)
-        proposal, plain, heart = free_proposal(flow, model), model.model, HeartModel(model)
+        proposal, heart = flow_proposal(flow, model.recording), HeartModel(model)
         drawn, by_mcmc = weighted_posterior(heart, proposal, sizes.effective_draws, exact, stream)
         rng = generator(stream, "residuals")
         chosen = model.predict(drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)])
         network = heart.evaluated(proposal.draw(sizes.network_draws, integer_seed(stream, "network"))).phi
-        reference = reference_points(1, plain.settings.prior, generator(stream, "tarp"))[0]
-        variance = prior_variance(plain)
+        reference = reference_points(1, model.settings.prior, generator(stream, "tarp"))[0]
+        variance = prior_variance(model)
         one = InferredPushes(
-            contexts=(plain.recording.context,),
+            contexts=(model.recording.context,),
             checks=check_recording(model, drawn.phi, drawn.weight, chosen, rng),
             k_hat=np.array([drawn.k_hat]),
             efficiency=np.array([drawn.efficiency]),
             by_mcmc=np.array([by_mcmc]),
-            ranked=ranked(plain, model.log_likelihood, phi, network, drawn, reference, variance),
+            ranked=ranked(model, model.log_likelihood, phi, network, drawn, reference, variance),
         )
         parts.append(pushes_dataset(one))
         progress.step()

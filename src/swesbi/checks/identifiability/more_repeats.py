@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.designs import design_information
 from swesbi.checks.identifiability.information import (
     SimulatedStencil,
@@ -45,12 +45,11 @@ class MoreRepeats:
     width: FloatArray
 
 
-def more_repeats(model: SpeedModel, cell: IntArray, phi: FloatArray, step: float) -> MoreRepeats | None:
+def more_repeats(model: SpeedModel, phi: FloatArray, step: float) -> MoreRepeats | None:
     """Return what more repeats would buy.
 
     Args:
         model: Of the recording.
-        cell: Cell of the cycle of each of its p speeds, within which the model has one error; (p,).
         phi: Posterior draws, n of them; (n, d).
         step: Of the differences in log phi.
 
@@ -68,6 +67,7 @@ def more_repeats(model: SpeedModel, cell: IntArray, phi: FloatArray, step: float
     at = type(at)(at.phase, at.slope[works], at.log_speed_by[works], at.slope_by[works])
     now = mean_noise(model.recording)
     noises = [now, *(now.of(times) for times in TIMES)]
+    cell = model.recording.cells
     together = np.equal.outer(cell, cell).astype(np.float64)[None]
     information = design_information(at, noises, model.settings.discrepancy, together)
     precision = prior_precision(model.settings.prior)

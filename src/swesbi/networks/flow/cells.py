@@ -26,7 +26,7 @@ from swesbi.context import CONTEXT_RANGES, Context
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.conditioning import LARGEST_Z, Conditioner
 from swesbi.networks.standardisation import Standardisation
-from swesbi.recording.phases import nominal_phases
+from swesbi.recording.phases import cells_of, nominal_phases
 
 CONTEXT_INPUTS: Final = tuple(CONTEXT_RANGES)
 """What the simulator takes of a context; nothing else can change a posterior."""
@@ -88,7 +88,7 @@ def pool_points(
         n: Number of recordings.
         cells: P.
     """
-    within = np.minimum((phase * cells).astype(np.int64), cells - 1)
+    within = cells_of(phase, cells)
     cell, weight = row * cells + within, relative_se**-2.0
     total = np.bincount(cell, weight, minlength=n * cells).reshape(n, cells)
     measured = total > 0.0
@@ -164,20 +164,12 @@ def _neighbours(measured: BoolArray, direction: int) -> IntArray:
     return np.asarray(latest if direction < 0 else cells - 1 - latest[:, ::-1])
 
 
-def recording_inputs(
-    recording: SpeedRecording, settings: CellSettings, errors_log_sd: float = 0.0
-) -> FloatArray:
-    """Return what the network takes of one recording, before standardisation; shape (1, C).
-
-    Args:
-        recording: Its p points, gated phases or pushes.
-        settings: The cells.
-        errors_log_sd: Prior standard deviation of the log of a factor of all its errors.
-    """
+def recording_inputs(recording: SpeedRecording, settings: CellSettings) -> FloatArray:
+    """Return what the network takes of one recording, gated or of pushes, before standardisation; (1, C)."""
     row = np.zeros(len(recording.phase), dtype=np.int64)
     pooled = pool_points(row, recording.phase, recording.errors.total, 1, settings.cells)
     speed = pooled.mean(np.log(recording.speed_m_s))
-    factor = np.array([errors_log_sd])
+    factor = np.array([recording.errors_log_sd])
     seen = SeenCells(speed, pooled.measured, pooled.relative_se, pooled.offset, factor)
     return cell_inputs(context_inputs(recording.context)[None], seen, settings)
 
@@ -194,9 +186,9 @@ class CellConditioner:
         """Names of the C components of z."""
         return self.settings.components
 
-    def condition(self, recording: SpeedRecording, errors_log_sd: float = 0.0) -> FloatArray:
-        """Return z of one recording, whatever its instants; arguments of ``recording_inputs``; shape (C,)."""
-        z: FloatArray = self.standardise(recording_inputs(recording, self.settings, errors_log_sd))[0]
+    def condition(self, recording: SpeedRecording) -> FloatArray:
+        """Return z of one recording, whatever its instants; shape (C,)."""
+        z: FloatArray = self.standardise(recording_inputs(recording, self.settings))[0]
         return z
 
     def standardise(self, inputs: FloatArray) -> FloatArray:

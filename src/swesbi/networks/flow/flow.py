@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.measurement.instants import FreeModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.arrays import ConditionedFlow, FlowArrays
 from swesbi.networks.flow.cells import AnyConditioner, CellConditioner
@@ -108,16 +107,11 @@ class FlowProposal:
 
 
 def flow_proposal(flow: TrainedFlow, recording: SpeedRecording) -> FlowProposal:
-    """Return the flow's posterior of a recording as a proposal."""
-    return FlowProposal(flow, flow.conditioner.condition(recording))
-
-
-def free_proposal(flow: TrainedFlow, model: FreeModel) -> FlowProposal:
-    """Return the flow's posterior of a free-running recording as a proposal.
+    """Return the flow's posterior of a recording as a proposal.
 
     Raises:
-        ValueError: The flow was trained on recordings of known phases alone.
+        ValueError: It is one of pushes, and the flow was trained on recordings of known phases alone.
     """
-    if not isinstance(flow.conditioner, CellConditioner):
+    if recording.cell is not None and not isinstance(flow.conditioner, CellConditioner):
         raise ValueError("this network knows the phases of its own subjects alone; use one over a population")
-    return FlowProposal(flow, flow.conditioner.condition(model.model.recording, model.noise_log_sd))
+    return FlowProposal(flow, flow.conditioner.condition(recording))

@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from swesbi.recording.cohort.checked import Checked, CheckedFree, ingested, read_raw, twins_among
+from swesbi.recording.cohort.checked import Checked, ingested, read_raw, twins_among
 from swesbi.recording.cohort.files import PROTOCOL, RECORDINGS, SUBJECTS, check_file
 from swesbi.recording.cohort.recording_file import (
     Description,
@@ -21,10 +21,9 @@ from swesbi.recording.cohort.recording_file import (
 )
 from swesbi.recording.cohort.subjects import SubjectTable, examine_subjects
 from swesbi.recording.cohort.visits import Visit, persons_in_words
-from swesbi.recording.free_noise import SOURCES
-from swesbi.recording.free_observation import FreeObservation
+from swesbi.recording.components import RepeatLevels
 from swesbi.recording.noise import check_together
-from swesbi.recording.observation import Observation
+from swesbi.recording.observation import SOURCES, Observation
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import RecordingSettings, is_subject
@@ -62,12 +61,11 @@ class CohortReport:
     """What a cohort holds.
 
     Attributes:
-        subjects: The subjects without a problem whose recordings are gated, in the order of ``subjects.csv``.
+        subjects: The subjects without a problem, in the order of ``subjects.csv``.
         origin: Where the recordings come from; empty if the cohort does not say.
         problems: Everything that must be corrected.
         notes: Which files, rows of a table of all, and columns of ``subjects.csv`` are not used.
         visits: Whose recordings those of the table without a problem are, by subject.
-        free: The subjects without a problem whose recordings are free-running, likewise.
     """
 
     subjects: tuple[Checked, ...]
@@ -75,13 +73,16 @@ class CohortReport:
     problems: tuple[Problem, ...]
     notes: tuple[str, ...]
     visits: Mapping[str, Visit] = field(default_factory=dict)
-    free: tuple[CheckedFree, ...] = ()
 
     @property
     def usable(self) -> tuple[str, ...]:
-        """Names of all without a problem, the gated ones first."""
-        gated = (one.observation.subject for one in self.subjects)
-        return (*gated, *(one.observation.subject for one in self.free))
+        """Names of all without a problem."""
+        return tuple(one.observation.subject for one in self.subjects)
+
+    @property
+    def free_running(self) -> tuple[str, ...]:
+        """Names of those of them whose recordings are free-running."""
+        return tuple(one.observation.subject for one in self.subjects if not one.observation.is_gated)
 
 
 def examine_cohort(
@@ -108,16 +109,14 @@ def examine_cohort(
     _collect(problems, partial(noise_groups_of, said.file, cohort / PROTOCOL, table.names))
     check = partial(_check, cohort, said, described, table=table, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
-    gated = tuple(subject for subject in checked if isinstance(subject, Checked))
-    free = tuple(subject for subject in checked if isinstance(subject, CheckedFree))
     usable = {name: one for name, one in zip(table.names, checked, strict=True) if one is not None}
     problems.extend(twins_among(usable).values())
-    problems.extend(_noise(cohort, gated))
+    problems.extend(_noise(cohort, [one.levels for one in usable.values() if one.levels is not None]))
     layout = said.file.layout
     notes = _nobodys(cohort, layout, table.names) if layout.table.file else _notes(cohort, table.names)
     if table.ignored:
         notes = (*notes, f"{cohort / SUBJECTS}: not used: {', '.join(table.ignored)}")
-    return CohortReport(gated, said.file.origin, tuple(problems), notes, table.visits, free)
+    return CohortReport(tuple(usable.values()), said.file.origin, tuple(problems), notes, table.visits)
 
 
 def _collect(problems: list[Problem], read: Callable[[], Value]) -> Value | None:
@@ -141,7 +140,7 @@ def _check(
     name: str,
     table: SubjectTable,
     grid_points: int,
-) -> Checked | CheckedFree | None:
+) -> Checked | None:
     """Read and ingest one recording; a subject whose row is wrong has its recording read all the same.
 
     What is wrong with the cohort's own file is said once, and not here.
@@ -154,13 +153,12 @@ def _check(
     return ingested(raw, said, context, clinical, grid_points)
 
 
-def _noise(cohort: Path, gated: Sequence[Checked]) -> list[Problem]:
+def _noise(cohort: Path, levels: Sequence[RepeatLevels]) -> list[Problem]:
     """Return why the recordings together do not tell their noise, by which the study weighs them."""
-    kinds = {type(subject.levels) for subject in gated}
-    if len(kinds) != 1:  # none, or of several protocols, which no study pools
+    if len({type(one) for one in levels}) != 1:  # none, or of several protocols, which no study pools
         return []
     try:
-        check_together([subject.levels for subject in gated])
+        check_together(levels)
     except ValueError as error:
         remedy = "give every sample of every repeat as it was measured"
         return [Problem(str(cohort / RECORDINGS), f"{error}", remedy)]
@@ -203,29 +201,30 @@ def _files(cohort: Path) -> list[Path]:
 def summary(report: CohortReport) -> str:
     """Return a table with one line a subject, what its columns mean, who has further measures or visits."""
     observed = [subject.observation for subject in report.subjects]
-    free = [subject.observation for subject in report.free]
-    gated = [*aligned([HEADER, *map(_row, observed)]), "", LEGEND] if observed else []
+    gates, free = ([one for one in observed if one.is_gated is kind] for kind in (True, False))
+    gated = [*aligned([HEADER, *map(_row, gates)]), "", LEGEND] if gates else []
     running = [*aligned([FREE_HEADER, *map(_free_row, free)]), "", FREE_LEGEND] if free else []
     between = [""] if gated and running else []
-    further = [*_measured([*observed, *free]), *persons_in_words(report.visits), *_left_out(report)]
+    left_out = [f"{one.observation.subject}: {said}." for one in report.subjects for said in one.left_out]
+    further = [*_measured(observed), *persons_in_words(report.visits), *left_out]
     return "\n".join([*gated, *between, *running, *further])
 
 
-def _free_row(observed: FreeObservation) -> tuple[str, ...]:
-    relative, stiffness = observed.relative_se, observed.stiffness_kpa
+def _free_row(observed: Observation) -> tuple[str, ...]:
+    relative, stiffness = observed.relative_se, observed.stiffness_kpa[observed.measured]
     reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
     return (
         observed.subject,
-        str(len(observed.phase)),
+        str(int(observed.measured.sum())),
         str(sum(observed.rejected.values())),
         str(observed.beats),
         f"{float(np.median(relative)):.1%}",
         f"{stiffness.min():.1f}-{stiffness.max():.1f}",
-        f"{SOURCES[observed.noise_source]}; rejected: {reasons or 'none'}",
+        f"{SOURCES[observed.errors_from]}; rejected: {reasons or 'none'}",
     )
 
 
-def _measured(observed: Sequence[Observation | FreeObservation]) -> list[str]:
+def _measured(observed: Sequence[Observation]) -> list[str]:
     """Say of which subjects there are measures beside the speeds; nothing if of none."""
     having = {
         "cuff pressures": [one.subject for one in observed if one.clinical.has_pressures],
@@ -234,15 +233,8 @@ def _measured(observed: Sequence[Observation | FreeObservation]) -> list[str]:
     return [f"{name}: {', '.join(subjects)}." for name, subjects in having.items() if subjects]
 
 
-def _left_out(report: CohortReport) -> list[str]:
-    """Name the phases and pushes that lie far outside their neighbours."""
-    gated = [(one.observation.subject, one.left_out) for one in report.subjects]
-    free = [(one.observation.subject, one.left_out) for one in report.free]
-    return [f"{subject}: {sentence}." for subject, left_out in (*gated, *free) for sentence in left_out]
-
-
 def _row(observed: Observation) -> tuple[str, ...]:
-    relative = (observed.speed_se_m_s / observed.speed_m_s)[observed.measured]
+    relative = observed.relative_se
     stiffness = observed.stiffness_kpa[observed.measured]
     reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
     return (

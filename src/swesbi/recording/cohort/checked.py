@@ -13,19 +13,16 @@ from swesbi.recording.cohort.files import find_recording
 from swesbi.recording.cohort.recording_file import Description
 from swesbi.recording.components import RepeatLevels
 from swesbi.recording.copies import twin_refused, twins
-from swesbi.recording.free_observation import FreeObservation, ingest_free
-from swesbi.recording.free_quality import push_quality
-from swesbi.recording.free_samples import FreeSamples, free_samples
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.quality import clipped, phases_left_out, rejection
-from swesbi.recording.reader import gated_samples
+from swesbi.recording.pushes import ingest_pushes
+from swesbi.recording.quality import oddities, phases_left_out, push_quality, rejection
+from swesbi.recording.reader import samples_in
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, is_crossed, levels_by
 from swesbi.recording.tables.files import open_table
 from swesbi.recording.tables.table import Table
-from swesbi.recording.tables.translate import in_own_terms, is_free
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class Checked:
         samples: The raw recording, N samples.
         verdict: Index of the reason for which each sample is rejected, -1 where accepted; shape (N,).
         observation: The observed curve.
-        levels: Its repeats, by which the noise is estimated.
+        levels: Its repeats, by which the noise is estimated; None of pushes.
         left_out: What is left out as a whole, or odd, a sentence each: phases, columns, clipped speeds.
         copies_allowed: Whether another recording may have the same speeds.
     """
@@ -44,24 +41,13 @@ class Checked:
     samples: Samples
     verdict: IntArray
     observation: Observation
-    levels: RepeatLevels
+    levels: RepeatLevels | None
     left_out: tuple[str, ...] = ()
     copies_allowed: bool = False
 
 
-@dataclass(frozen=True)
-class CheckedFree:
-    """One subject whose free-running recording can be used; as :class:`Checked`, with pushes for phases."""
-
-    samples: FreeSamples
-    verdict: IntArray
-    observation: FreeObservation
-    left_out: tuple[str, ...] = ()
-    copies_allowed: bool = False
-
-
-def read_raw(cohort: Path, subject: str, said: Description) -> Samples | FreeSamples:
-    """Read the recording of a subject: samples where it is gated, else pushes.
+def read_raw(cohort: Path, subject: str, said: Description) -> Samples:
+    """Read the recording of a subject.
 
     Raises:
         RecordingError: It is malformed.
@@ -71,21 +57,21 @@ def read_raw(cohort: Path, subject: str, said: Description) -> Samples | FreeSam
     return raw_of(open_table(path, layout), said, subject)
 
 
-def raw_of(table: Table, said: Description, subject: str = "") -> Samples | FreeSamples:
+def raw_of(table: Table, said: Description, subject: str = "") -> Samples:
     """Read a table as it stands in its file or in memory; as :func:`read_raw`."""
-    own, density = in_own_terms(table, said.file.layout, subject), said.settings.density_kg_m3
-    if is_free(own):
-        return free_samples(own, density)
-    return gated_samples(own, said.settings.phases, density, said.phases_said_in)
+    settings = said.settings
+    return samples_in(
+        table, settings.phases, settings.density_kg_m3, said.file.layout, subject, said.phases_said_in
+    )
 
 
 def ingested(
-    raw: Samples | FreeSamples,
+    raw: Samples,
     said: Description,
     context: Context,
     clinical: ClinicalMeasures,
     grid_points: int,
-) -> Checked | CheckedFree:
+) -> Checked:
     """Return what quality control makes of a recording.
 
     Args:
@@ -98,12 +84,12 @@ def ingested(
     Raises:
         RecordingError: It is too incomplete, or nothing tells its errors.
     """
-    settings, file, noted = said.settings, said.file, _noted(raw)
+    settings, file, noted = said.settings, said.file, oddities(raw, said.settings)
     copies = file.table.copies_allowed
-    if isinstance(raw, FreeSamples):
-        observed = ingest_free(raw, context, settings, file.noise, clinical)
+    if not raw.is_gated:
+        pushes = ingest_pushes(raw, context, settings, file.noise, clinical)
         quality = push_quality(raw, settings, file.noise)
-        return CheckedFree(raw, quality.verdict, observed, (*quality.left_out, *noted), copies)
+        return Checked(raw, quality.verdict, pushes, None, (*quality.left_out, *noted), copies)
     observation, verdict = ingest(raw, context, settings, grid_points, clinical), rejection(raw, settings)
     levels = levels_by(file.protocol.repeats_are, raw, verdict == ACCEPTED)
     if isinstance(levels, SweepLevels) and not is_crossed(levels):
@@ -111,14 +97,8 @@ def ingested(
     return Checked(raw, verdict, observation, levels, (*phases_left_out(raw, settings), *noted), copies)
 
 
-def twins_among(recordings: Mapping[str, Checked | CheckedFree]) -> dict[str, Problem]:
+def twins_among(recordings: Mapping[str, Checked]) -> dict[str, Problem]:
     """Return what is wrong with those recordings of a folder that are the same, unless that is declared."""
     compared = {name: one for name, one in recordings.items() if not one.copies_allowed}
     found = twins({name: one.samples.speed_m_s for name, one in compared.items()})
     return {name: twin_refused(compared[name].samples.source, other) for name, other in found.items()}
-
-
-def _noted(raw: Samples | FreeSamples) -> tuple[str, ...]:
-    """Name clipped speeds, and columns that nobody asks for and in which the rows of the recording differ."""
-    unused = (f"not used, though its rows differ in it: {', '.join(raw.unused)}",) if raw.unused else ()
-    return (*clipped(raw.speed_m_s), *unused)

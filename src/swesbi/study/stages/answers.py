@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from swesbi.answers.answer import answered, shown_of
-from swesbi.answers.gated import GatedRecording
 from swesbi.answers.knowledge import knowledge_of_population
+from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts import Origin, save, write_json
 from swesbi.measurement.likelihood import SpeedModel
@@ -50,7 +50,7 @@ def population_answers(
     observed = read_observation(observation)
     stage = settings.exact_posterior
     model = SpeedModel(measured_speeds(observed, read_noise(noise).of(observed.subject)), stage.model)
-    recording = GatedRecording(observed, model, stream=STREAM)
+    recording = ModelledRecording(observed, model, stream=STREAM)
     knowledge = knowledge_of_population(estimator, null)
     answer = answered(recording, knowledge, settings, origin.seed)
     groups = exact_to_groups(answer.posterior, stage.model.prior)

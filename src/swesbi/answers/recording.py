@@ -1,4 +1,4 @@
-"""A gated recording under a model: what its phases allow to be inferred, tested and shown."""
+"""A recording under a model: what it allows to be inferred, tested and shown, whatever its points are."""
 
 from __future__ import annotations
 
@@ -14,32 +14,36 @@ from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts import to_groups
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.draws import CheckedFeatures
+from swesbi.checks.free_predictive import KIND as PUSHES_PREDICTIVE
+from swesbi.checks.free_predictive import check_pushes
 from swesbi.checks.predictive import KIND as PREDICTIVE
 from swesbi.checks.predictive import to_datasets
 from swesbi.checks.predictive_speeds import Recorder, new_recordings, predictive_check, stream_of
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
-from swesbi.measurement.likelihood import SpeedModel
-from swesbi.networks.flow.flow import FlowProposal
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
+from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.noise import NoiseComparison
-from swesbi.recording.observation import KIND, Observation, read_observation, same_recording
+from swesbi.recording.observation import KIND, SOURCES, Observation, read_observation, same_recording
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.figures.free_predictive import draw_free_check
 from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
-from swesbi.report.sheet import curve_gated, recorded_gated
+from swesbi.report.sheet import curve_free, curve_gated, recorded_free, recorded_gated
+from swesbi.seeds import generator
 from swesbi.verdict.verdict import Verdict, VerdictTest
 from swesbi.verdict.with_null import judge, network_test
 
 
 @dataclass(frozen=True)
-class GatedRecording:
-    """A recording at gated phases under the model of an experiment.
+class ModelledRecording:
+    """Gated phases, or pushes at instants of their own, under the model of an experiment.
 
     Attributes:
-        observation: The observed curve.
+        observation: What was observed.
         model: Its likelihood, with the standard errors that its noise gives.
         tests: Of the recording alone, which can strain the subject: that of its noise.
         noise: From which noise its standard errors are estimated, in words.
@@ -51,20 +55,6 @@ class GatedRecording:
     tests: tuple[VerdictTest, ...] = ()
     noise: str = ""
     stream: str = "new subject"
-
-    @property
-    def cells(self) -> IntArray:
-        """Cell of each speed, within which the model has one error: of each phase its own."""
-        return np.arange(len(self.model.recording.phase))
-
-    @property
-    def speeds(self) -> SpeedModel:
-        """What simulates the subject and predicts its speeds."""
-        return self.model
-
-    def proposal(self, knowledge: Knowledge) -> FlowProposal | None:
-        """Return the posterior of a network with which the inference begins; None: the prior."""
-        return knowledge.of_phases(self.model.recording)
 
     def judged(
         self,
@@ -81,26 +71,28 @@ class GatedRecording:
             ValueError: The knowledge has no null distributions.
         """
         if knowledge.nulls is None:
-            raise ValueError("a gated recording is judged by null distributions, and none are given")
+            raise ValueError("a recording is judged by null distributions, and none are given")
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
         nulls, rule, clinical = knowledge.nulls, settings.verdict, self.observation.clinical
         return judge(exact, self.model, beats, nulls, knowledge.hearts, rule, seed, clinical, further)
 
     def with_pressures(self, settings: ClinicalErrors) -> ClinicalModel | None:
-        """Return the model with the pressures of a cuff; None where none were taken.
+        """Return the model with the pressures of a cuff; None where none were taken, and of pushes.
 
         Raises:
             ValueError: The prior or the circulation has no place for them.
         """
         clinical = self.observation.clinical
-        return with_pressures(self.model, clinical, settings) if clinical.has_pressures else None
+        if not self.observation.is_gated or not clinical.has_pressures:
+            return None
+        return with_pressures(self.model, clinical, settings)
 
     def observed(self) -> Kept:
         """Return what ``observation.h5`` holds."""
         return Kept(KIND, to_groups(self.observation))
 
     def is_kept_in(self, path: Path) -> bool:
-        """Tell whether an artefact is the observed curve of this recording."""
+        """Tell whether an artefact is the observation of this recording."""
         return hdf5_provenance(path).kind == KIND and same_recording(read_observation(path), self.observation)
 
     def checked(
@@ -112,18 +104,37 @@ class GatedRecording:
         seed: int,
     ) -> Shown:
         """Compare the recording with what prior and posterior predict of new ones."""
-        predictive, model = settings.predictive_speeds.predictive, self.model
+        predictive, subject = settings.predictive_speeds.predictive, self.observation.subject
+        if not self.observation.is_gated:
+            points = self.model.settings.measurement.grid_points
+            rng, draws = generator(seed, self.stream, subject, "new pushes"), exact.phi[: predictive.draws]
+            pushes = check_pushes(self.model, draws, prior, predictive.interval, points, rng)
+            errors = SOURCES[self.observation.errors_from]
+            return Shown(
+                kept=Kept(PUSHES_PREDICTIVE, to_groups(pushes)),
+                draw=partial(draw_free_check, subject, pushes, verdict, errors),
+                recorded=recorded_free(self.observation),
+                curve=curve_free(pushes),
+            )
         features = CheckedFeatures(predictive.features, settings.predictive_speeds.summary)
-        recorder, readable = Recorder(model, self.observation, features), verdict.may_be_read
+        recorder, readable = Recorder(self.model, self.observation, features), verdict.may_be_read
         before = new_recordings(prior, recorder, stream_of(recorder, seed, "prior"))
         check = predictive_check(recorder, exact.phi, before, predictive, seed, may_be_read=readable)
-        panel = PredictivePanel(self.observation.subject, check, None, verdict)
         return Shown(
             kept=Kept(PREDICTIVE, to_datasets(check)),
-            draw=partial(draw_subject_check, panel),
+            draw=partial(draw_subject_check, PredictivePanel(subject, check, None, verdict)),
             recorded=recorded_gated(self.observation),
             curve=curve_gated(check),
         )
+
+
+def modelled_pushes(observed: Observation, settings: SpeedModelSettings) -> ModelledRecording:
+    """Return pushes under a model, with the errors that their table or its description states."""
+    median = 100.0 * float(np.median(observed.relative_se))
+    noise = f"{SOURCES[observed.errors_from]}, {median:.1f} % in the median"
+    return ModelledRecording(
+        observed, SpeedModel(measured_speeds(observed), settings), (), noise, "free subject"
+    )
 
 
 def noise_test(

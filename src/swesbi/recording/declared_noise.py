@@ -13,17 +13,12 @@ from typing import Final, Literal
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.free_samples import FreeSamples
 from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.samples import Samples
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.tables.columns import STANDARD_ERROR
 
 NoiseSource = Literal["se_m_s", "fit_r2", "declared"]
-SOURCES: Final[dict[str, str]] = {
-    "se_m_s": "standard errors of the file",
-    "fit_r2": "standard errors by the R2 of the fits",
-    "declared": "declared coefficient of variation, integrated out",
-}
 DECLARE: Final = (
     "add a column se_m_s; or declare in recording.yaml, or in swe/<subject>.yaml, "
     "`noise: { cv_fraction: 0.1, cv_log_sd: 0.3 }`, or `noise: { fit_points: 12 }` where each speed is the "
@@ -32,7 +27,7 @@ DECLARE: Final = (
 
 
 @dataclass(frozen=True)
-class FreeNoise:
+class DeclaredNoise:
     """Errors of n speeds.
 
     Attributes:
@@ -46,7 +41,7 @@ class FreeNoise:
     source: NoiseSource
 
 
-def free_noise(samples: FreeSamples, accepted: BoolArray, declared: NoiseDeclaration) -> FreeNoise:
+def declared_noise(samples: Samples, accepted: BoolArray, declared: NoiseDeclaration) -> DeclaredNoise:
     """Return the errors of the accepted speeds: of the file before anything that is declared.
 
     The slope of a line through n points has, by least squares, the relative standard error
@@ -62,31 +57,40 @@ def free_noise(samples: FreeSamples, accepted: BoolArray, declared: NoiseDeclara
         RecordingError: Nothing tells the errors, or those of an accepted push are missing.
     """
     count = int(accepted.sum())
-    if STANDARD_ERROR in samples.columns:
-        relative = (samples.se_m_s / samples.speed_m_s)[accepted]
-        _check_all(samples, accepted, relative, STANDARD_ERROR, "is empty beside a speed that is accepted")
-        return FreeNoise(relative, 0.0, "se_m_s")
+    if samples.se_m_s is not None:
+        relative, empty = (
+            (samples.se_m_s / samples.speed_m_s)[accepted],
+            "is empty beside a speed that is accepted",
+        )
+        _check_all(samples, accepted, relative, samples.se_m_s, STANDARD_ERROR, empty)
+        return DeclaredNoise(relative, 0.0, "se_m_s")
     if declared.fit_points is not None:
-        r2 = samples.fit_r2[accepted]
+        every = np.full(len(accepted), np.nan) if samples.fit_r2 is None else samples.fit_r2
+        r2 = every[accepted]
         with np.errstate(divide="ignore", invalid="ignore"):
             relative = np.sqrt((1.0 / r2 - 1.0) / (declared.fit_points - 2))
         wrong = np.where((r2 > 0.0) & (r2 < 1.0), relative, np.nan)
-        _check_all(samples, accepted, wrong, "fit_r2", "tells no error: it must lie between 0 and 1")
-        return FreeNoise(relative, 0.0, "fit_r2")
+        _check_all(samples, accepted, wrong, every, "fit_r2", "tells no error: it must lie between 0 and 1")
+        return DeclaredNoise(relative, 0.0, "fit_r2")
     if declared.cv_fraction is not None and declared.cv_log_sd is not None:
-        return FreeNoise(np.full(count, declared.cv_fraction), declared.cv_log_sd, "declared")
+        return DeclaredNoise(np.full(count, declared.cv_fraction), declared.cv_log_sd, "declared")
     reason = "has no repeats at a phase, and nothing says how large the errors of its speeds are"
     raise RecordingError(Problem(samples.source, reason, DECLARE))
 
 
 def _check_all(
-    samples: FreeSamples, accepted: BoolArray, relative: FloatArray, column: str, reason: str
+    samples: Samples,
+    accepted: BoolArray,
+    relative: FloatArray,
+    values: FloatArray,
+    column: str,
+    reason: str,
 ) -> None:
     """Refuse an accepted push without a usable error; the first is named by its instant."""
     missing = np.flatnonzero(np.isnan(relative))
     if missing.size:
         index = np.flatnonzero(accepted)[missing[0]]
-        value = samples.se_m_s[index] if column == STANDARD_ERROR else samples.fit_r2[index]
+        value = values[index]
         where = (
             f"of the push at time_ms {samples.time_ms[index]:g} ({missing.size} of {accepted.sum()} pushes)"
         )
