@@ -52,7 +52,7 @@ def main(options: argparse.Namespace) -> int:
     print("\n".join([*_warnings(report), "", summary(report)]))
     gated = len(report.usable) > len(report.free_running)
     elsewhere = (_elsewhere(cohort, options.config),) if gated and not here else ()
-    for note in (*elsewhere, *_free_running(report)):
+    for note in (*elsewhere, *_free_running(report), *_other_files(report)):
         print(f"note: {note}")
     if options.plot:
         _plot(report, options.plot)
@@ -107,6 +107,13 @@ def _free_running(report: CohortReport) -> tuple[str, ...]:
         "Networks and the experiments of the paper need gated phases: leave them out of `subjects` of a "
         "study",
     )
+
+
+def _other_files(report: CohortReport) -> tuple[str, ...]:
+    """Name the files that are read in place of ``SUBJECT.csv``, if there are any."""
+    files = dict.fromkeys(one.samples.source for one in report.subjects)
+    others = [name for name in files if not name.lower().endswith(".csv")]
+    return (f"read as they are, without a CSV: {', '.join(others)}",) if others else ()
 
 
 def _plot(report: CohortReport, folder: Path) -> None:
