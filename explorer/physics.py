@@ -17,7 +17,14 @@ KERNEL_RANKS: Final = {"x": 2, "own": 2, "drives": 2, "record": 3, "activation":
 ACTIVATION_RANKS: Final = {"curves": 2, "onset_s": 1, "duration_s": 1, "ramp_s": 1}
 EQUATIONS: Final[syntax.Chain] = ("swesbi.heart.kernel", "beat_kernel")
 ACTIVATIONS: Final[syntax.Chain] = ("swesbi.heart.activation", "_activation_kernel")
-OF_PUSHES: Final = ("CellErrors", "cell_innovations", "cell_sums", "error_factors", "likeliest_factor")
+OF_PUSHES: Final = (
+    "CellData",
+    "CellErrors",
+    "cell_innovations",
+    "cell_sums",
+    "error_factors",
+    "likeliest_factor",
+)
 OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.seeds", "generator"): "seeds.generator",
     ("swesbi.seeds", "integer_seed"): "seeds.integer_seed",

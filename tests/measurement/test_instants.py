@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
 
-from swesbi.measurement.instants import CellErrors, cell_innovations, cell_sums, error_factors
+from swesbi.measurement.instants import CellData, CellErrors, cell_innovations, cell_sums, error_factors
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import draw_prior
 
@@ -23,9 +23,9 @@ def test_pushes_of_a_cell_share_the_models_error() -> None:
     cell = np.array([0, 0, 0, 3, 7, 7])
     se = rng.uniform(0.02, 0.1, 6)
     distance, slope = 0.1 * rng.standard_normal((5, 6)), 3.0 * rng.standard_normal((5, 6))
-    given = (distance, slope, se, cell, DISCREPANCY.speed_fraction, DISCREPANCY.timing_cycle)
-    told, sums = cell_innovations(*given).log_density, cell_sums(*given)
-    wider = cell_innovations(distance, slope, 1.7 * se, cell, *given[-2:])
+    made = CellData(distance, slope, se, cell, DISCREPANCY.speed_fraction, DISCREPANCY.timing_cycle)
+    told, sums = cell_innovations(made).log_density, cell_sums(made)
+    wider = cell_innovations(replace(made, se=1.7 * se))
     np.testing.assert_allclose(sums.log_density(1.7), wider.log_density, rtol=1e-12)
     np.testing.assert_allclose(sums.chi_squared(np.full(5, 1.7)), wider.chi_squared, rtol=1e-12)
     np.testing.assert_allclose(sums.log_density(), told, rtol=1e-12)

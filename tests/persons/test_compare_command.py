@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
 
+import free_case
 import numpy as np
 import pandas as pd
 import pytest
@@ -320,12 +321,17 @@ def test_a_folder_that_cannot_be_asked_as_a_whole_is_told_so(
     assert "column 'ivsd_cm': '9.5'" in typed("--all", cohort=cohort)
 
 
-def test_visits_of_different_protocols_are_refused() -> None:
-    """Only the numbers of phases are looked at."""
-    visits = [cast("Observation", SimpleNamespace(phase=np.arange(number))) for number in (20, 12)]
+def test_visits_of_different_protocols_are_refused(tmp_path: Path) -> None:
+    """Only the numbers of phases are looked at, and whether there are any."""
+    made = [SimpleNamespace(phase=np.arange(number), is_gated=True) for number in (20, 12)]
+    visits = [cast("Observation", each) for each in made]
     check_protocols(visits[:1] * 2, ("before", "after"))
     with pytest.raises(ValueError, match="gated phases by visit: 'before' 20, 'after' 12; .* same protocol"):
         check_protocols(visits, ("before", "after"))
+    free_case.train(2).to_csv(tmp_path / "T.csv", index=False)
+    pushes = free_case.observed(tmp_path / "T.csv")
+    with pytest.raises(ValueError, match="T is free-running: .* so both must be gated"):
+        check_protocols([visits[0], pushes], ("before", "after"))
 
 
 def stored(p_value: float = 0.5, changed: float = 0.99) -> StoredChange:

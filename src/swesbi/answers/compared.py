@@ -72,8 +72,9 @@ def save_change(
         NoLikelihoodError: No draw of both visits has a likelihood.
         ArtefactError: A file cannot be written.
     """
-    observed, models = [answer.recording.observation for answer in answers], list(map(_gated_model, answers))
+    observed = [answer.recording.observation for answer in answers]
     check_protocols(observed, settings.visits)
+    models = [answer.recording.model for answer in answers]
     own = [
         own_posterior(answer.posterior, knowledge.space(model))
         for answer, model in zip(answers, models, strict=True)
@@ -97,19 +98,16 @@ def save_change(
     return stored
 
 
-def _gated_model(answer: Answer) -> SpeedModel:
-    if isinstance(answer.recording.model, SpeedModel):
-        return answer.recording.model
-    subject = answer.recording.observation.subject
-    raise ValueError(f"{subject} is free-running: visits are compared phase by phase, so both must be gated")
-
-
 def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> None:
-    """Refuse visits that were gated at different numbers of phases.
+    """Refuse visits that are free-running, or were gated at different numbers of phases.
 
     Raises:
-        ValueError: Says how many each has.
+        ValueError: Says which is free-running, or how many phases each has.
     """
+    for each in observed:
+        if not each.is_gated:
+            reason = "visits are compared phase by phase, so both must be gated"
+            raise ValueError(f"{each.subject} is free-running: {reason}")
     phases = [len(each.phase) for each in observed]
     if len(set(phases)) > 1:
         had = ", ".join(f"{visit!r} {number}" for visit, number in zip(visits, phases, strict=True))

@@ -34,20 +34,11 @@ NEWTON_STEPS: Final = 8
 REACH: Final = 6.0  # standard deviations of log lambda to either side
 
 
-def cell_innovations(
-    distance: FloatArray,
-    slope: FloatArray,
-    se: FloatArray,
-    cell: IntArray,
-    speed_fraction: float,
-    timing_cycle: float,
-) -> Innovations:
-    """Standardise n rows of p data, each datum given those before it in its row.
+@dataclass(frozen=True)
+class CellData:
+    """n rows of p data about their means, and what makes their errors in c cells.
 
-    The filter of ``shared_error``, with a state of two components (n_b, m_b) that begins anew in each cell
-    and loadings (delta, tau f_i) that differ from row to row.
-
-    Args:
+    Attributes:
         distance: Data less their means; shape (n, p).
         slope: d log c / ds of each row; shape (n, p).
         se: Standard deviations of the own errors; shape (p,).
@@ -55,17 +46,32 @@ def cell_innovations(
         speed_fraction: delta.
         timing_cycle: tau.
     """
-    z, sd = np.empty_like(distance), np.empty_like(distance)
-    first = np.concatenate([[True], cell[1:] != cell[:-1]])
-    for i in range(len(cell)):
+
+    distance: FloatArray
+    slope: FloatArray
+    se: FloatArray
+    cell: IntArray
+    speed_fraction: float
+    timing_cycle: float
+
+
+def cell_innovations(data: CellData) -> Innovations:
+    """Standardise the data, each datum given those before it in its row.
+
+    The filter of ``shared_error``, with a state of two components (n_b, m_b) that begins anew in each
+    cell and loadings (delta, tau f_i) that differ from row to row.
+    """
+    z, sd = np.empty_like(data.distance), np.empty_like(data.distance)
+    first, rows = np.diff(data.cell, prepend=-1) != 0, len(data.distance)
+    level = data.speed_fraction
+    for i in range(len(data.cell)):
         if first[i]:
-            mean_n, mean_m, cross = (np.zeros(len(distance)) for _ in range(3))
-            var_n, var_m = np.ones(len(distance)), np.ones(len(distance))
-        timing = timing_cycle * slope[:, i]
-        gain_n = var_n * speed_fraction + cross * timing
-        gain_m = cross * speed_fraction + var_m * timing
-        sd[:, i] = np.sqrt(se[i] ** 2 + speed_fraction * gain_n + timing * gain_m)
-        z[:, i] = (distance[:, i] - speed_fraction * mean_n - timing * mean_m) / sd[:, i]
+            mean_n, mean_m, cross = (np.zeros(rows) for _ in range(3))
+            var_n, var_m = np.ones(rows), np.ones(rows)
+        timing = data.timing_cycle * data.slope[:, i]
+        gain_n, gain_m = var_n * level + cross * timing, cross * level + var_m * timing
+        sd[:, i] = np.sqrt(data.se[i] ** 2 + level * gain_n + timing * gain_m)
+        z[:, i] = (data.distance[:, i] - level * mean_n - timing * mean_m) / sd[:, i]
         gain_n, gain_m = gain_n / sd[:, i], gain_m / sd[:, i]
         mean_n, mean_m = mean_n + gain_n * z[:, i], mean_m + gain_m * z[:, i]
         var_n, var_m, cross = var_n - gain_n**2, var_m - gain_m**2, cross - gain_n * gain_m
@@ -121,26 +127,19 @@ class CellSums:
         return np.asarray(chi_squared), np.asarray(log_det)
 
 
-def cell_sums(
-    distance: FloatArray,
-    slope: FloatArray,
-    se: FloatArray,
-    cell: IntArray,
-    speed_fraction: float,
-    timing_cycle: float,
-) -> CellSums:
-    """Return the sums of n rows of p data; arguments of ``cell_innovations``."""
-    weight = se**-2.0
-    by_distance, by_slope = weight * distance, weight * slope
+def cell_sums(data: CellData) -> CellSums:
+    """Return what the data are to their density, whatever the factor of the own errors."""
+    weight, (level, timing) = data.se**-2.0, (data.speed_fraction, data.timing_cycle)
+    by_distance, by_slope = weight * data.distance, weight * data.slope
     return CellSums(
-        level=speed_fraction**2 * over_cells(weight, cell),
-        cross=speed_fraction * timing_cycle * over_cells(by_slope, cell),
-        timing=timing_cycle**2 * over_cells(by_slope * slope, cell),
-        by_level=speed_fraction * over_cells(by_distance, cell),
-        by_timing=timing_cycle * over_cells(by_distance * slope, cell),
-        squares=(by_distance * distance).sum(axis=1),
-        log_det=2.0 * float(np.log(se).sum()),
-        data=len(cell),
+        level=level**2 * over_cells(weight, data.cell),
+        cross=level * timing * over_cells(by_slope, data.cell),
+        timing=timing**2 * over_cells(by_slope * data.slope, data.cell),
+        by_level=level * over_cells(by_distance, data.cell),
+        by_timing=timing * over_cells(by_distance * data.slope, data.cell),
+        squares=(by_distance * data.distance).sum(axis=1),
+        log_det=2.0 * float(np.log(data.se).sum()),
+        data=len(data.cell),
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from swesbi.artefacts import ArtefactError, load
-from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.heart.model import duration_ratio
@@ -24,6 +24,7 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate, simulate_active
 from swesbi.measurement import speeds
 from swesbi.measurement.instants import (
+    CellData,
     CellErrors,
     cell_innovations,
     cell_sums,
@@ -73,18 +74,18 @@ def standardise(
 ) -> Innovations:
     """Return log c_obs - log c at the measured points, each given the points before it; (n, p)."""
     if recording.cell is not None:
-        return cell_innovations(*_of_cells(predicted, recording, discrepancy))
+        return cell_innovations(_in_cells(predicted, recording, discrepancy))
     sd = log_speed_sd(predicted, recording.relative_se, discrepancy)
     return innovations(np.log(recording.speed_m_s) - predicted.log_speed, sd, recording.shared)
 
 
-def _of_cells(
+def _in_cells(
     predicted: speeds.PredictedSpeeds, recording: speeds.SpeedRecording, discrepancy: DiscrepancySettings
-) -> tuple[FloatArray, FloatArray, FloatArray, IntArray, float, float]:
-    """Return what the functions of ``instants`` ask for: distances, slopes, errors, cells, delta and tau."""
-    distance, cell = np.log(recording.speed_m_s) - predicted.log_speed, recording.cells
-    missed = discrepancy.speed_fraction, discrepancy.timing_cycle
-    return distance, predicted.slope, recording.relative_se, cell, *missed
+) -> CellData:
+    """Return the log speeds of pushes about n predictions, with the errors of their cells."""
+    distance, missed = np.log(recording.speed_m_s) - predicted.log_speed, discrepancy
+    se, cell = recording.relative_se, recording.cells
+    return CellData(distance, predicted.slope, se, cell, missed.speed_fraction, missed.timing_cycle)
 
 
 def residuals(
@@ -105,7 +106,7 @@ def log_joint(
     if recording.cell is None:
         return standardise(predicted, recording, discrepancy).log_density[None]
     factors, log_weight = error_factors(recording.errors_log_sd, len(recording.phase))
-    sums = cell_sums(*_of_cells(predicted, recording, discrepancy))
+    sums = cell_sums(_in_cells(predicted, recording, discrepancy))
     return np.stack([sums.log_density(factor) for factor in factors]) + log_weight[:, None]
 
 
@@ -245,7 +246,7 @@ class SpeedModel:
         recording, missed = self.recording, self.settings.discrepancy
         if recording.cell is None:
             return Errors(log_speed_sd(predicted, recording.relative_se, missed), recording.shared)
-        chi_squared = cell_sums(*_of_cells(predicted, recording, missed)).chi_squared()
+        chi_squared = cell_sums(_in_cells(predicted, recording, missed)).chi_squared()
         likeliest = likeliest_factor(chi_squared, len(recording.phase), recording.errors_log_sd)
         sd = np.hypot(likeliest[:, None] * recording.relative_se, missed.timing_cycle * predicted.slope)
         return CellErrors(sd, recording.cell, missed.speed_fraction)
@@ -283,7 +284,7 @@ class SpeedModel:
         """Return the sum of squared residuals of n simulations, each by a drawn factor of errors; (n,)."""
         if self.recording.cell is None:
             return standardise(predicted, self.recording, self.settings.discrepancy).chi_squared
-        sums = cell_sums(*_of_cells(predicted, self.recording, self.settings.discrepancy))
+        sums = cell_sums(_in_cells(predicted, self.recording, self.settings.discrepancy))
         return sums.chi_squared(self.draw_factor(predicted, rng))
 
     def likeliest_residuals(self, predicted: speeds.PredictedSpeeds) -> FloatArray:

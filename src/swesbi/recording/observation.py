@@ -93,7 +93,7 @@ class Observation:
 
     @property
     def is_gated(self) -> bool:
-        """Whether the points are gated phases, whose errors repeats tell."""
+        """Whether the points are gated phases, whose errors are estimated from repeats."""
         return self.errors_from == "repeats"
 
     @property
