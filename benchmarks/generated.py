@@ -25,7 +25,7 @@ from data.makers.files import samples_table
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.parameters import THETA_NAMES
-from swesbi.recording.cohort.clinical import CLINICAL
+from swesbi.recording.cohort.clinical import CLINICAL_BOUNDS
 from swesbi.virtual.generated import GeneratedRecording, record_subject
 from swesbi.virtual.volunteers import simulate_truth
 
@@ -36,7 +36,7 @@ density_kg_m3: {density}
 protocol:
   phases: {phases}
 """
-READ_MMHG = {one.name: one.declared for one in CLINICAL if one.unit == "mmHg"}
+READ_MMHG = {name: bounds for name, bounds in CLINICAL_BOUNDS.items() if name.endswith("_mmhg")}
 CONTEXT_COLUMNS = ["subject", "sex", "age_years", "bsa_m2", "hr_bpm", "lvedv_ml", "lvesv_ml", "ivsd_cm"]
 
 

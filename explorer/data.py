@@ -16,7 +16,7 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.parameters import NUISANCES, PHI, PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import sample
-from swesbi.recording.noise import CohortNoise
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents

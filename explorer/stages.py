@@ -14,7 +14,7 @@ from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.stages.origin import by_key, pick

@@ -15,9 +15,9 @@ from explorer.physics import physics
 from swesbi.prior import sample
 from swesbi.recording.cohort.files import find_recording
 from swesbi.recording.cohort.subjects import read_subject_table
-from swesbi.recording.components import ComponentEstimate
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import CohortNoise, GroupNoise, NoiseEstimate
+from swesbi.recording.noise.cohort import CohortNoise, GroupNoise, NoiseEstimate
+from swesbi.recording.noise.components import ComponentEstimate
 from swesbi.recording.observation import Observation
 from swesbi.recording.reader import read_samples
 from swesbi.recording.speed import NoiseComponents

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 
@@ -15,12 +16,12 @@ RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 
 
 @dataclass(frozen=True)
-class ContextVariable:
-    """One component of the context vector.
+class SubjectVariable:
+    """One column of ``subjects.csv``: a component of the context vector, or what else is known of a subject.
 
     Attributes:
         name: Name in artefacts and tables; it ends in the unit.
-        unit: Its unit.
+        unit: Its unit; none of a text.
         words: What the page calls it.
         short: What an axis calls it.
         asked: What the template of ``subjects.csv`` asks for.
@@ -28,7 +29,7 @@ class ContextVariable:
         asked_unit: Its unit there, in words; none of a choice.
         shown_unit: Its unit on the page and along an axis.
         digits: Digits behind the point on the page.
-        bounds: Lowest and highest value that is taken; none of a choice.
+        bounds: Lowest and highest value that is taken, which catch wrong units; none of a choice.
         simulated: Whether the forward model takes it, and is declared within the bounds.
         entered: Column of ``subjects.csv``, where it is not the name.
     """
@@ -71,27 +72,27 @@ class ContextVariable:
 
 # From a newborn to the most dilated heart, from sinus bradycardia to the fastest exercise (Lang et al. 2015).
 CONTEXT: Final = (
-    ContextVariable("sex_male", "1", "sex (male = 1)", "male", "F or M", "F", entered="sex"),
-    ContextVariable(
+    SubjectVariable("sex_male", "1", "sex (male = 1)", "male", "F or M", "F", entered="sex"),
+    SubjectVariable(
         "age_years", "year", "age", "age", "years", "31", "years", "years", bounds=(0.0, 120.0)
     ),
-    ContextVariable(
+    SubjectVariable(
         "bsa_m2", "m2", "body surface area", "BSA", "body surface area in m2", "1.71", "m2", "m²", digits=2,
         bounds=(0.1, 4.0),
     ),
-    ContextVariable(
+    SubjectVariable(
         "hr_bpm", "1/min", "heart rate", "heart rate", "heart rate during the recording, beats per minute",
         "66", "beats per minute", "1/min", bounds=(30.0, 220.0), simulated=True,
     ),
-    ContextVariable(
+    SubjectVariable(
         "lvedv_ml", "mL", "LVEDV", "LVEDV", "left ventricular end-diastolic volume in mL",
         "95", "mL", "mL", bounds=(10.0, 500.0), simulated=True,
     ),
-    ContextVariable(
+    SubjectVariable(
         "lvesv_ml", "mL", "LVESV", "LVESV", "left ventricular end-systolic volume in mL", "36", "mL", "mL",
         bounds=(1.0, 500.0),
     ),
-    ContextVariable(
+    SubjectVariable(
         "ivsd_cm", "cm", "septal thickness", "IVSd",
         "thickness of the interventricular septum at end diastole in cm",
         "0.82", "cm", "cm", digits=2, bounds=(0.2, 3.0), simulated=True,
@@ -151,19 +152,28 @@ class Context:
         return np.array([float(self.sex == "M"), *(getattr(self, name) for name in CONTEXT_NAMES[1:])])
 
 
+def check_bounds(values: Mapping[str, Any], bounds: Mapping[str, tuple[float, float]]) -> None:
+    """Refuse a value outside its bounds; what is not there, or None, has none.
+
+    Raises:
+        ValueError: The first such value.
+    """
+    for name, (low, high) in bounds.items():
+        value = values.get(name)
+        if value is not None and not low <= value <= high:
+            raise ValueError(f"{name} = {value:g} is outside [{low:g}, {high:g}]")
+
+
 def check_ranges(context: Context) -> None:
     """Refuse a context outside the ranges in which the forward model is declared.
 
     Raises:
         ValueError: Heart rate, end-diastolic volume, septal thickness or the wall's relative thickness.
     """
-    for name, (low, high) in CONTEXT_RANGES.items():
-        value = getattr(context, name)
-        if not low <= value <= high:
-            raise ValueError(
-                f"subject {context.subject}: {name} = {value:g} is outside [{low:g}, {high:g}]; "
-                "check its unit"
-            )
+    try:
+        check_bounds(vars(context), CONTEXT_RANGES)
+    except ValueError as error:
+        raise ValueError(f"subject {context.subject}: {error}; check its unit") from None
     low, high = RELATIVE_THICKNESS_RANGE
     if not low <= context.relative_thickness <= high:
         raise ValueError(

@@ -234,8 +234,7 @@ def _in_memory(
         row = ContextRow.from_plain(asdict(context))
     except ValidationError as error:
         wrong = error.errors()[0]
-        key = ".".join(map(str, wrong["loc"])) or "context"
-        reason = f"{key}: {wrong['msg'].removeprefix('Value error, ')}"
+        reason = ": ".join([*map(str, wrong["loc"]), wrong["msg"].removeprefix("Value error, ")])
         raise RecordingError(Problem(f"the context of {name}", reason, "check its unit")) from None
     said = described_in_memory(described, config.recording)
     study = Study(config, {}, new_rows={name: row}, new_described={name: said})

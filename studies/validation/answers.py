@@ -20,13 +20,13 @@ from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.noise import compare_noise
+from swesbi.recording.noise.cohort import compare_noise
+from swesbi.recording.noise.sweeps import levels_by
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import RecordingSettings, Repeats
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.sweeps import levels_by
 from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.verdict.answers import SEPARATOR, label_of_test
 from swesbi.verdict.verdict import Status

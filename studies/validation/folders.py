@@ -34,11 +34,11 @@ from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.components import RepeatLevels
-from swesbi.recording.folder_noise import FolderRecordings
+from swesbi.recording.noise.components import RepeatLevels
+from swesbi.recording.noise.folder import FolderRecordings
+from swesbi.recording.noise.sweeps import levels_by
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
-from swesbi.recording.sweeps import levels_by
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.study.finished import finished_population
 from swesbi.verdict.verdict import Status

@@ -44,7 +44,7 @@ from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import asking
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import samples_in
 from swesbi.recording.settings import NoiseDeclaration

@@ -47,7 +47,7 @@ from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator, integer_seed
 from swesbi.study.finished import FinishedPopulation, check_finished, finished_population

@@ -40,7 +40,7 @@ from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.settings import asking
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples

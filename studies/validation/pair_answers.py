@@ -33,7 +33,7 @@ from swesbi.persons.change.settings import ChangeSettings
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.space import normal_scores
 from swesbi.prior import SomeParameters, bounds
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.seeds import generator
 from swesbi.study.finished import FinishedPopulation
 from swesbi.verdict.verdict import Status

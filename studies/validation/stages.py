@@ -17,7 +17,7 @@ from swesbi.artefacts import Origin, load, save
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.report.figures.style import save_figure
 from swesbi.study.other_network import check_network
 

@@ -28,9 +28,9 @@ from swesbi.heart import prior_simulations as simulations_dataset
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.components import ComponentEstimate
-from swesbi.recording.noise import CohortNoise, GroupNoise, NoiseEstimate
-from swesbi.recording.noise import to_dataset as noise_dataset
+from swesbi.recording.noise.cohort import CohortNoise, GroupNoise, NoiseEstimate
+from swesbi.recording.noise.cohort import to_dataset as noise_dataset
+from swesbi.recording.noise.components import ComponentEstimate
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.study.stages import predictive
 

@@ -30,7 +30,7 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.visits import Visit
-from swesbi.recording.noise import relative_se
+from swesbi.recording.noise.errors import relative_se
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.registry import STAGES
 

@@ -11,10 +11,10 @@ from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, save, to_groups
 from swesbi.networks.flow.files import KIND, save_flow
-from swesbi.recording.components import repeat_levels
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import KIND as NOISE
-from swesbi.recording.noise import fit_cohort, to_dataset
+from swesbi.recording.noise.cohort import KIND as NOISE
+from swesbi.recording.noise.cohort import fit_cohort, to_dataset
+from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.observation import KIND as OBSERVATION
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
@@ -39,7 +39,7 @@ def write_inputs(folder: Path) -> dict[str, Path]:
     speeds = speed_case.model().recording.speed_m_s
     samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
     observed = ingest(samples, speed_case.CONTEXT, RECORDING, 100)
-    noise = fit_cohort({"T": repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)}, {})
+    noise = fit_cohort({"T": RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)}, {})
     paths = {"observation": folder / "observation.h5", "noise": folder / "noise.h5"}
     save(paths["observation"], to_groups(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
     save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))

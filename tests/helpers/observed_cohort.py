@@ -10,10 +10,10 @@ import speed_case
 from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import Provenance, save, to_groups
-from swesbi.recording.components import repeat_levels
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import KIND as NOISE
-from swesbi.recording.noise import fit_cohort, to_dataset
+from swesbi.recording.noise.cohort import KIND as NOISE
+from swesbi.recording.noise.cohort import fit_cohort, to_dataset
+from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.observation import KIND as OBSERVATION
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
@@ -28,5 +28,5 @@ def write_observed_cohort(folder: Path, subjects: Sequence[str]) -> None:
         context = replace(speed_case.CONTEXT, subject=subject)
         groups = to_groups(ingest(samples, context, RECORDING, 100))
         save(folder / f"{subject}.h5", groups, Provenance(OBSERVATION, subject, 1, {}, "c"))
-        levels[subject] = repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)
+        levels[subject] = RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)
     save(folder / "noise.h5", to_dataset(fit_cohort(levels, {})), Provenance(NOISE, "", 1, {}, "c"))

@@ -16,7 +16,7 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import log_centre
-from swesbi.recording.noise import mean_errors
+from swesbi.recording.noise.errors import mean_errors
 from swesbi.recording.speed import NoiseComponents
 from swesbi.verdict.settings import RuleSettings
 

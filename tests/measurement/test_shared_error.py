@@ -15,7 +15,7 @@ from swesbi.checks.identifiability.likelihood import differentiate
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
 from swesbi.measurement.shared_error import draw_shared, innovations, normal_log_density, precision
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
-from swesbi.recording.noise import MeanErrors, mean_errors
+from swesbi.recording.noise.errors import MeanErrors, mean_errors
 
 ROWS, DATA = 6, 8
 PHI = speed_case.PHI

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from recordings import make_samples
 
-from swesbi.recording.components import RepeatLevels, repeat_levels
-from swesbi.recording.folder_noise import FolderRecordings, folder_noise
-from swesbi.recording.noise import fit_noise
+from swesbi.recording.noise.cohort import fit_noise
+from swesbi.recording.noise.components import RepeatLevels
+from swesbi.recording.noise.folder import FolderRecordings, folder_noise
 from swesbi.recording.settings import NoisePriorSettings
 
 PRIOR = NoisePriorSettings(repeat_fraction=0.03, sample_fraction=0.06, sweep_fraction=0.015, log_sd=0.7)
@@ -16,7 +16,7 @@ PRIOR = NoisePriorSettings(repeat_fraction=0.03, sample_fraction=0.06, sweep_fra
 
 def recording(repeat_sd: float, sample_sd: float, seed: int) -> RepeatLevels:
     samples = make_samples(repeat_sd=repeat_sd, sample_sd=sample_sd, seed=seed)
-    return repeat_levels(samples, np.ones(len(samples.speed_m_s), dtype=bool))
+    return RepeatLevels.of(samples, np.ones(len(samples.speed_m_s), dtype=bool))
 
 
 def folder(count: int, repeat_sd: float, sample_sd: float, first: int = 0) -> dict[str, RepeatLevels]:

@@ -13,23 +13,13 @@ from data.makers.files import samples_table
 from swesbi.artefacts import ArtefactError, Origin, save, to_groups
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.acquisition import acquire
-from swesbi.recording.components import (
-    RepeatLevels,
-    fit_components,
-    joined,
-    log_restricted_likelihood,
-    repeat_levels,
-)
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import (
-    KIND,
-    CohortNoise,
-    fit_cohort,
-    fit_noise,
-    read_noise,
-    relative_se,
-    to_dataset,
+from swesbi.recording.noise.cohort import KIND, CohortNoise, fit_cohort, fit_noise, read_noise, to_dataset
+from swesbi.recording.noise.components import (
+    RepeatLevels,
+    log_restricted_likelihood,
 )
+from swesbi.recording.noise.errors import relative_se
 from swesbi.recording.observation import read_contexts
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
@@ -47,7 +37,7 @@ SETTINGS = stage.NoiseStageSettings(
 
 
 def levels_of(samples: Samples) -> RepeatLevels:
-    return repeat_levels(samples, rejection(samples, RECORDING) == ACCEPTED)
+    return RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)
 
 
 def unbalanced(
@@ -96,7 +86,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     held = np.zeros(2)
     ratios, count = [], 100
     for seed in range(count):
-        repeat, sample, _ = fit_components(unbalanced(0.04, 0.08, seed)[0], 0.9)
+        repeat, sample = unbalanced(0.04, 0.08, seed)[0].estimates(0.9)[0].values()
         parts = ((repeat, 0.04), (sample, 0.08))
         held += [part.low <= truth <= part.high for part, truth in parts]
         ratios.append([(part.fraction - truth) / part.standard_error for part, truth in parts])
@@ -126,7 +116,7 @@ def test_components_are_recovered_from_recordings() -> None:
     assert found.pooled.sample.low <= sample_sd <= found.pooled.sample.high
     assert found.pooled.repeat.high - found.pooled.repeat.low < 0.006
     assert found.homogeneity_p > 0.01
-    sizes = joined(tuple(recordings.values())).size
+    sizes = RepeatLevels.joined(tuple(recordings.values())).size
     assert sizes.max() - sizes.min() >= 7
 
 

@@ -20,34 +20,24 @@ from swesbi.__main__ import main
 from swesbi.artefacts import Origin, load, save, to_groups
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.cohort.recording_file import noise_groups_of, read_recording_file
-from swesbi.recording.components import (
+from swesbi.recording.ingest import ingest
+from swesbi.recording.noise.cohort import KIND, compare_noise, fit_noise, read_noise
+from swesbi.recording.noise.components import (
     LARGEST_SD,
     ComponentEstimate,
     RepeatLevels,
-    fit_components,
     log_restricted_likelihood,
 )
-from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import (
-    KIND,
-    compare_noise,
-    fit_noise,
-    mean_errors,
-    read_noise,
-    relative_se,
+from swesbi.recording.noise.errors import mean_errors, relative_se
+from swesbi.recording.noise.sweeps import (
+    SweepLevels,
+    levels_by,
 )
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import OTHERS, NoiseSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.sweeps import (
-    SweepLevels,
-    fit_sweeps,
-    joined_sweeps,
-    levels_by,
-    log_restricted_likelihood_of_sweeps,
-)
 from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
 from swesbi.study.stages import cohort as stage
@@ -105,11 +95,11 @@ def crossed(
 
 
 def levels_of(table: pd.DataFrame) -> SweepLevels:
-    return joined_sweeps([levels_of_table(part) for _, part in table.groupby("recording")])
+    return SweepLevels.joined([levels_of_table(part) for _, part in table.groupby("recording")])
 
 
-def as_separate(levels: SweepLevels) -> RepeatLevels:
-    return RepeatLevels(levels.cell, levels.size, levels.mean, levels.scatter)
+def parts_of(levels: RepeatLevels) -> tuple[ComponentEstimate, ...]:
+    return tuple(levels.estimates(0.9)[0].values())
 
 
 def test_the_likelihood_is_that_of_the_whole_covariance_matrix() -> None:
@@ -129,15 +119,18 @@ def test_the_likelihood_is_that_of_the_whole_covariance_matrix() -> None:
         return float(-0.5 * (determinants + residual @ inverse @ residual))
 
     points = [(0.04, 0.08, 0.05), (0.0, 0.1, 0.02), (0.1, 0.05, 0.0), (0.01, 0.2, 0.3)]
-    ours = np.array([log_restricted_likelihood_of_sweeps(levels_of(table), *point) for point in points])
+    levels = levels_of(table)
+    ours = np.array([levels.log_likelihood(NoiseComponents(*point)) for point in points])
     np.testing.assert_allclose(np.diff(ours), np.diff([dense(*point) for point in points]), rtol=1e-9)
 
 
 def test_without_sweep_noise_the_likelihood_is_that_of_separate_repeats() -> None:
     levels = levels_of(crossed(TRUE, seed=5))
     for pair in ((0.04, 0.08), (0.0, 0.1), (0.2, 0.05)):
-        crossed_value = log_restricted_likelihood_of_sweeps(levels, *pair, 0.0)
-        assert crossed_value == pytest.approx(log_restricted_likelihood(levels, *pair), rel=1e-13)
+        crossed_value = levels.log_likelihood(NoiseComponents(*pair))
+        assert crossed_value == pytest.approx(
+            levels.separate.log_likelihood(NoiseComponents(*pair)), rel=1e-13
+        )
 
 
 @pytest.mark.filterwarnings("ignore:The MLE may be on the boundary")
@@ -154,7 +147,7 @@ def test_the_fit_is_that_of_a_general_mixed_model(seed: int) -> None:
     ).fit(reml=True, method="bfgs", gtol=1e-9)
     assert general.converged
     by_name = dict(zip(general.model.exog_vc.names, general.vcomp, strict=True))
-    found = fit_sweeps(levels_of(table), 0.9)
+    found = parts_of(levels_of(table))
     expected = [np.sqrt(by_name["repeat"]), np.sqrt(general.scale), np.sqrt(by_name["sweep"])]
     np.testing.assert_allclose([part.fraction for part in found[:3]], expected, rtol=1e-6)
 
@@ -176,20 +169,20 @@ def test_in_balanced_recordings_the_fit_is_the_analysis_of_variance() -> None:
         (square_sweep - square_repeat) / (samples * phases),
     ]
     assert min(expected) > 0
-    found = [part.fraction**2 for part in fit_sweeps(levels_of(table), 0.9)[:3]]
+    found = [part.fraction**2 for part in parts_of(levels_of(table))]
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
 def test_an_interval_ends_where_the_best_of_the_other_components_says_as_little() -> None:
     levels = levels_of(crossed(TRUE, seed=1, recordings=8))
-    *parts, top = fit_sweeps(levels, 0.9)
+    parts, top = parts_of(levels), levels.maximum[1]
     middle = np.array([part.fraction for part in parts])
 
     def below(index: int, sd: float) -> float:
         """How far the likelihood falls where a component is fixed and the others are chosen by simplex."""
 
         def loss(others: NDArray[np.float64]) -> float:
-            return -log_restricted_likelihood_of_sweeps(levels, *np.insert(np.abs(others), index, sd))
+            return -levels.log_likelihood(NoiseComponents(*np.insert(np.abs(others), index, sd)))
 
         others, options = np.delete(middle, index), {"xatol": 1e-7, "fatol": 1e-7}
         return float(minimize(loss, others, method="Nelder-Mead", options=options).fun + top)
@@ -206,7 +199,7 @@ def test_an_interval_ends_where_the_best_of_the_other_components_says_as_little(
 @pytest.mark.exhaustive
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     truth = np.array([TRUE.repeat_fraction, TRUE.sample_fraction, TRUE.sweep_fraction])
-    fits = [fit_sweeps(levels_of(crossed(TRUE, seed, recordings=10)), 0.9)[:3] for seed in range(100, 200)]
+    fits = [parts_of(levels_of(crossed(TRUE, seed, recordings=10))) for seed in range(100, 200)]
     found, error, low, high = (
         np.array([[getattr(part, name) for part in fit] for fit in fits])
         for name in ("fraction", "standard_error", "low", "high")
@@ -237,10 +230,10 @@ def by(repeats: str, recordings: dict[str, Samples]) -> dict[str, RepeatLevels]:
     }
 
 
-def pooled(recordings: dict[str, Samples]) -> tuple[ComponentEstimate, ComponentEstimate, ComponentEstimate]:
+def pooled(recordings: dict[str, Samples]) -> tuple[ComponentEstimate, ...]:
     """The components of sweeps of all recordings, none of which is fitted alone."""
     found = by("sweeps", recordings).values()
-    return fit_sweeps(joined_sweeps([each for each in found if isinstance(each, SweepLevels)]), 0.9)[:3]
+    return parts_of(SweepLevels.joined([each for each in found if isinstance(each, SweepLevels)]))
 
 
 def test_components_are_recovered_from_recordings_and_only_with_the_crossed_term() -> None:
@@ -263,7 +256,7 @@ def test_separate_repeats_have_no_sweep_noise() -> None:
 
 
 def test_a_component_of_zero_is_zero_with_an_interval_from_there() -> None:
-    fits = [fit_sweeps(levels_of(crossed(NoiseComponents(0.0, 0.08, 0.0), seed)), 0.9) for seed in range(8)]
+    fits = [parts_of(levels_of(crossed(NoiseComponents(0.0, 0.08, 0.0), seed))) for seed in range(8)]
     for index in (0, 2):
         parts = [fit[index] for fit in fits]
         zero = [part for part in parts if part.fraction == 0.0]
@@ -273,11 +266,10 @@ def test_a_component_of_zero_is_zero_with_an_interval_from_there() -> None:
 
 
 def test_two_sweeps_of_one_recording_bound_their_noise_from_below_at_most() -> None:
-    apart = fit_sweeps(levels_of(crossed(TRUE, 1, recordings=1, phases=20, sweeps=2)), 0.9)[2]
+    apart = parts_of(levels_of(crossed(TRUE, 1, recordings=1, phases=20, sweeps=2)))[2]
     loud = replace(TRUE, sweep_fraction=0.6)
     found = [
-        fit_sweeps(levels_of(crossed(loud, seed, recordings=1, phases=20, sweeps=2)), 0.9)[2]
-        for seed in range(4)
+        parts_of(levels_of(crossed(loud, seed, recordings=1, phases=20, sweeps=2)))[2] for seed in range(4)
     ]
     assert apart.high > 3.0 * apart.fraction
     assert max(part.high for part in found) == LARGEST_SD
@@ -296,18 +288,18 @@ def test_sweeps_of_other_numbers_at_each_phase_are_refused() -> None:
 def test_recordings_of_sweeps_and_of_separate_repeats_are_not_pooled() -> None:
     levels = levels_of(crossed(TRUE, seed=1))
     with pytest.raises(ValueError, match="1 of 2 recordings are of sweeps"):
-        fit_noise({"X": levels, "Y": as_separate(levels)})
+        fit_noise({"X": levels, "Y": levels.separate})
 
 
 def test_a_recording_is_compared_with_the_cohort_by_the_model_of_its_repeats() -> None:
     crossed_levels = levels_of(crossed(TRUE, seed=1, recordings=1, phases=20))
-    top = fit_sweeps(crossed_levels, 0.9)[3]
-    given = log_restricted_likelihood_of_sweeps(crossed_levels, 0.04, 0.08, 0.05)
+    top = crossed_levels.maximum[1]
+    given = crossed_levels.log_likelihood(TRUE)
     found = compare_noise(crossed_levels, TRUE)
     assert found.statistic == pytest.approx(2.0 * (top - given))
     assert found.p_value == pytest.approx(chi2.sf(found.statistic, 3))
-    levels = as_separate(crossed_levels)
-    top = fit_components(levels, 0.9)[2]
+    levels = crossed_levels.separate
+    top = levels.maximum[1]
     given = log_restricted_likelihood(levels, float(np.hypot(0.04, 0.05)), 0.08)
     assert compare_noise(levels, TRUE).statistic == pytest.approx(2.0 * (top - given))
 

@@ -19,7 +19,7 @@ from swesbi.__main__ import main
 from swesbi.answers.written import OUTPUTS, WITH_PRESSURES
 from swesbi.config.read import overlay, parse_config, read_merged
 from swesbi.context import CONTEXT_BOUNDS
-from swesbi.recording.cohort.clinical import CLINICAL
+from swesbi.recording.cohort.clinical import CLINICAL_BOUNDS
 from swesbi.recording.cohort.recording_file import layout_of
 from swesbi.recording.cohort.visits import VISIT_NAMES
 from swesbi.recording.reader import read_samples
@@ -95,9 +95,9 @@ def test_the_settings_of_the_page_are_settings() -> None:
 def test_the_page_names_every_column_and_file_with_its_range() -> None:
     text = PAGE.read_text(encoding="utf-8")
     named = set(re.findall(r"`([\w.]+)`", text))
-    assert {*CONTEXT_BOUNDS, *(each.name for each in CLINICAL), *VISIT_NAMES} <= named
+    assert {*CONTEXT_BOUNDS, *CLINICAL_BOUNDS, *VISIT_NAMES} <= named
     assert {*COLUMNS, *FREE_COLUMNS, *OUTPUTS, WITH_PRESSURES} <= named
-    ranges = [*CONTEXT_BOUNDS.values(), *(each.declared for each in CLINICAL)]
+    ranges = [*CONTEXT_BOUNDS.values(), *CLINICAL_BOUNDS.values()]
     missing = [f"{low:g} to {high:g}" for low, high in ranges if f"{low:g} to {high:g}" not in text]
     assert not missing
 

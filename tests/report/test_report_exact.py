@@ -16,8 +16,8 @@ from report_case import make_experiment
 from swesbi.checks.calibration.alarms import ALARMS
 from swesbi.checks.calibration.table import COLUMNS as CALIBRATION_COLUMNS
 from swesbi.parameters import PHI_NAMES, THETA_NAMES
-from swesbi.recording.components import ComponentEstimate
-from swesbi.recording.noise import CohortNoise, GroupNoise, NoiseEstimate
+from swesbi.recording.noise.cohort import CohortNoise, GroupNoise, NoiseEstimate
+from swesbi.recording.noise.components import ComponentEstimate
 from swesbi.report.figures.style import save_figure
 from swesbi.report.page.figures import PagePart
 from swesbi.report.page.sections import make_section, section_figures

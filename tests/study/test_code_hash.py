@@ -351,7 +351,7 @@ def test_stages_reach_their_science_and_no_other() -> None:
         Place("swesbi.checks.cmaes", "search"): {
             "cmaes",
         },
-        Place("swesbi.recording.noise", "fit_noise"): {"noise"},
+        Place("swesbi.recording.noise.cohort", "fit_noise"): {"noise"},
     }
     for place, stages in reaching.items():
         assert {stage for stage in STAGES if place in PACKAGE.followed(*entry(stage))} == stages

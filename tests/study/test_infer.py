@@ -26,8 +26,8 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import TOLD_NAMES
 from swesbi.posterior.result import read_exact_posterior
-from swesbi.recording.components import repeat_levels
-from swesbi.recording.noise import compare_noise
+from swesbi.recording.noise.cohort import compare_noise
+from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.observation import read_observation
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study import other_network
@@ -84,7 +84,7 @@ def test_noise_like_the_cohort_s_is_accepted_and_other_noise_found() -> None:
 
     def p_values(repeat_sd: float, sample_sd: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         made = [make_samples(repeat_sd=repeat_sd, sample_sd=sample_sd, seed=seed) for seed in range(40)]
-        levels = [repeat_levels(samples, np.ones(len(samples.speed_m_s), dtype=bool)) for samples in made]
+        levels = [RepeatLevels.of(samples, np.ones(len(samples.speed_m_s), dtype=bool)) for samples in made]
         return np.array([compare_noise(one, cohort).p_value for one in levels])
 
     alike = p_values(0.04, 0.08)

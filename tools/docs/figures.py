@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.population import population_figure
 from swesbi.report.figures.recording import draw_noise

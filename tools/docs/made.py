@@ -15,7 +15,7 @@ from swesbi.config.study import Study
 from swesbi.parameters import NUISANCES, PHI_NAMES, THETA_NAMES
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import JointPriorSettings, NuisanceSettings, even_quantiles, quantile
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.report import training_tables
 from swesbi.report.figures.training import read_epochs
 from swesbi.verdict.verdict import Verdict, read_verdict

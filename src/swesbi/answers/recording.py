@@ -27,7 +27,7 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import ClinicalErrors
-from swesbi.recording.noise import NoiseComparison
+from swesbi.recording.noise.cohort import NoiseComparison
 from swesbi.recording.observation import KIND, SOURCES, Observation, read_observation, same_recording
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.free_predictive import draw_free_check

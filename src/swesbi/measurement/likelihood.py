@@ -48,7 +48,8 @@ from swesbi.measurement.shared_error import Errors, Innovations, draw_shared, in
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, OPERATOR_NAMES, STRETCHED
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
-from swesbi.recording.noise import CohortNoise, MeanErrors, read_noise
+from swesbi.recording.noise.cohort import CohortNoise, read_noise
+from swesbi.recording.noise.errors import MeanErrors
 from swesbi.recording.observation import Observation, read_observation
 
 

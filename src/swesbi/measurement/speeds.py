@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.measurement.operator import active_stiffness_map
-from swesbi.recording.noise import MeanErrors, mean_errors
+from swesbi.recording.noise.errors import MeanErrors, mean_errors
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle, slope_cycle
 from swesbi.recording.speed import NoiseComponents, squared_speed_m2_s2

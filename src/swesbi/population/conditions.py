@@ -17,7 +17,7 @@ from swesbi.networks.flow.cells import pool_points
 from swesbi.population.settings import ConditionSettings, FreeConditionSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.ingest import BEAT_VARIATION
-from swesbi.recording.noise import MeanErrors, mean_errors, relative_se
+from swesbi.recording.noise.errors import MeanErrors, mean_errors, relative_se
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents

@@ -25,7 +25,7 @@ from swesbi.prior import sample
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise import MeanErrors
+from swesbi.recording.noise.errors import MeanErrors
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import nominal_phases, sample_cycle, slope_cycle, to_grid
 from swesbi.recording.problems import RecordingError

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.special import chdtr
 
 from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.recording.declared_noise import DeclaredNoise, declared_noise
 from swesbi.recording.neighbours import told_by_neighbours
+from swesbi.recording.noise.declared import DeclaredNoise, declared_noise
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import ACCEPTED, OUTLIER, Samples, sample_rejection
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings

@@ -8,7 +8,7 @@ from typing import Final, Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base.settings import CycleWindow, Settings
-from swesbi.context import CONTEXT_BOUNDS, Context, check_ranges
+from swesbi.context import CONTEXT_BOUNDS, Context, check_bounds, check_ranges
 
 SUBJECT_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"
 SUBJECT_LENGTH = 64
@@ -102,15 +102,16 @@ class ContextRow(Settings):
 
     subject: str = Field(pattern=SUBJECT_PATTERN, max_length=SUBJECT_LENGTH)
     sex: Literal["F", "M"]
-    age_years: float = Field(ge=CONTEXT_BOUNDS["age_years"][0], le=CONTEXT_BOUNDS["age_years"][1])
-    bsa_m2: float = Field(ge=CONTEXT_BOUNDS["bsa_m2"][0], le=CONTEXT_BOUNDS["bsa_m2"][1])
-    hr_bpm: float = Field(ge=CONTEXT_BOUNDS["hr_bpm"][0], le=CONTEXT_BOUNDS["hr_bpm"][1])
-    lvedv_ml: float = Field(ge=CONTEXT_BOUNDS["lvedv_ml"][0], le=CONTEXT_BOUNDS["lvedv_ml"][1])
-    lvesv_ml: float = Field(ge=CONTEXT_BOUNDS["lvesv_ml"][0], le=CONTEXT_BOUNDS["lvesv_ml"][1])
-    ivsd_cm: float = Field(ge=CONTEXT_BOUNDS["ivsd_cm"][0], le=CONTEXT_BOUNDS["ivsd_cm"][1])
+    age_years: float
+    bsa_m2: float
+    hr_bpm: float
+    lvedv_ml: float
+    lvesv_ml: float
+    ivsd_cm: float
 
     @model_validator(mode="after")
     def _ejects(self) -> Self:
+        check_bounds(self.model_dump(), CONTEXT_BOUNDS)
         if self.lvesv_ml >= self.lvedv_ml:
             raise ValueError(
                 f"lvesv_ml ({self.lvesv_ml:g}) must be below lvedv_ml ({self.lvedv_ml:g}); are they swapped?"

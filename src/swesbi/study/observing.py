@@ -11,7 +11,7 @@ from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.cohort.checked import Checked, ingested, raw_of, read_raw, twins_among
-from swesbi.recording.folder_noise import FolderRecordings
+from swesbi.recording.noise.folder import FolderRecordings
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.tables.table import Table
 

@@ -25,11 +25,11 @@ from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import interval_levels
 from swesbi.posterior.result import read_exact_posterior
-from swesbi.recording.folder_noise import folder_noise
+from swesbi.recording.noise.folder import folder_noise
+from swesbi.recording.noise.sweeps import SweepLevels
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.sweeps import sweep_levels
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
 from swesbi.study.finished import finished_population
 from swesbi.verdict.verdict import read_verdict
@@ -135,7 +135,7 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
     made = settings.recorded(0, origin.seed)
     accepted = rejection(made.samples, settings.recording) == ACCEPTED
     # `infer` knows the noise of a folder of one from this recording and what is expected
-    noise = folder_noise([sweep_levels(made.samples, accepted)], loaded.config.new_subjects.noise_prior)
+    noise = folder_noise([SweepLevels.of(made.samples, accepted)], loaded.config.new_subjects.noise_prior)
     knowledge = finished_population(finished.results, "amortised").knowledge()
     found = Questioner(knowledge, noise.components, settings, origin.seed).answer(0)
     check_answer(found, made, finished.config, tmp_path)

@@ -21,8 +21,8 @@ from swesbi.recording.cohort.recording_file import (
 )
 from swesbi.recording.cohort.subjects import SubjectTable, examine_subjects
 from swesbi.recording.cohort.visits import Visit, persons_in_words
-from swesbi.recording.components import RepeatLevels
-from swesbi.recording.noise import check_together
+from swesbi.recording.noise.cohort import together
+from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.observation import SOURCES, Observation
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import CONFIGURED
@@ -158,7 +158,7 @@ def _noise(cohort: Path, levels: Sequence[RepeatLevels]) -> list[Problem]:
     if len({type(one) for one in levels}) != 1:  # none, or of several protocols, which no study pools
         return []
     try:
-        check_together(levels)
+        together(levels).check()
     except ValueError as error:
         remedy = "give every sample of every repeat as it was measured"
         return [Problem(str(cohort / RECORDINGS), f"{error}", remedy)]

@@ -11,16 +11,16 @@ from swesbi.context import Context
 from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.cohort.files import find_recording
 from swesbi.recording.cohort.recording_file import Description
-from swesbi.recording.components import RepeatLevels
 from swesbi.recording.copies import twin_refused, twins
 from swesbi.recording.ingest import ingest
+from swesbi.recording.noise.components import RepeatLevels
+from swesbi.recording.noise.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, levels_by
 from swesbi.recording.observation import Observation
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.quality import oddities, phases_left_out, push_quality, rejection
 from swesbi.recording.reader import samples_in
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, is_crossed, levels_by
 from swesbi.recording.tables.files import open_table
 from swesbi.recording.tables.table import Table
 
@@ -92,7 +92,7 @@ def ingested(
         return Checked(raw, quality.verdict, pushes, None, (*quality.left_out, *noted), copies)
     observation, verdict = ingest(raw, context, settings, grid_points, clinical), rejection(raw, settings)
     levels = levels_by(file.protocol.repeats_are, raw, verdict == ACCEPTED)
-    if isinstance(levels, SweepLevels) and not is_crossed(levels):
+    if isinstance(levels, SweepLevels) and not levels.is_crossed:
         raise RecordingError(Problem(raw.source, NOT_CROSSED, ONE_NUMBER, column="repeat"))
     return Checked(raw, verdict, observation, levels, (*phases_left_out(raw, settings), *noted), copies)
 

@@ -14,54 +14,28 @@ from pydantic import Field, model_validator
 
 from swesbi.artefacts import Variable
 from swesbi.base.settings import Settings
-
-KPA_PER_MMHG: Final = 0.133322387415
-
-
-@dataclass(frozen=True)
-class ClinicalVariable:
-    """One optional column of ``subjects.csv``.
-
-    Attributes:
-        name: Its name, which ends in the unit.
-        unit: Its unit.
-        asked: What the template asks for.
-        example: What a cell may say.
-        declared: Least and largest value that is read; they catch wrong units.
-        mistaken: A unit in which it is often given instead.
-        factor: One of that unit in its own.
-    """
-
-    name: str
-    unit: str
-    asked: str
-    example: str
-    declared: tuple[float, float]
-    mistaken: str
-    factor: float
-
-    @property
-    def short(self) -> str:
-        """Its name without the unit."""
-        return self.name.partition("_")[0]
-
+from swesbi.context import SubjectVariable, check_bounds
 
 # From shock to the crises of hypertension; from the fastest heart to the slowest (Weissler et al. 1968).
 CLINICAL: Final = (
-    ClinicalVariable(
-        "sbp_mmhg", "mmHg", "systolic pressure of a cuff on the upper arm in mmHg, with dbp_mmhg",
-        "118", (60.0, 260.0), "kPa", 1.0 / KPA_PER_MMHG,
+    SubjectVariable(
+        "sbp_mmhg", "mmHg", "systolic pressure", "SBP",
+        "systolic pressure of a cuff on the upper arm in mmHg, with dbp_mmhg", "118", "mmHg, not kPa",
+        bounds=(60.0, 260.0),
     ),
-    ClinicalVariable(
-        "dbp_mmhg", "mmHg", "its diastolic pressure in mmHg", "74", (30.0, 160.0), "kPa", 1.0 / KPA_PER_MMHG
+    SubjectVariable(
+        "dbp_mmhg", "mmHg", "diastolic pressure", "DBP", "its diastolic pressure in mmHg", "74",
+        "mmHg, not kPa", bounds=(30.0, 160.0),
     ),
-    ClinicalVariable(
-        "lvet_ms", "ms", "left ventricular ejection time in ms, from opening to closing of the aortic valve",
-        "295", (100.0, 500.0), "s", 1000.0,
+    SubjectVariable(
+        "lvet_ms", "ms", "ejection time", "LVET",
+        "left ventricular ejection time in ms, from opening to closing of the aortic valve", "295",
+        "ms, not s", bounds=(100.0, 500.0),
     ),
 )  # fmt: skip
 """What may be measured, in the order of its columns."""
 CLINICAL_NAMES: Final = tuple(variable.name for variable in CLINICAL)
+CLINICAL_BOUNDS: Final = {variable.name: variable.bounds for variable in CLINICAL if variable.bounds}
 
 
 @dataclass(frozen=True)
@@ -105,10 +79,7 @@ class ClinicalRow(Settings):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for variable in CLINICAL:
-            value, (low, high) = getattr(self, variable.name), variable.declared
-            if value is not None and not low <= value <= high:
-                raise ValueError(f"{variable.name} = {value:g} is outside [{low:g}, {high:g}]")
+        check_bounds(self.model_dump(), CLINICAL_BOUNDS)
         if (self.sbp_mmhg is None) != (self.dbp_mmhg is None):
             raise ValueError("sbp_mmhg and dbp_mmhg are given together, or not at all")
         if self.sbp_mmhg is not None and self.dbp_mmhg is not None and self.dbp_mmhg >= self.sbp_mmhg:

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.cohort.clinical import CLINICAL, ClinicalRow, ClinicalVariable
+from swesbi.context import SubjectVariable
+from swesbi.recording.cohort.clinical import CLINICAL, CLINICAL_BOUNDS, ClinicalRow
 from swesbi.recording.tables.table import MISSING, Table
 
 BOTH: Final = "give both pressures of the cuff, or leave both empty"
 MS_PER_MINUTE: Final = 6e4
-
-
-@dataclass(frozen=True)
-class _Column:
-    """One column of n rows: its values, NaN where there is none; which cells are filled; which wrong."""
-
-    values: FloatArray
-    given: BoolArray
-    wrong: BoolArray
+UNITS: Final = "mmhg|kpa|ms|msec|s|sec"
 
 
 def clinical_rows(table: Table, hr_bpm: FloatArray) -> list[ClinicalRow | None]:
@@ -34,52 +26,54 @@ def clinical_rows(table: Table, hr_bpm: FloatArray) -> list[ClinicalRow | None]:
         table: ``subjects.csv`` with n rows.
         hr_bpm: Heart rates, NaN where wrong; shape (n,). No ejection is longer than the beat.
     """
-    remedies = {each.name: f"call it {each.name}, in {each.unit}" for each in CLINICAL}
-    table.refuse_lookalikes(remedies, _resembles)
-    columns = {each.name: _column(table, each) for each in CLINICAL}
-    wrong = np.logical_or.reduce([column.wrong for column in columns.values()])
-    wrong |= _wrong_pressures(table, columns["sbp_mmhg"], columns["dbp_mmhg"])
-    wrong |= _wrong_ejection(table, columns["lvet_ms"], hr_bpm)
-    given = [
-        {name: float(column.values[index]) for name, column in columns.items() if column.given[index]}
-        for index in range(len(wrong))
+    table.refuse_lookalikes(
+        {each.name: f"call it {each.name}, in {each.unit}" for each in CLINICAL}, _resembles
+    )
+    values = {each.name: _values(table, each) for each in CLINICAL}
+    given = {name: _given(table, name) for name in values}
+    wrong = np.logical_or.reduce([given[name] & _outside(values[name], name) for name in values])
+    wrong |= _wrong_pair(table, values, given) | _endless(table, values["lvet_ms"], hr_bpm)
+    rows = [
+        {name: float(own[index]) for name, own in values.items() if given[name][index]}
+        for index in range(len(table.rows))
     ]
-    return [None if bad else ClinicalRow.from_plain(row) for bad, row in zip(wrong, given, strict=True)]
+    return [None if bad else ClinicalRow.from_plain(row) for bad, row in zip(wrong, rows, strict=True)]
 
 
-def _column(table: Table, variable: ClinicalVariable) -> _Column:
-    """Read a column, all of it empty where there is none; what has another unit is told so."""
+def _values(table: Table, variable: SubjectVariable) -> FloatArray:
+    """Return the numbers of a column; NaN where there is none."""
     if variable.name not in table.cells:
-        nothing = np.zeros(len(table.rows), dtype=np.bool_)
-        return _Column(np.full(len(table.rows), np.nan), nothing, nothing)
-    low, high = variable.declared
-    values = table.number(variable.name, -np.inf, np.inf, "", may_be_empty=True)
-    given = ~np.isin(table.cells[variable.name], MISSING)
-    outside = (values < low) | (values > high)
-    converted = values * variable.factor
-    mistaken = outside & (converted >= low) & (converted <= high)
-    reason = f"is outside [{low:g}, {high:g}]"
-    table.flag(variable.name, mistaken, reason, f"give {variable.unit}, not {variable.mistaken}")
-    remedy = f"correct the cell (units? the column is in {variable.unit}), or leave it empty"
-    table.flag(variable.name, outside & ~mistaken, reason, remedy)
-    return _Column(values, given, outside | (given & np.isnan(values)))
+        return np.full(len(table.rows), np.nan)
+    low, high = CLINICAL_BOUNDS[variable.name]
+    remedy = f"{variable.remedy}, or leave it empty"
+    return table.number(variable.name, low, high, remedy, may_be_empty=True)
 
 
-def _wrong_pressures(table: Table, systolic: _Column, diastolic: _Column) -> BoolArray:
+def _given(table: Table, name: str) -> BoolArray:
+    empty = np.isin(table.cells[name], MISSING) if name in table.cells else True
+    return np.broadcast_to(~np.asarray(empty, dtype=np.bool_), len(table.rows))
+
+
+def _outside(values: FloatArray, name: str) -> BoolArray:
+    low, high = CLINICAL_BOUNDS[name]
+    return ~((values >= low) & (values <= high))
+
+
+def _wrong_pair(table: Table, values: dict[str, FloatArray], given: dict[str, BoolArray]) -> BoolArray:
     """Refuse one pressure without the other, and a diastolic one that is not the lower."""
-    alone = systolic.given & ~diastolic.given
+    alone = given["sbp_mmhg"] & ~given["dbp_mmhg"]
     table.flag("sbp_mmhg", alone, "is given without dbp_mmhg", BOTH)
-    other = diastolic.given & ~systolic.given
+    other = given["dbp_mmhg"] & ~given["sbp_mmhg"]
     table.flag("dbp_mmhg", other, "is given without sbp_mmhg", BOTH)
-    swapped: BoolArray = diastolic.values >= systolic.values
+    swapped: BoolArray = values["dbp_mmhg"] >= values["sbp_mmhg"]
     reason = "is not below sbp_mmhg of the same row"
     table.flag("dbp_mmhg", swapped, reason, "correct the cells (swapped?), or leave both empty")
     return alone | other | swapped
 
 
-def _wrong_ejection(table: Table, ejection: _Column, hr_bpm: FloatArray) -> BoolArray:
+def _endless(table: Table, lvet_ms: FloatArray, hr_bpm: FloatArray) -> BoolArray:
     """Refuse an ejection that is as long as the beat."""
-    endless: BoolArray = ejection.values * hr_bpm >= MS_PER_MINUTE
+    endless: BoolArray = lvet_ms * hr_bpm >= MS_PER_MINUTE
     reason = "is no shorter than a beat at hr_bpm of the same row"
     table.flag("lvet_ms", endless, reason, "correct the cell that is wrong, or leave it empty")
     return endless
@@ -87,6 +81,4 @@ def _wrong_ejection(table: Table, ejection: _Column, hr_bpm: FloatArray) -> Bool
 
 def _resembles(lowered: str, name: str) -> bool:
     """Tell whether a name is the variable's in capitals, or with another unit or none."""
-    variable = next(each for each in CLINICAL if each.name == name)
-    units = "|".join((variable.unit.lower(), variable.mistaken.lower(), "msec", "sec"))
-    return re.fullmatch(rf"{variable.short}[\W_]*({units})?[\W_]*", lowered) is not None
+    return re.fullmatch(rf"{name.partition('_')[0]}[\W_]*({UNITS})?[\W_]*", lowered) is not None

@@ -7,32 +7,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from swesbi.context import SubjectVariable
+
 MOST_NAMED: Final = 8
 """Visits and groups that are named one by one in a summary."""
 
 
-@dataclass(frozen=True)
-class VisitColumn:
-    """One optional column of ``subjects.csv``.
-
-    Attributes:
-        name: Its name.
-        asked: What the template asks for.
-        example: What a cell may say.
-    """
-
-    name: str
-    asked: str
-    example: str
-
-
 VISITS: Final = (
-    VisitColumn("person", "who was recorded; the rows of one name are visits of one person", "P01"),
-    VisitColumn(
-        "visit", "which visit of the person, with person; visits stand in the order of time", "before"
+    SubjectVariable(
+        "person", "", "person", "person", "who was recorded; the rows of one name are visits of one person",
+        "P01",
     ),
-    VisitColumn("group", "group that the person belongs to, the same in all rows of a person", "treated"),
-)
+    SubjectVariable(
+        "visit", "", "visit", "visit",
+        "which visit of the person, with person; visits stand in the order of time", "before",
+    ),
+    SubjectVariable(
+        "group", "", "group", "group",
+        "group that the person belongs to, the same in all rows of a person", "treated",
+    ),
+)  # fmt: skip
 """What may be said of a recording's visit, in the order of its columns."""
 VISIT_NAMES: Final = tuple(column.name for column in VISITS)
 

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.recording.cohort.checked import Checked
-from swesbi.recording.components import ComponentEstimate
-from swesbi.recording.noise import CohortNoise
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.noise.components import ComponentEstimate
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.style import (

@@ -13,7 +13,7 @@ import pandas as pd
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.noise import CohortNoise, GroupNoise
+from swesbi.recording.noise.cohort import CohortNoise, GroupNoise
 from swesbi.report.numbers import (
     MISSING,
     PARAMETER_UNITS,

@@ -13,7 +13,7 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.truncated import POSTERIOR
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import read_observation
 
 STREAM = "population answer"

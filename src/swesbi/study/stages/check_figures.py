@@ -15,7 +15,7 @@ from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, LOCAL
 from swesbi.checks.recovery import read_truth
 from swesbi.prior import JointPriorSettings
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.settings import ContextRow
 from swesbi.report.figures.calibration import CalibrationCase, draw_calibration
 from swesbi.report.figures.cohort import Overview, draw_cohort

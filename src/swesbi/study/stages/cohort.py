@@ -16,18 +16,18 @@ from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.cohort.recording_file import read_recording_file
-from swesbi.recording.components import RepeatLevels
 from swesbi.recording.ingest import ingest as ingest_recording
-from swesbi.recording.noise import KIND as NOISE
-from swesbi.recording.noise import GroupNoise, fit_cohort
-from swesbi.recording.noise import to_dataset as noise_to_dataset
+from swesbi.recording.noise.cohort import KIND as NOISE
+from swesbi.recording.noise.cohort import GroupNoise, fit_cohort
+from swesbi.recording.noise.cohort import to_dataset as noise_to_dataset
+from swesbi.recording.noise.components import RepeatLevels
+from swesbi.recording.noise.sweeps import levels_by
 from swesbi.recording.observation import CONTEXTS, Observation, contexts_dataset, read_observation
 from swesbi.recording.observation import KIND as OBSERVATION
 from swesbi.recording.quality import phases_left_out, rejection
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.settings import NoiseSettings, RecordingSettings, Repeats
-from swesbi.recording.sweeps import levels_by
 from swesbi.recording.tables.layout import TableLayout
 
 LOGGER = logging.getLogger("swesbi")

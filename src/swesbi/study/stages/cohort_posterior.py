@@ -24,7 +24,7 @@ from swesbi.persons.cohort.stored import stored_form
 from swesbi.persons.cohort.table import hyperparameter_table, subject_table
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.study.stages.origin import by_key
 from swesbi.verdict.verdict import read_verdict

@@ -27,7 +27,7 @@ from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import Observation, read_observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents

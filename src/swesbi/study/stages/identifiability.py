@@ -18,7 +18,7 @@ from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.identifiability.subject import CohortIdentifiability, RecordedSubject, identify_cohort
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
 from swesbi.posterior.result import read_exact_posterior
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.report.figures.identifiability import draw_design, draw_identifiability
 from swesbi.report.figures.style import save_figure

@@ -11,7 +11,7 @@ from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.posterior.result import exact_to_groups, read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import read_observation
 
 STREAM = "pressures"

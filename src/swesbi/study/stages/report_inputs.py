@@ -13,7 +13,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import read_csv
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.cohort.recording_file import read_recording_file
-from swesbi.recording.noise import read_noise
+from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import read_observation
 from swesbi.report.figures.population import read_strata
 from swesbi.report.figures.training import read_history

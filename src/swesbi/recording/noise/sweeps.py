@@ -24,29 +24,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Final
+from typing import ClassVar, Final, Self
 
 import numpy as np
-from scipy.special import chdtri
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.components import (
-    LARGEST_SD,
-    SMALLEST_SD,
-    TOLERANCE,
-    ComponentEstimate,
-    RepeatLevels,
-    check_levels,
-    joined,
-    profile_estimate,
-    repeat_levels,
-)
 from swesbi.recording.groups import grouped
+from swesbi.recording.noise.components import LARGEST_SD, SMALLEST_SD, TOLERANCE, RepeatLevels
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import Repeats
-from swesbi.recording.speed import repeat_means
+from swesbi.recording.speed import NoiseComponents, repeat_means
 
-REPEAT, SAMPLE, SWEEP = range(3)  # the order of the components
+SAMPLE, SWEEP = 1, 2  # places among the components
 START: Final = (0.3, 1.0, 0.3)  # variances over that within repeats, where the search begins
 MAX_SEARCHES: Final = 10
 RELATIVE_RISE: Final = 1e-12  # what rounding may add to the likelihood
@@ -63,22 +52,81 @@ class SweepLevels(RepeatLevels):
         sweep: Sweep of each repeat within its recording, likewise; shape (R,).
     """
 
+    names: ClassVar[tuple[str, ...]] = ("repeat", "sample", "sweep")
     recording: IntArray
     sweep: IntArray
 
+    @classmethod
+    def of(cls, samples: Samples, accepted: BoolArray) -> Self:
+        """Reduce the accepted samples of one recording to its repeats, as of separate ones."""
+        levels = RepeatLevels.of(samples, accepted)
+        sweep = grouped(repeat_means(samples, accepted).repeat).of
+        return cls(**vars(levels), recording=np.zeros(levels.repeats, np.int64), sweep=sweep)
 
-def sweep_levels(samples: Samples, accepted: BoolArray) -> SweepLevels:
-    """Reduce the accepted samples of one recording to its repeats, as :func:`components.repeat_levels`.
+    @classmethod
+    def joined(cls, recordings: Sequence[Self]) -> Self:
+        """Join recordings; no two share a cell or a sweep."""
+        separate = [levels.separate for levels in recordings]
+        first = np.cumsum([0, *(levels.recording.max(initial=-1) + 1 for levels in recordings)])
+        return cls(
+            **vars(RepeatLevels.joined(separate)),
+            recording=np.concatenate(
+                [levels.recording + n for levels, n in zip(recordings, first, strict=False)]
+            ),
+            sweep=np.concatenate([levels.sweep for levels in recordings]),
+        )
 
-    Args:
-        samples: The recording, N samples.
-        accepted: Which samples passed quality control; shape (N,).
-    """
-    levels = repeat_levels(samples, accepted)
-    sweep = grouped(repeat_means(samples, accepted).repeat).of
-    return SweepLevels(
-        levels.cell, levels.size, levels.mean, levels.scatter, np.zeros(levels.repeats, np.int64), sweep
-    )
+    @property
+    def separate(self) -> RepeatLevels:
+        """The same repeats, each phase taken as repeated by itself."""
+        return RepeatLevels(self.cell, self.size, self.mean, self.scatter)
+
+    @property
+    def is_crossed(self) -> bool:
+        """Whether any sweep has samples at two phases that were measured twice.
+
+        Otherwise what sweeps differ by cannot be separated from what repeats differ by: the mean of a phase
+        that was measured once takes both.
+        """
+        twice = np.bincount(self.cell)[self.cell] > 1
+        sweeps = np.stack([self.recording, self.sweep])[:, twice]
+        return bool(np.unique(sweeps, axis=1, return_counts=True)[1].max(initial=0) > 1)
+
+    def log_likelihood(self, noise: NoiseComponents) -> float:
+        """Return the restricted log likelihood of components, but for a constant.
+
+        Without noise between sweeps it is that of separate repeats.
+        """
+        repeat, sample, sweep = vars(noise).values()
+        return _Model(self, (repeat**2, sample**2, sweep**2)).log_likelihood()
+
+    @cached_property
+    def maximum(self) -> tuple[NoiseComponents, float]:
+        """The components of the highest likelihood, and how high it is.
+
+        Nothing is measured as finely as the smallest: a search ends beside zero where it means zero.
+
+        Raises:
+            ValueError: As of :meth:`check`, or no two phases that were measured twice have a sweep in common.
+            RuntimeError: The search for the maximum does not end.
+        """
+        variances, top = self._searched
+        return NoiseComponents(*np.where(variances > SMALLEST_SD**2, np.sqrt(variances), 0.0).tolist()), top
+
+    @cached_property
+    def _searched(self) -> tuple[FloatArray, float]:
+        """The variances of repeats, samples and sweeps (3,) of the highest likelihood, and how high it is."""
+        self.check()
+        if not self.is_crossed:
+            raise ValueError(f"{NOT_CROSSED}: the noise between sweeps cannot be told; {ONE_NUMBER}")
+        within = float(self.scatter.sum()) / (self.samples - self.repeats)
+        return _highest(self, within * np.array(START), _bounds())
+
+    def profile(self, name: str, sd: float) -> float:
+        """Return the highest log likelihood with one component given."""
+        bounds = _bounds()
+        bounds[self.names.index(name)] = sd**2
+        return _highest(self, np.clip(self._searched[0], *bounds.T), bounds)[1]
 
 
 def levels_by(repeats: Repeats, samples: Samples, accepted: BoolArray) -> RepeatLevels:
@@ -89,21 +137,8 @@ def levels_by(repeats: Repeats, samples: Samples, accepted: BoolArray) -> Repeat
         samples: The recording, N samples.
         accepted: Which samples passed quality control; shape (N,).
     """
-    return {"separate": repeat_levels, "sweeps": sweep_levels}[repeats](samples, accepted)
-
-
-def joined_sweeps(recordings: Sequence[SweepLevels]) -> SweepLevels:
-    """Join recordings; no two share a cell or a sweep."""
-    together = joined(recordings)
-    first = np.cumsum([0, *(levels.recording.max(initial=-1) + 1 for levels in recordings)])
-    return SweepLevels(
-        together.cell,
-        together.size,
-        together.mean,
-        together.scatter,
-        np.concatenate([levels.recording + n for levels, n in zip(recordings, first, strict=False)]),
-        np.concatenate([levels.sweep for levels in recordings]),
-    )
+    kind = SweepLevels if repeats == "sweeps" else RepeatLevels
+    return kind.of(samples, accepted)
 
 
 @dataclass(frozen=True)
@@ -214,86 +249,9 @@ class _Model:
         return np.array([by_repeat.sum(), by_sample, by_sweep])
 
 
-def log_restricted_likelihood_of_sweeps(
-    levels: SweepLevels, repeat_sd: float, sample_sd: float, sweep_sd: float
-) -> float:
-    """Return the restricted log likelihood, but for a constant.
-
-    Args:
-        levels: Repeats of any number of recordings.
-        repeat_sd: s_rep.
-        sample_sd: s_sam, above zero.
-        sweep_sd: s_swp; at zero the likelihood is that of separate repeats.
-    """
-    return _Model(levels, (repeat_sd**2, sample_sd**2, sweep_sd**2)).log_likelihood()
-
-
-def fit_sweeps(
-    levels: SweepLevels, interval: float
-) -> tuple[ComponentEstimate, ComponentEstimate, ComponentEstimate, float]:
-    """Fit the components of repeats, samples and sweeps; return them and the maximum of the likelihood.
-
-    Args:
-        levels: Repeats of any number of recordings.
-        interval: Mass of the intervals.
-
-    Raises:
-        ValueError: A component cannot be told: as :func:`components.fit_components`, or no two phases
-            that were measured twice have a sweep in common.
-        RuntimeError: The search for the maximum does not end.
-    """
-    found, top = maximum(levels)
-    sd = as_deviations(found)
-    drop = 0.5 * float(chdtri(1, 1.0 - interval))
-    repeat, sample, sweep = (
-        profile_estimate(partial(_profile, levels, found, index), sd[index], drop)
-        for index in (REPEAT, SAMPLE, SWEEP)
-    )
-    return repeat, sample, sweep, top
-
-
-def maximum(levels: SweepLevels) -> tuple[FloatArray, float]:
-    """Return the variances of repeats, samples and sweeps (3,) of the highest likelihood, and how high it is.
-
-    Errors are those of :func:`fit_sweeps`.
-    """
-    check_levels(levels)
-    if not is_crossed(levels):
-        raise ValueError(f"{NOT_CROSSED}: the noise between sweeps cannot be told; {ONE_NUMBER}")
-    within = float(levels.scatter.sum()) / (levels.samples - levels.repeats)
-    return _highest(levels, within * np.array(START), _bounds())
-
-
-def as_deviations(variances: FloatArray) -> tuple[float, float, float]:
-    """Return s_rep, s_sam and s_swp of variances (3,).
-
-    Nothing is measured as finely as the smallest: a search ends beside zero where it means zero.
-    """
-    repeat, sample, sweep = np.where(variances > SMALLEST_SD**2, np.sqrt(variances), 0.0).tolist()
-    return repeat, sample, sweep
-
-
-def is_crossed(levels: SweepLevels) -> bool:
-    """Tell whether any sweep has samples at two phases that were measured twice.
-
-    Otherwise what sweeps differ by cannot be separated from what repeats differ by: the mean of a phase
-    that was measured once takes both.
-    """
-    twice = np.bincount(levels.cell)[levels.cell] > 1
-    sweeps = np.stack([levels.recording, levels.sweep])[:, twice]
-    return bool(np.unique(sweeps, axis=1, return_counts=True)[1].max(initial=0) > 1)
-
-
 def _bounds() -> FloatArray:
     lowest = np.where(np.arange(3) == SAMPLE, SMALLEST_SD**2, 0.0)
     return np.stack([lowest, np.full(3, LARGEST_SD**2)], axis=1)
-
-
-def _profile(levels: SweepLevels, start: FloatArray, index: int, sd: float) -> float:
-    """Return the highest likelihood with one component given."""
-    bounds = _bounds()
-    bounds[index] = sd**2
-    return _highest(levels, np.clip(start, *bounds.T), bounds)[1]
 
 
 def _highest(levels: SweepLevels, start: FloatArray, bounds: FloatArray) -> tuple[FloatArray, float]:

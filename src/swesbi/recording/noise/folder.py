@@ -16,11 +16,11 @@ import numpy as np
 from scipy.special import chdtrc
 
 from swesbi.base.arrays import FloatArray
-from swesbi.recording.components import RepeatLevels
-from swesbi.recording.noise import NoiseComparison, compare_noise, log_likelihood_of_noise, together
+from swesbi.recording.noise.cohort import NoiseComparison, compare_noise, together
+from swesbi.recording.noise.components import RepeatLevels
+from swesbi.recording.noise.sweeps import SweepLevels
 from swesbi.recording.settings import OTHERS, NoisePriorSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.sweeps import SweepLevels
 
 LIMITS: Final = (1.0e-4, 0.5)
 """Of a component; a search that ends there is one in which nothing was measured."""
@@ -68,13 +68,12 @@ def folder_noise(recordings: Sequence[RepeatLevels], prior: NoisePriorSettings) 
     from scipy.optimize import minimize
 
     levels = together(recordings)
-    swept = isinstance(levels, SweepLevels)
-    centre = np.log(list(vars(_median(prior)).values())[: 3 if swept else 2])
+    centre = np.log(list(vars(_median(prior)).values())[: len(levels.names)])
 
     def surprise(log_sd: FloatArray) -> float:
         distance = (log_sd - centre) / prior.log_sd
         noise = NoiseComponents(*np.exp(log_sd).tolist())
-        return float(0.5 * distance @ distance - log_likelihood_of_noise(levels, noise))
+        return float(0.5 * distance @ distance - levels.log_likelihood(noise))
 
     bounds = [tuple(np.log(LIMITS))] * len(centre)
     found = minimize(surprise, centre, method="L-BFGS-B", bounds=bounds, options={"ftol": 1.0e-12})
@@ -132,7 +131,6 @@ class FolderRecordings:
             return alone
         others = self._of_kind(self._kind(subject), but=subject)
         apart, rest = folder_noise(others, self.prior).components, together(others)
-        gained = log_likelihood_of_noise(rest, apart) - log_likelihood_of_noise(rest, noise.components)
+        gained = rest.log_likelihood(apart) - rest.log_likelihood(noise.components)
         ratio = alone.statistic + max(0.0, 2.0 * gained)
-        freedom = 3 if isinstance(own, SweepLevels) else 2
-        return NoiseComparison(alone.own, ratio, float(chdtrc(freedom, ratio)))
+        return NoiseComparison(alone.own, ratio, float(chdtrc(len(own.names), ratio)))

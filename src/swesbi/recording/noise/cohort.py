@@ -5,31 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, Protocol
+from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
 from scipy.special import chdtrc
 
 from swesbi import artefacts
-from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.recording import components, sweeps
-from swesbi.recording.components import (
-    ComponentEstimate,
-    RepeatLevels,
-    check_levels,
-    fit_components,
-    joined,
-    log_restricted_likelihood,
-)
+from swesbi.recording.noise.components import ComponentEstimate, RepeatLevels
+from swesbi.recording.noise.sweeps import SweepLevels
 from swesbi.recording.settings import OTHERS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.sweeps import (
-    SweepLevels,
-    fit_sweeps,
-    joined_sweeps,
-    log_restricted_likelihood_of_sweeps,
-)
 
 VALUES: Final = artefacts.schema_of(ComponentEstimate)["/"]
 POOLED: Final = artefacts.Part(
@@ -174,15 +160,6 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
     return GroupNoise(pooled, by_subject, p_value)
 
 
-def check_together(recordings: Sequence[RepeatLevels]) -> None:
-    """Refuse recordings that do not tell their noise together.
-
-    Raises:
-        ValueError: Only some are of sweeps, or all together do not tell a component.
-    """
-    check_levels(together(recordings))
-
-
 def together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
     """Join recordings, at least one.
 
@@ -192,7 +169,7 @@ def together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
     sweeps = [levels for levels in recordings if isinstance(levels, SweepLevels)]
     if sweeps and len(sweeps) < len(recordings):
         raise ValueError(f"{len(sweeps)} of {len(recordings)} recordings are of sweeps: estimate them apart")
-    return joined_sweeps(sweeps) if sweeps else joined(recordings)
+    return SweepLevels.joined(sweeps) if sweeps else RepeatLevels.joined(recordings)
 
 
 def _fit_alone(levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
@@ -200,114 +177,14 @@ def _fit_alone(levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, fl
     try:
         return _fit(levels, interval)
     except ValueError:
-        none = ComponentEstimate(np.nan, np.nan, np.nan, np.nan)
-        sweep = none if isinstance(levels, SweepLevels) else None
-        return NoiseEstimate(none, none, levels.repeats, levels.samples, sweep), np.nan
+        none = dict.fromkeys(levels.names, ComponentEstimate(np.nan, np.nan, np.nan, np.nan))
+        return NoiseEstimate(repeats=levels.repeats, samples=levels.samples, **none), np.nan
 
 
 def _fit(levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
     """Return the components and the maximum of the likelihood, by the model that the repeats call for."""
-    sweep: ComponentEstimate | None = None
-    if isinstance(levels, SweepLevels):
-        repeat, sample, sweep, top = fit_sweeps(levels, interval)
-    else:
-        repeat, sample, top = fit_components(levels, interval)
-    return NoiseEstimate(repeat, sample, levels.repeats, levels.samples, sweep), top
-
-
-class NoiseFractions(Protocol):
-    """Anything with relative standard deviations: of a cohort or of one recording."""
-
-    @property
-    def repeat_fraction(self) -> float:
-        """Relative standard deviation between repeats."""
-
-    @property
-    def sample_fraction(self) -> float:
-        """Relative standard deviation between samples of a repeat."""
-
-    @property
-    def sweep_fraction(self) -> float:
-        """Relative standard deviation between sweeps; 0 where repeats are separate."""
-
-
-def relative_se(samples_by_repeat: IntArray, noise: NoiseFractions) -> FloatArray:
-    """Return the standard error of each phase's mean speed as a fraction of it; shape (p,).
-
-    The mean is over repeat means, so with R repeats of n_r accepted samples it is
-    sqrt(sum_r (s_rep^2 + s_swp^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count.
-    What the means of several phases share, where repeats are sweeps, is in :func:`mean_errors`.
-
-    Args:
-        samples_by_repeat: Accepted samples of each repeat; shape (p, repeats).
-        noise: The components.
-
-    Returns:
-        NaN at phases without an accepted sample.
-    """
-    counted = samples_by_repeat > 0
-    of_repeat = noise.repeat_fraction**2 + noise.sweep_fraction**2
-    per_repeat = of_repeat + noise.sample_fraction**2 / np.maximum(samples_by_repeat, 1)
-    repeats = counted.sum(axis=1)
-    variance = np.where(counted, per_repeat, 0.0).sum(axis=1)
-    return np.where(repeats > 0, np.sqrt(variance) / np.maximum(repeats, 1), np.nan)
-
-
-@dataclass(frozen=True)
-class MeanErrors:
-    """Errors of a recording's mean log speeds at p phases, from K sweeps; or of n recordings, (n, ...).
-
-    Attributes:
-        own: Standard deviation of what each mean has for itself; shape (p,).
-        shared: Factor W of what they share; shape (p, K), with K = 0 where repeats are separate.
-    """
-
-    own: FloatArray
-    shared: FloatArray
-
-    @classmethod
-    def separate(cls, own: FloatArray) -> MeanErrors:
-        """Return errors that share nothing."""
-        return cls(own, np.empty((*own.shape, 0)))
-
-    @property
-    def total(self) -> FloatArray:
-        """Standard error of each mean, sqrt(own^2 + sum_k W_k^2); shape (p,)."""
-        return np.asarray(np.sqrt(self.own**2 + (self.shared**2).sum(axis=-1)))
-
-    @property
-    def covariance(self) -> FloatArray:
-        """The covariance of the means of one recording, diag(own^2) + shared shared^T; shape (p, p)."""
-        return np.diag(self.own**2) + self.shared @ self.shared.T
-
-
-def mean_errors(samples_by_repeat: IntArray, noise: NoiseFractions) -> MeanErrors:
-    """Return the errors of each phase's mean speed, those apart that all phases of a sweep share.
-
-    The mean at phase i weighs its R_i repeats with accepted samples by W_ir = 1 / R_i, the others by 0. With
-    log speeds mu_i + v_r + u_ir + e_irj (``sweeps``) the means have, to first order in the errors,
-    the covariance
-
-        diag(d^2) + s_swp^2 W W^T,    d_i^2 = sum_{r in i} (s_rep^2 + s_sam^2 / n_ir) / R_i^2
-
-    (of linear combinations of random effects: Searle, Casella and McCulloch 1992, Ch. 6).
-    It is exact in W: a sweep that misses a phase shares nothing with it. Where all phases have the same R
-    repeats, s_swp^2 W W^T is s_swp^2 / R in every place, of rank one.
-
-    Args:
-        samples_by_repeat: Accepted samples of each repeat; shape (p, K). A column is one sweep.
-        noise: The components.
-
-    Returns:
-        NaN at phases without an accepted sample.
-    """
-    own = relative_se(samples_by_repeat, NoiseComponents(noise.repeat_fraction, noise.sample_fraction))
-    if noise.sweep_fraction == 0.0:
-        return MeanErrors.separate(own)
-    counted = (samples_by_repeat > 0).astype(np.float64)
-    repeats = counted.sum(axis=1, keepdims=True)
-    weights = np.where(repeats > 0.0, counted / np.maximum(repeats, 1.0), np.nan)
-    return MeanErrors(own, noise.sweep_fraction * weights)
+    parts, top = levels.estimates(interval)
+    return NoiseEstimate(repeats=levels.repeats, samples=levels.samples, **parts), top
 
 
 @dataclass(frozen=True)
@@ -338,35 +215,11 @@ def compare_noise(levels: RepeatLevels, cohort: NoiseComponents) -> NoiseCompari
         NaN where the recording does not tell a component.
     """
     try:
-        own, top = _likeliest(levels)
+        own, top = levels.maximum
     except ValueError:
         return NoiseComparison(NoiseComponents(np.nan, np.nan), np.nan, np.nan)
-    ratio = max(0.0, 2.0 * (top - log_likelihood_of_noise(levels, cohort)))
-    number = 3 if isinstance(levels, SweepLevels) else 2  # of components
-    return NoiseComparison(own, ratio, float(chdtrc(number, ratio)))
-
-
-def _likeliest(levels: RepeatLevels) -> tuple[NoiseComponents, float]:
-    """Return the components of the highest likelihood, and how high it is.
-
-    Raises:
-        ValueError: A component cannot be told.
-    """
-    if isinstance(levels, SweepLevels):
-        variances, top = sweeps.maximum(levels)
-        return NoiseComponents(*sweeps.as_deviations(variances)), top
-    (repeat, sample), top = components.maximum(levels)
-    return NoiseComponents(repeat, sample), top
-
-
-def log_likelihood_of_noise(levels: RepeatLevels, noise: NoiseComponents) -> float:
-    """Return the restricted log likelihood of components, by the model that the repeats call for."""
-    if isinstance(levels, SweepLevels):
-        return log_restricted_likelihood_of_sweeps(
-            levels, noise.repeat_fraction, noise.sample_fraction, noise.sweep_fraction
-        )
-    separate = noise.of_separate_repeats
-    return log_restricted_likelihood(levels, separate.repeat_fraction, separate.sample_fraction)
+    ratio = max(0.0, 2.0 * (top - levels.log_likelihood(cohort)))
+    return NoiseComparison(own, ratio, float(chdtrc(len(levels.names), ratio)))
 
 
 COUNTS: Final = artefacts.schema_of(NoiseEstimate)["/"]

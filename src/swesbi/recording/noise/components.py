@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Annotated, Final
+from functools import cached_property, partial
+from typing import Annotated, ClassVar, Final, Self
 
 import numpy as np
 from scipy.special import chdtri
@@ -23,12 +23,26 @@ from swesbi.artefacts import Variable
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.groups import grouped
 from swesbi.recording.samples import Samples
-from swesbi.recording.speed import phase_trend, repeat_means
+from swesbi.recording.speed import NoiseComponents, phase_trend, repeat_means
 
 LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement
 SMALLEST_SD: Final = 1e-4
 TOLERANCE: Final = 1e-6
 STEP: Final = 0.02  # relative, of the second difference behind the standard error
+
+
+@dataclass(frozen=True)
+class ComponentEstimate:
+    """One variance component as a relative standard deviation of the speed, estimated by REML.
+
+    The standard error is from the curvature of the profile likelihood; the lower limit is 0 where zero is
+    within the interval, the upper one ``LARGEST_SD`` where that is.
+    """
+
+    fraction: Annotated[float, Variable("", "1", "relative standard deviation of the speed, {whose}")]
+    standard_error: Annotated[float, Variable("", "1", "its standard error{none}")]
+    low: Annotated[float, Variable("", "1", "lower limit of its {kind}interval")]
+    high: Annotated[float, Variable("", "1", "upper limit")]
 
 
 @dataclass(frozen=True)
@@ -42,10 +56,41 @@ class RepeatLevels:
         scatter: Sum of squared deviations of the samples' log speeds from their mean; shape (R,).
     """
 
+    names: ClassVar[tuple[str, ...]] = ("repeat", "sample")
+    """What the components are between, in their order."""
     cell: IntArray
     size: IntArray
     mean: FloatArray
     scatter: FloatArray
+
+    @classmethod
+    def of(cls, samples: Samples, accepted: BoolArray) -> Self:
+        """Reduce the accepted samples of one recording to its repeats.
+
+        Repeats at one delay fall into beats of different RR, so at slightly different phases. What they
+        differ by on the slope of the curve is no error, since the phase is averaged like the speed; it is
+        taken out (:func:`swesbi.recording.speed.phase_trend`).
+
+        Args:
+            samples: The recording, N samples.
+            accepted: Which samples passed quality control; shape (N,).
+        """
+        repeats = repeat_means(samples, accepted)
+        groups = grouped(samples.phase_index[accepted], samples.repeat[accepted])
+        log_speed = np.log(samples.speed_m_s[accepted])
+        mean = groups.means(log_speed) - np.log1p(phase_trend(repeats))
+        return cls(repeats.phases.of, repeats.size, mean, groups.scatter(log_speed))
+
+    @classmethod
+    def joined(cls, recordings: Sequence[Self]) -> Self:
+        """Join recordings; no two share a cell."""
+        first = np.cumsum([0, *(levels.cells for levels in recordings)])
+        return cls(
+            cell=np.concatenate([levels.cell + n for levels, n in zip(recordings, first, strict=False)]),
+            size=np.concatenate([levels.size for levels in recordings]),
+            mean=np.concatenate([levels.mean for levels in recordings]),
+            scatter=np.concatenate([levels.scatter for levels in recordings]),
+        )
 
     @property
     def samples(self) -> int:
@@ -62,52 +107,60 @@ class RepeatLevels:
         """Number of measured phases, over the recordings."""
         return int(self.cell.max(initial=-1)) + 1
 
+    def check(self) -> None:
+        """Refuse repeats from which a component cannot be told.
 
-def repeat_levels(samples: Samples, accepted: BoolArray) -> RepeatLevels:
-    """Reduce the accepted samples of one recording to its repeats.
+        Raises:
+            ValueError: No phase has two repeats, or no repeat two samples, or all samples are equal.
+        """
+        if self.repeats <= self.cells:
+            raise ValueError("no phase was measured twice: the noise between repeats cannot be told")
+        if self.samples <= self.repeats:
+            raise ValueError("no repeat has two accepted samples: the noise between samples cannot be told")
+        if not self.scatter.sum() > 0:
+            raise ValueError("all samples of a repeat are equal: the recordings hold no noise to estimate")
 
-    Repeats at one delay fall into beats of different RR, so at slightly different phases. What they
-    differ by on the slope of the curve is no error, since the phase is averaged like the speed; it is
-    taken out (:func:`swesbi.recording.speed.phase_trend`).
+    def log_likelihood(self, noise: NoiseComponents) -> float:
+        """Return the restricted log likelihood of components, but for a constant."""
+        separate = noise.of_separate_repeats
+        return log_restricted_likelihood(self, separate.repeat_fraction, separate.sample_fraction)
 
-    Args:
-        samples: The recording, N samples.
-        accepted: Which samples passed quality control; shape (N,).
-    """
-    repeats = repeat_means(samples, accepted)
-    groups = grouped(samples.phase_index[accepted], samples.repeat[accepted])
-    log_speed = np.log(samples.speed_m_s[accepted])
-    return RepeatLevels(
-        cell=repeats.phases.of,
-        size=repeats.size,
-        mean=groups.means(log_speed) - np.log1p(phase_trend(repeats)),
-        scatter=groups.scatter(log_speed),
-    )
+    @cached_property
+    def maximum(self) -> tuple[NoiseComponents, float]:
+        """The components of the highest likelihood, and how high it is.
 
+        Raises:
+            ValueError: As of :meth:`check`.
+        """
+        self.check()
+        repeat_sd, top = _highest(partial(self.profile, "repeat"))
+        sample_sd, _ = _highest(partial(self.profile, "sample"))
+        # The search is over log s_rep and cannot reach zero, where the maximum often lies: few repeats a cell
+        if (at_zero := self.profile("repeat", 0.0)) >= top:
+            repeat_sd, top = 0.0, at_zero
+        return NoiseComponents(repeat_sd, sample_sd), top
 
-def joined(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
-    """Join recordings; no two share a cell."""
-    first = np.cumsum([0, *(levels.cells for levels in recordings)])
-    return RepeatLevels(
-        cell=np.concatenate([levels.cell + n for levels, n in zip(recordings, first, strict=False)]),
-        size=np.concatenate([levels.size for levels in recordings]),
-        mean=np.concatenate([levels.mean for levels in recordings]),
-        scatter=np.concatenate([levels.scatter for levels in recordings]),
-    )
+    def profile(self, name: str, sd: float) -> float:
+        """Return the highest log likelihood with one component given."""
+        if name == "repeat":
+            return _highest(lambda sample_sd: log_restricted_likelihood(self, sd, sample_sd))[1]
+        return _highest(lambda repeat_sd: log_restricted_likelihood(self, repeat_sd, sd))[1]
 
+    def estimates(self, interval: float) -> tuple[dict[str, ComponentEstimate], float]:
+        """Return the components by what they are between, and the maximum of the likelihood.
 
-@dataclass(frozen=True)
-class ComponentEstimate:
-    """One variance component as a relative standard deviation of the speed, estimated by REML.
+        Args:
+            interval: Mass of the intervals.
 
-    The standard error is from the curvature of the profile likelihood; the lower limit is 0 where zero is
-    within the interval, the upper one ``LARGEST_SD`` where that is.
-    """
-
-    fraction: Annotated[float, Variable("", "1", "relative standard deviation of the speed, {whose}")]
-    standard_error: Annotated[float, Variable("", "1", "its standard error{none}")]
-    low: Annotated[float, Variable("", "1", "lower limit of its {kind}interval")]
-    high: Annotated[float, Variable("", "1", "upper limit")]
+        Raises:
+            ValueError: As of :meth:`check`.
+        """
+        found, top = self.maximum
+        drop = 0.5 * float(chdtri(1, 1.0 - interval))
+        return {
+            name: profile_estimate(partial(self.profile, name), getattr(found, f"{name}_fraction"), drop)
+            for name in self.names
+        }, top
 
 
 def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd: float) -> float:
@@ -133,60 +186,6 @@ def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd:
     between = float((weight * (levels.mean - centre[levels.cell]) ** 2).sum())
     within = (levels.samples - levels.repeats) * np.log(sample_sd**2) + levels.scatter.sum() / sample_sd**2
     return -0.5 * float(within - np.log(weight).sum() + np.log(of_cell).sum() + between)
-
-
-def fit_components(
-    levels: RepeatLevels, interval: float
-) -> tuple[ComponentEstimate, ComponentEstimate, float]:
-    """Fit both components; return those of repeats and of samples, and the maximum of the likelihood.
-
-    Args:
-        levels: Repeats of any number of recordings.
-        interval: Mass of the intervals.
-
-    Raises:
-        ValueError: No phase has two repeats, or no repeat two samples: a component cannot be told.
-    """
-    (repeat_sd, sample_sd), top = maximum(levels)
-    drop = 0.5 * float(chdtri(1, 1.0 - interval))
-    repeat = profile_estimate(partial(_given_repeat, levels), repeat_sd, drop)
-    return repeat, profile_estimate(partial(_given_sample, levels), sample_sd, drop), top
-
-
-def maximum(levels: RepeatLevels) -> tuple[tuple[float, float], float]:
-    """Return s_rep and s_sam of the highest likelihood, and how high it is.
-
-    Errors are those of :func:`fit_components`.
-    """
-    check_levels(levels)
-    repeat_sd, top = _highest(partial(_given_repeat, levels))
-    sample_sd, _ = _highest(partial(_given_sample, levels))
-    # The search is over log s_rep and cannot reach zero, where the maximum often lies: few repeats a cell.
-    if (at_zero := _given_repeat(levels, 0.0)) >= top:
-        repeat_sd, top = 0.0, at_zero
-    return (repeat_sd, sample_sd), top
-
-
-def _given_repeat(levels: RepeatLevels, repeat_sd: float) -> float:
-    return _highest(lambda sample_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
-
-
-def _given_sample(levels: RepeatLevels, sample_sd: float) -> float:
-    return _highest(lambda repeat_sd: log_restricted_likelihood(levels, repeat_sd, sample_sd))[1]
-
-
-def check_levels(levels: RepeatLevels) -> None:
-    """Refuse repeats from which the noise between repeats, or between samples, cannot be told.
-
-    Raises:
-        ValueError: No phase has two repeats, or no repeat two samples, or all samples are equal.
-    """
-    if levels.repeats <= levels.cells:
-        raise ValueError("no phase was measured twice: the noise between repeats cannot be told")
-    if levels.samples <= levels.repeats:
-        raise ValueError("no repeat has two accepted samples: the noise between samples cannot be told")
-    if not levels.scatter.sum() > 0:
-        raise ValueError("all samples of a repeat are equal: the recordings hold no noise to estimate")
 
 
 def _highest(function: Callable[[float], float]) -> tuple[float, float]:
