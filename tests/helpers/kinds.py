@@ -19,6 +19,7 @@ import pandas as pd
 import yaml
 from cohorts import recording
 from openpyxl import load_workbook
+from openpyxl.comments import Comment
 from openpyxl.styles import Font
 from openpyxl.worksheet.worksheet import Worksheet
 from scipy.io import savemat
@@ -296,6 +297,18 @@ CSV: Kinds = {
         pushes(lambda f: f.assign(se_ms=0.1)),
         "column 'se_ms': is not read, and looks like se_m_s",
     ),
+    "a row that is made a comment": (
+        text(lambda all: "#".join(all.splitlines(keepends=True)[:3]) + "".join(all.splitlines(True)[3:])),
+        OK + "S-3: rows that begin with # are left out: 2, 3",
+    ),
+    "a title above the names": (
+        text(lambda all: "Export of a scanner\n\n" + all),
+        "row 1: has 1 cells, and the rows from 3 on have 5; .* say `table: { header_row: 3 }`",
+    ),
+    "a line below the table": (
+        text(lambda all: all + "Exported by a scanner\n"),
+        "row 64: has 1 cells, the header has 5; remove blank lines and others that are no rows",
+    ),
     "RR without its unit": (pushes(lambda f: f.rename(columns={"rr_ms": "rr"})), "'rr' should be 'rr_ms'"),
 }
 TWICE: Kinds = {
@@ -373,6 +386,18 @@ WORKBOOKS: Kinds = {
     "a format that adds a unit": (
         formatted(SPEED, '0.0" cm/s"', 100.0),
         rf"column '{SPEED}': '.* cm/s' is not a number",
+    ),
+    "a note at a cell": (
+        book(lambda sheet, _: setattr(sheet["D5"], "comment", Comment("artefact?", "A"))),
+        OK + "S-3: notes at cells are not read: D5 'artefact",
+    ),
+    "a format that hides": (
+        formatted(SPEED, ";;;", 1.0),
+        r"row \d+, column 'shear_wave_speed_m_s': '[0-9.]+' is hidden by its number format; delete",
+    ),
+    "a format that puts a word for a number": (
+        formatted(SPEED, '[>2]"high";0.0', 1.0),
+        r"column 'shear_wave_speed_m_s': '[0-9.]+high' is not a number",
     ),
     "strict": (
         raw_book(
@@ -533,6 +558,10 @@ YAML: Kinds = {
         "S-3.yaml: has more than 100000 values, its aliases counted",
     ),
     "without a bottom": (content(OWN, "noise: " + "[" * 5000), "S-3.yaml: is more than 60 levels deep"),
+    "phases in octal": (
+        content(OWN, free_case.NOISE + "protocol: { phases: 024 }\n"),
+        "S-3.yaml: '024' under the key `protocol.phases`: Input should be a valid integer",
+    ),
     "yes and no as words": (
         mapped(
             lambda f: f.assign(status=f["status"].map({"ok": "yes", "no_wave": "no"})),

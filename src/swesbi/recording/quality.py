@@ -117,9 +117,8 @@ def _named(samples: Samples, index: int, told_m_s: float) -> str:
 
 
 def oddities(samples: Samples, settings: RecordingSettings) -> tuple[str, ...]:
-    """Say what of a recording is odd, a sentence each: its rhythm, clipped speeds, columns not used."""
-    unused = f"not used, though its rows differ in it: {', '.join(samples.unused)}" if samples.unused else ""
-    return (*_rhythm(samples, settings), *clipped(samples.speed_m_s), *([unused] if unused else []))
+    """Say what of a recording is odd, a sentence each: its rhythm, clipped speeds, what is not used."""
+    return (*_rhythm(samples, settings), *clipped(samples.speed_m_s), *samples.left_out)
 
 
 def _rhythm(samples: Samples, settings: RecordingSettings) -> tuple[str, ...]:

@@ -133,7 +133,9 @@ def samples_in(
         samples = rows_of(samples, np.lexsort((samples.sample, samples.repeat, samples.gate)))
     if not own.copies_allowed:
         _check_copies(samples)
-    return replace(samples, unused=used.differing)
+    differing = ", ".join(used.differing)
+    unused = (f"not used, though its rows differ in it: {differing}",) if differing else ()
+    return replace(samples, left_out=(*used.left_out, *unused))
 
 
 def samples_of(table: Table, phases: int, density_kg_m3: float, phases_said_in: str = CONFIGURED) -> Samples:

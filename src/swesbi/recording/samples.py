@@ -42,7 +42,7 @@ class Samples:
         unit_of_time: That is stated of the times as they were given; empty where none is.
         source: Where the samples come from, for messages.
         places: Where each stands in the file, in words; empty of samples in memory.
-        unused: Columns of the file that nobody asks for and in which its rows differ.
+        left_out: What of the file is not used, though it may matter, a sentence each.
         phases_said_in: Where the number of phases is said, for messages.
     """
 
@@ -59,7 +59,7 @@ class Samples:
     unit_of_time: str = ""
     source: str = "samples in memory"
     places: tuple[str, ...] = ()
-    unused: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     phases_said_in: str = CONFIGURED
 
     def __post_init__(self) -> None:

@@ -114,8 +114,7 @@ def examine_cohort(
     problems.extend(_noise(cohort, [one.levels for one in usable.values() if one.levels is not None]))
     layout = said.file.layout
     notes = _nobodys(cohort, layout, table.names) if layout.table.file else _notes(cohort, table.names)
-    if table.ignored:
-        notes = (*notes, f"{cohort / SUBJECTS}: not used: {', '.join(table.ignored)}")
+    notes = (*notes, *(f"{cohort / SUBJECTS}: {each}" for each in table.left_out))
     return CohortReport(tuple(usable.values()), said.file.origin, tuple(problems), notes, table.visits)
 
 

@@ -39,7 +39,7 @@ class SubjectTable:
         visits: Whose recordings they are, of the subjects with a usable name.
         problems: Every problem of the cells.
         lines: By row of the file, the text that stands there for the subject's name.
-        ignored: Columns that are not used.
+        left_out: What of the file is not used, a sentence each.
     """
 
     names: tuple[str, ...]
@@ -48,7 +48,7 @@ class SubjectTable:
     visits: Mapping[str, Visit]
     problems: tuple[Problem, ...]
     lines: Mapping[int, str] = field(default_factory=dict)
-    ignored: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
     def refused(self) -> dict[str, str]:
@@ -85,7 +85,7 @@ def examine_subjects(path: Path) -> SubjectTable:
         visits={name: visit for name, visit in zip(names, visits, strict=True) if is_subject(name)},
         problems=tuple(table.problems),
         lines=dict(zip(table.rows.tolist(), names, strict=True)),
-        ignored=table.ignored,
+        left_out=(*table.left_out, *([f"not used: {', '.join(table.ignored)}"] if table.ignored else [])),
     )
 
 

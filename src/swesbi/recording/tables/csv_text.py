@@ -8,11 +8,12 @@ import re
 import stat
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from swesbi.recording.problems import Problem, RecordingError
-from swesbi.recording.tables.table import HEADER, NUMBER, Row, Table, table_of
+from swesbi.recording.tables.table import HEADER, NUMBER, SHOWN_ROWS, Row, Table, table_of
 
 MAX_BYTES: Final = 256 * 1024**2
 EXCEL_BEGINNINGS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
@@ -62,7 +63,21 @@ def read_csv(path: Path, header_row: int = 1) -> Table:
     """
     rows, delimiter = csv_rows(path)
     below = [(place, cells) for place, cells in rows if place >= header_row]
-    return table_of(str(path), below, HEADER, decimal_comma=delimiter != ",")
+    table = table_of(str(path), below, HEADER, decimal_comma=delimiter != ",")
+    return replace(table, left_out=_rows_as_comments(path, table, delimiter))
+
+
+def _rows_as_comments(path: Path, table: Table, delimiter: str) -> tuple[str, ...]:
+    """Name the comments below the names of columns that have as many cells as these."""
+    signs = len(table.cells) - 1
+    rows = [
+        str(place)
+        for place, line in enumerate(io.StringIO(text_of(path), newline=""), start=1)
+        if place > table.header_row and line.startswith(COMMENT) and line.count(delimiter) == signs > 0
+    ]
+    more = f", and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
+    told = f"rows that begin with # are left out: {', '.join(rows[:SHOWN_ROWS])}{more}"
+    return (told,) if rows else ()
 
 
 def csv_rows(path: Path) -> tuple[list[Row], str]:

@@ -55,6 +55,7 @@ class Table:
         closed: Columns that cannot be used: what is wrong and what to do.
         ignored: Columns of the file that are not used.
         differing: Those of them in which the rows differ.
+        left_out: What else of the file is not used, a sentence each.
         copies_allowed: Whether beats or repeats that stand twice are meant.
         problems: Grows with every check; :meth:`finish` raises them together.
         place: Of a translated table: where a cell, by its index and column, stands in the file.
@@ -71,6 +72,7 @@ class Table:
     closed: Mapping[str, Problem] = field(default_factory=dict)
     ignored: tuple[str, ...] = ()
     differing: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     copies_allowed: bool = False
     problems: list[Problem] = field(default_factory=list)
     place: Callable[[int, str], Place] | None = None
@@ -244,7 +246,7 @@ def table_of(source: str, rows: Sequence[Row], remedy: str, *, decimal_comma: bo
         raise RecordingError(Problem(f"{source}, row {header_row}", reason, "rename or remove one"))
     last = max(number for number, (_, cells) in enumerate(rows) if _is_filled(cells))
     below = [(place, cells) for place, cells in rows[first + 1 : last + 1]]
-    raise_any(_ragged(source, below, names))
+    raise_any(_ragged(source, below, header_row, names))
     if not below:
         raise RecordingError(Problem(source, "holds no data row", "write at least one below the header"))
     columns = {
@@ -264,7 +266,7 @@ def _is_number(text: str) -> bool:
     return re.fullmatch(NUMBER, text) is not None
 
 
-def _ragged(source: str, rows: Sequence[Row], names: Sequence[str]) -> list[Problem]:
+def _ragged(source: str, rows: Sequence[Row], header_row: int, names: Sequence[str]) -> list[Problem]:
     """Return what is wrong with rows of other numbers of cells than the header."""
     size = len(names)
     sizes = [(place, len(cells) if _is_filled(cells) else 0) for place, cells in rows]
@@ -283,7 +285,17 @@ def _ragged(source: str, rows: Sequence[Row], names: Sequence[str]) -> list[Prob
     if filled and not names[-1] and all(len(cells) == size - 1 for cells in filled):
         reason = "the row of names ends in a delimiter, and the others do not"
         return [Problem(source, reason, "remove it")]
-    remedy = "remove blank lines, and decimal commas, and complete the row"
+    widths = [len(cells) for cells in filled]
+    usual = max(widths, key=widths.count, default=0)
+    wide = [place for place, cells in rows if len(cells) == usual and not any(map(_is_number, cells))]
+    if size < usual and wide:
+        reason = f"has {size} cells, and the rows from {wide[0]} on have {usual}"
+        remedy = (
+            f"remove what stands above the names of columns, or say `table: {{ header_row: {wide[0]} }}` in "
+            "recording.yaml"
+        )
+        return [Problem(source, reason, remedy, row=header_row)]
+    remedy = "remove blank lines and others that are no rows, and decimal commas, and complete the row"
     problems = [
         Problem(source, f"has {number} cells, the header has {size}", remedy, row=place)
         for place, number in wrong[:SHOWN_ROWS]

@@ -6,6 +6,7 @@ import io
 import re
 import zipfile
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -25,6 +26,8 @@ STRICT: Final = b"http://purl.oclc.org/ooxml/spreadsheetml/main"
 MERGED: Final = re.compile(rb'<(?:\w+:)?mergeCell\b[^>]*\bref="([A-Z]+)([0-9]+):([A-Z]+)([0-9]+)"')
 CELL: Final = re.compile(rb"<(?:\w+:)?c[ />]")
 FORMULA: Final = re.compile(rb"<(?:\w+:)?f[ />]")
+LONGEST: Final = 60
+"""Characters of a note that are shown."""
 PLACED: Final = re.compile(rb'<(?:\w+:)?(?:c|row)\b[^>]*\br="([A-Z]*)([0-9]+)"')
 SHOWN_AS_IT_IS: Final = re.compile(r'\[[^\]]*\]|[_*\\].|"[^"]*"')
 """Of a number format: colours and conditions, padding, signs and texts that are shown as they stand."""
@@ -46,8 +49,7 @@ def read_workbook(path: Path, sheet: str | None, header_row: int = 1) -> Table:
     _check_hidden_rows(path, shown, [number for number, _ in rows])
     below = [(number, cells) for number, cells in rows if number >= header_row]
     table = table_of(str(path), below, HEADER)
-    closed = dict(_closed(path, shown, table))
-    return Table(**{**vars(table), "closed": closed})
+    return replace(table, closed=dict(_closed(path, shown, table)), left_out=_notes(shown))
 
 
 def workbook_rows(path: Path) -> list[Row]:
@@ -187,17 +189,33 @@ def _closed(path: Path, shown: Worksheet, table: Table) -> Iterator[tuple[str, P
         elif number in merged:
             remedy = "unmerge them, and write the value into every row"
             yield name, Problem(str(path), "has merged cells", remedy, merged[number], name)
-        elif struck := next((row for row in table.rows.tolist() if _is_struck(shown, row, number)), None):
-            text, remedy = (
-                _as_text(shown.cell(struck, number)),
-                "delete the row, or clear the line through it",
-            )
-            yield name, Problem(str(path), "is struck through", remedy, struck, name, text)
+        else:
+            marked = ((row, _mark(shown.cell(row, number))) for row in table.rows.tolist())
+            if found := next(((row, mark) for row, mark in marked if mark), None):
+                row, (reason, remedy) = found
+                text = _as_text(shown.cell(row, number))
+                yield name, Problem(str(path), reason, remedy, row, name, text)
 
 
-def _is_struck(shown: Worksheet, row: int, column: int) -> bool:
-    cell = shown.cell(row, column)
-    return cell.value is not None and bool(cell.font and cell.font.strike)
+def _mark(cell: Cell | MergedCell) -> tuple[str, str] | None:
+    """Return by which mark a cell is not meant, or not seen, and what to do."""
+    if cell.value is None:
+        return None
+    if cell.font and cell.font.strike:
+        return "is struck through", "delete the row, or clear the line through it"
+    if not isinstance(cell.value, str) and str(cell.number_format).startswith(";"):
+        return "is hidden by its number format", "delete the value, or give it a format that shows it"
+    return None
+
+
+def _notes(shown: Worksheet) -> tuple[str, ...]:
+    """Name the notes at cells, which nobody reads."""
+    found = [(cell.coordinate, cell.comment) for cells in shown.iter_rows() for cell in cells if cell.comment]
+    if not found:
+        return ()
+    place, first = found[0]
+    more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    return (f"notes at cells are not read: {place} {' '.join(first.text.split())[:LONGEST]!r}{more}",)
 
 
 def _as_text(cell: Cell | MergedCell) -> str:
