@@ -11,9 +11,9 @@ from typing import Any, Final
 import numpy as np
 import pytest
 import speed_case
-from bad_input import SAMPLE_TABLE, SUBJECT_TABLE
 from cohorts import recording, write_cohort
 from javascript import evaluate, find_node
+from kinds_gated import SAMPLE_TABLE, SUBJECT_TABLE
 from recordings import RECORDING
 
 from explorer.dropped import dropped_hearts, dropped_recording
@@ -113,9 +113,9 @@ def test_good_recordings_give_the_same_numbers(tmp_path: Path, program: str) -> 
 
 def test_bad_recordings_are_refused_in_the_same_words(tmp_path: Path, program: str) -> None:
     paths = []
-    for number, case in enumerate(SAMPLE_TABLE.values()):
+    for number, (change, _) in enumerate(SAMPLE_TABLE.values()):
         cohort = write_cohort(tmp_path / str(number) / "cohort")
-        case.broken(cohort)
+        change(cohort)
         paths.append(cohort / "swe" / "S-1.csv")
     words = [refusal(lambda path=path: dropped_recording(path, HEART, RECORDING)) for path in paths]
     found = in_javascript(tmp_path, program, RECORDINGS, paths)
@@ -125,9 +125,9 @@ def test_bad_recordings_are_refused_in_the_same_words(tmp_path: Path, program: s
 
 def test_hearts_are_read_and_refused_in_the_same_words(tmp_path: Path, program: str) -> None:
     paths = []
-    for number, case in enumerate(SUBJECT_TABLE.values()):
+    for number, (change, _) in enumerate(SUBJECT_TABLE.values()):
         cohort = write_cohort(tmp_path / str(number) / "cohort")
-        case.broken(cohort)
+        change(cohort)
         if (cohort / "subjects.csv").is_file():
             paths.append(cohort / "subjects.csv")
     found = in_javascript(tmp_path, program, HEARTS, paths)

@@ -36,7 +36,8 @@ def pushes(change: Callable[[pd.DataFrame], object], name: str = TRAIN) -> Break
     """Change the table of a recording, S-3 where no other is named; what is returned takes its place."""
 
     def broken(cohort: Path) -> None:
-        frame = pd.read_csv(cohort / name, dtype={SPEED: object, "time_ms": object, "beat": object})
+        texts = (SPEED, "time_ms", "beat") if name == TRAIN else ()
+        frame = pd.read_csv(cohort / name, dtype=dict.fromkeys(texts, object))
         changed = change(frame)
         (frame if changed is None else changed).to_csv(cohort / name, index=False)
 

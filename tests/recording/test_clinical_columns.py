@@ -117,15 +117,6 @@ def test_an_ejection_ends_before_the_next_beat(tmp_path: Path) -> None:
     assert len(caught.value.problems) == 1
 
 
-def test_a_fault_of_many_rows_is_told_in_a_few_lines_and_spares_the_others(tmp_path: Path) -> None:
-    path = tmp_path / "subjects.csv"
-    rows = [FIRST.replace("S-1", f"S-{index}") + (",118," if index else ",118,74") for index in range(9)]
-    path.write_text("\n".join([f"{HEADER},sbp_mmhg,dbp_mmhg", *rows]), encoding="utf-8")
-    with pytest.raises(RecordingError, match="likewise in 3 more rows") as caught:
-        read_subject_table(path)
-    assert len(caught.value.problems) == 6
-
-
 @pytest.mark.parametrize("name", ["sbp_24h", "blood_pressure", "lvet_index", "spo2", "note"])
 def test_other_columns_are_ignored_as_ever(tmp_path: Path, name: str) -> None:
     assert not measured(written(tmp_path, name, "7"))[0].has_pressures

@@ -8,11 +8,35 @@ import warnings
 from pathlib import Path
 
 import kinds
+import kinds_gated
 import pytest
-from cohorts import snapshot
+import yaml
+from cohorts import snapshot, write_cohort, write_overlay
+from kinds_gated import cell, context
 from study_copy import ROOT
 
 from swesbi.__main__ import main
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
+from swesbi.recording.tables import csv_text
+from swesbi.study.answering import Asked
+
+KINDS = kinds.KINDS | kinds_gated.KINDS
+INGESTED = (
+    "subjects: text in a number",
+    "samples: text in a number",
+    "samples: too many phases missing",
+    "files: no recording",
+    "files: link out of the cohort",
+    "matlab: matrix",
+    "protocol: no protocol",
+)
+"""One case of each file: ingestion reads by the functions by which validation does."""
+
+
+@pytest.fixture(autouse=True)
+def in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
 
 
 @pytest.fixture(scope="module")
@@ -21,35 +45,173 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return kinds.good(tmp_path_factory.mktemp("good") / "cohort")
 
 
-@pytest.mark.parametrize("name", kinds.KINDS)
+def broken(name: str, good: Path, folder: Path) -> tuple[str, Path]:
+    """What is to be said of a kind, and a copy of the good cohort that is of it."""
+    change, message = KINDS[name]
+    cohort = Path(shutil.copytree(good, folder / "cohort"))
+    change(cohort)
+    return message, cohort
+
+
+def shown_by(capsys: pytest.CaptureFixture[str], message: str) -> str:
+    """What was printed on the error stream, after a look at it."""
+    shown = capsys.readouterr().err
+    assert "Traceback" not in shown
+    assert re.search(message, shown), shown
+    return shown
+
+
+@pytest.mark.parametrize("name", KINDS)
 def test_it_is_read_or_refused_in_words_and_nothing_is_written(
-    name: str, good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    name: str, good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(ROOT)
-    cohort = Path(shutil.copytree(good, tmp_path / "cohort"))
-    broken, message = kinds.KINDS[name]
-    broken(cohort)
+    message, cohort = broken(name, good, tmp_path)
+    sheets = [] if message.startswith(kinds.OK) else ["--plot", str(tmp_path / "sheets")]
     before = snapshot(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        code = main(["validate", str(cohort)])
-    shown = capsys.readouterr()
-    assert "Traceback" not in shown.err
-    if message.startswith(kinds.OK):
+        code = main(["validate", str(cohort), *sheets])
+    if not message.startswith(kinds.OK):
+        assert code == 2
+        shown_by(capsys, message)
+    else:
+        shown = capsys.readouterr()
         assert code == 0, shown.err
         assert "3 recordings can be used" in shown.out
         assert re.search(message.removeprefix(kinds.OK), shown.out), shown.out
-    else:
-        assert code == 2, shown.out
-        assert re.search(message, shown.err), shown.err
     assert snapshot(tmp_path) == before
 
 
-def test_phases_that_were_typed_are_blamed_where_they_were_typed(
-    good: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("name", list(kinds_gated.KINDS)[::2])
+def test_infer_says_what_is_wrong_and_answers_nothing(
+    name: str,
+    good: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.chdir(ROOT)
+    """Every second kind; all are read by the same functions. What is not wrong would be answered."""
+
+    def not_here(*_: object, **__: object) -> None:
+        raise ValueError("not answered in this test")
+
+    monkeypatch.setattr(Asked, "answer_into", not_here)
+    message, cohort = broken(name, good, tmp_path)
+    before = snapshot(cohort)
+    out = tmp_path / "out"
+    assert main(["infer", str(cohort), "--from-prior", "--out", str(out)]) == 2
+    shown = capsys.readouterr()
+    assert "Traceback" not in shown.err
+    assert re.search(message, shown.err + shown.out)
+    assert snapshot(cohort) == before
+    assert not list(out.rglob("*.h5"))
+
+
+@pytest.mark.parametrize("name", INGESTED)
+def test_ingestion_refuses_it_and_writes_nothing(
+    name: str, good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    message, cohort = broken(name, good, tmp_path)
+    changes = write_overlay(tmp_path / "changes.yaml", cohort, subjects=["S-1"])
+    recording = next((path for path in cohort.glob("swe/S-1.*")), cohort / "swe" / "S-1.csv")
+    before = snapshot(tmp_path)
+    files = ["--recording", str(recording), "--observation", str(tmp_path / "results" / "observation.h5")]
+    assert main(["stages", "ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 2
+    shown_by(capsys, message)
+    assert snapshot(tmp_path) == before
+
+
+def test_no_sign_of_a_file_reaches_the_terminal_that_cannot_be_printed(
+    good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of columns and names of files that nobody reads, and of a column that is proposed."""
+    cohort = Path(shutil.copytree(good, tmp_path / "cohort"))
+    clears = "\x1b[2J\x9b"
+    (cohort / "swe" / f"{clears}.csv").touch()
+    path = cohort / "swe" / "S-1.csv"
+    header, rest = path.read_text().split("\n", 1)
+    assert main(["validate", str(cohort)]) == 0
+    path.write_text(f"{clears}'{header}\n{rest}")
+    assert main(["validate", str(cohort)]) == 2
+    assert main(["template", "--like", str(path)]) == 0
+    shown = capsys.readouterr()
+    assert (shown.err + shown.out).count(r"\x1b[2J\x9b") >= 3
+    assert (shown.err + shown.out).replace("\n", "").isprintable()
+    proposed = yaml.safe_load(shown.out[shown.out.index("# Columns of") :])
+    assert f"{clears}'{header.split(',')[0]}" in proposed["columns"].values()
+
+
+def test_all_problems_are_listed_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    context("sex", "x")(cohort)
+    cell("rr_ms", "1", row=7)(cohort)
+    cell("status", "fine", row=9)(cohort)
+    (cohort / "swe" / "s_2x.csv").unlink()
+    (cohort / "recording.yaml").write_text("origin:\n")
+    assert main(["validate", str(cohort)]) == 2
+    shown = shown_by(capsys, "cohort: 5 problems")
+    for place in ("row 2, column 'sex'", "row 7, column 'rr_ms'", "row 9, column 'status'", "s_2x", "origin"):
+        assert place in shown
+
+
+def test_a_fault_of_every_row_is_told_in_a_few_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    KINDS["samples: RR in s"][0](cohort)
+    assert main(["validate", str(cohort)]) == 2
+    shown = shown_by(capsys, "likewise in 715 more rows, the last of them 721: is outside")
+    assert len(shown.splitlines()) == 9
+
+
+def test_a_subject_that_only_the_configuration_knows(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    changes = write_overlay(tmp_path / "changes.yaml", cohort, subjects=["S-1", "Q"])
+    assert main(["validate", str(cohort), "--overlay", str(changes)]) == 2
+    shown_by(capsys, r"config.yaml, column 'subjects': 'Q' is no subject of .*which has S-1, s_2x; correct")
+
+
+@pytest.mark.parametrize("name", ["../../x", "a/b", ""])
+def test_a_path_in_the_configured_subjects(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    changes = write_overlay(tmp_path / "changes.yaml", cohort, subjects=[name])
+    assert main(["validate", str(cohort), "--overlay", str(changes)]) == 2
+    shown_by(capsys, "subjects")
+
+
+def test_an_unreadable_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+
+    def denied(path: Path) -> bytes:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "read_bytes", denied)
+    with pytest.raises(RecordingError, match=r"S-1.csv: cannot be read \(Permission denied\); check"):
+        read_samples(cohort / "swe" / "S-1.csv", 20, 1000.0)
+
+
+def test_a_file_beyond_reason_is_refused_before_it_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cohort = write_cohort(tmp_path / "cohort")
+    monkeypatch.setattr(csv_text, "MAX_BYTES", 1024)
+    with pytest.raises(RecordingError, match="S-1.csv: has 0 MiB, the limit is 0; keep one row per sample"):
+        read_samples(cohort / "swe" / "S-1.csv", 20, 1000.0)
+
+
+def test_phases_that_were_typed_are_blamed_where_they_were_typed(
+    good: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["validate", str(good), "--phases", "12"]) == 2
     shown = capsys.readouterr().err
     assert "protocol.phases is 20, but --phases is 12; correct the one that is wrong" in shown
     assert "config.yaml" not in shown
+
+
+def test_the_cohort_itself_is_good(good: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", str(good)]) == 0
+    assert "3 recordings can be used; origin: synthetic recordings of a test" in capsys.readouterr().out

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +8,7 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
 
-from data.makers.files import samples_table
-from swesbi.artefacts import ArtefactError, Origin, save, to_groups
+from swesbi.artefacts import Origin, save
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.acquisition import acquire
 from swesbi.recording.ingest import ingest
@@ -20,7 +18,6 @@ from swesbi.recording.noise.components import (
     log_restricted_likelihood,
 )
 from swesbi.recording.noise.errors import relative_se
-from swesbi.recording.observation import read_contexts
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import OTHERS, NoiseSettings
@@ -194,61 +191,6 @@ def test_a_recording_uses_its_own_components_or_those_of_the_cohort() -> None:
     np.testing.assert_allclose(own.relative_se, observed.speed_se_m_s / observed.speed_m_s, rtol=1e-12)
     doubled = NoiseComponents(2 * observed.noise.repeat_fraction, 2 * observed.noise.sample_fraction)
     np.testing.assert_allclose(measured_speeds(observed, doubled).relative_se, 2 * own.relative_se)
-
-
-def write_inputs(folder: Path) -> tuple[list[Path], list[Path]]:
-    recordings, observations = [], []
-    for seed, name in enumerate("PQ"):
-        samples = make_samples(repeat_sd=0.04, sample_sd=0.08, seed=seed)
-        observed = ingest(samples, replace(CONTEXT, subject=name), RECORDING, 100)
-        recordings.append(folder / f"{name}.csv")
-        observations.append(folder / f"{name}.h5")
-        samples_table(samples).to_csv(recordings[-1], index=False)
-        save(observations[-1], to_groups(observed), Origin(1, name, "c").provenance("observation", RECORDING))
-    return recordings, observations
-
-
-def write_protocol(folder: Path) -> Path:
-    (folder / "recording.yaml").write_text("origin: a test\n")
-    return folder / "recording.yaml"
-
-
-def test_the_stage_writes_what_the_fit_found(tmp_path: Path) -> None:
-    recordings, observations = write_inputs(tmp_path)
-    target = tmp_path / "noise.h5"
-    stage.noise(
-        recordings=recordings,
-        observations=observations,
-        protocol=write_protocol(tmp_path),
-        noise=target,
-        contexts=tmp_path / "contexts.h5",
-        settings=SETTINGS,
-        origin=Origin(1, "", "c"),
-    )
-    expected = fit_noise(
-        {n: levels_of(make_samples(repeat_sd=0.04, sample_sd=0.08, seed=s)) for s, n in enumerate("PQ")}
-    )
-    found = read_noise(target)
-    assert found == CohortNoise({OTHERS: expected}, 0.9)
-    assert found.group_of == {"P": OTHERS, "Q": OTHERS}
-    assert found.of("Q") == found.usual == expected.pooled.components
-    with pytest.raises(ArtefactError, match="the noise of R is not known; it is of P, Q"):
-        found.of("R")
-    assert read_contexts(tmp_path / "contexts.h5") == tuple(replace(CONTEXT, subject=n) for n in "PQ")
-
-
-def test_curves_of_other_recordings_are_refused(tmp_path: Path) -> None:
-    recordings, observations = write_inputs(tmp_path)
-    with pytest.raises(ArtefactError, match=r"Q\.csv.*subject P"):
-        stage.noise(
-            recordings=recordings[::-1],
-            observations=observations,
-            protocol=write_protocol(tmp_path),
-            noise=tmp_path / "noise.h5",
-            contexts=tmp_path / "contexts.h5",
-            settings=SETTINGS,
-            origin=Origin(1, "", "c"),
-        )
 
 
 def test_one_recording_has_no_test_of_homogeneity(tmp_path: Path) -> None:

@@ -15,13 +15,11 @@ from scipy.optimize import minimize
 from scipy.stats import chi2, norm
 from statsmodels.regression.mixed_linear_model import MixedLM
 
-from data.makers.files import samples_table
 from swesbi.__main__ import main
-from swesbi.artefacts import Origin, load, save, to_groups
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.cohort.recording_file import noise_groups_of, read_recording_file
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import KIND, compare_noise, fit_noise, read_noise
+from swesbi.recording.noise.cohort import compare_noise, fit_noise
 from swesbi.recording.noise.components import (
     LARGEST_SD,
     ComponentEstimate,
@@ -36,7 +34,7 @@ from swesbi.recording.noise.sweeps import (
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import OTHERS, NoiseSettings
+from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
@@ -378,43 +376,6 @@ def test_the_covariance_is_that_of_recordings() -> None:
         assert found[block][kept].mean() == pytest.approx(expected[block][kept].mean(), rel=0.2)
 
 
-def write_inputs(folder: Path, protocol: str) -> dict[str, Path | list[Path]]:
-    samples = list(acquired(0.05, range(1)).values())[:2]
-    recordings, observations = [], []
-    for made, name in zip(samples, "PQ", strict=True):
-        context = replace(VOLUNTEERS["PQ".index(name)].context, subject=name)
-        recordings.append(folder / f"{name}.csv")
-        observations.append(folder / f"{name}.h5")
-        samples_table(made).to_csv(recordings[-1], index=False)
-        observed = ingest(made, context, RECORDING, 100)
-        save(observations[-1], to_groups(observed), Origin(1, name, "c").provenance("observation", RECORDING))
-    (folder / "recording.yaml").write_text(protocol)
-    return {
-        "recordings": recordings,
-        "observations": observations,
-        "protocol": folder / "recording.yaml",
-        "noise": folder / "noise.h5",
-        "contexts": folder / "contexts.h5",
-    }
-
-
-def run_stage(folder: Path, protocol: str) -> Path:
-    folder.mkdir()
-    stage.noise(**write_inputs(folder, protocol), settings=SETTINGS, origin=Origin(1, "", "c"))  # type: ignore[arg-type]
-    return folder / "noise.h5"
-
-
-def test_the_stage_fits_the_model_that_the_cohort_says(tmp_path: Path) -> None:
-    written = run_stage(tmp_path / "sweeps", "origin: a\nprotocol: {repeats_are: sweeps}\n")
-    found, names = read_noise(written), list(acquired(0.05, range(1)))[:2]
-    recordings = dict(zip("PQ", [acquired(0.05, range(1))[name] for name in names], strict=True))
-    expected = fit_noise(by("sweeps", recordings))
-    assert found.groups == {OTHERS: expected}
-    assert (expected.pooled.repeat, expected.pooled.sample, expected.pooled.sweep) == pooled(recordings)
-    assert found.usual.sweep_fraction == expected.pooled.sweep.fraction > 0.0
-    assert load(written, KIND)[0]["component"].to_numpy().tolist() == ["repeat", "sample", "sweep"]
-
-
 @pytest.mark.parametrize(
     ("said", "found"),
     [
@@ -437,26 +398,6 @@ def test_groups_are_read_or_refused(tmp_path: Path, said: str, found: dict[str, 
     with pytest.raises(RecordingError) as refused:
         noise_groups_of(read_recording_file(tmp_path), path, ("P", "Q", "R"))
     assert re.search(found, str(refused.value).replace("\n", " ")), refused.value
-
-
-def test_separate_is_what_a_cohort_means_that_says_nothing(tmp_path: Path) -> None:
-    said = run_stage(tmp_path / "said", "origin: a\nprotocol: {repeats_are: separate}\n")
-    unsaid = run_stage(tmp_path / "unsaid", "origin: a\n")
-    empty = run_stage(tmp_path / "empty", "origin: a\nprotocol:\n  repeats_are:\n")
-    first = load(said, KIND)[0]
-    assert first["component"].to_numpy().tolist() == ["repeat", "sample"]
-    for other in (unsaid, empty):
-        assert load(other, KIND)[0].identical(first)
-    assert read_noise(said).usual.sweep_fraction == 0.0
-
-
-@pytest.mark.parametrize("said", ["both", "true", "[sweeps]", "''"])
-def test_repeats_of_an_unknown_kind_are_refused(tmp_path: Path, said: str) -> None:
-    (tmp_path / "recording.yaml").write_text(f"origin: a\nprotocol: {{repeats_are: {said}}}\n")
-    with pytest.raises(
-        RecordingError, match="`protocol.repeats_are`: Input should be 'separate' or 'sweeps'"
-    ):
-        read_recording_file(tmp_path)
 
 
 def test_validation_refuses_sweeps_that_have_another_number_at_each_phase(
