@@ -69,11 +69,11 @@ def read_csv(path: Path, header_row: int = 1) -> Table:
 
 def _rows_as_comments(path: Path, table: Table, delimiter: str) -> tuple[str, ...]:
     """Name the comments below the names of columns that have as many cells as these."""
-    signs = len(table.cells) - 1
+    size = len(table.cells)
     rows = [
         str(place)
-        for place, line in enumerate(io.StringIO(text_of(path), newline=""), start=1)
-        if place > table.header_row and line.startswith(COMMENT) and line.count(delimiter) == signs > 0
+        for place, line in enumerate(text_of(path).splitlines(), start=1)
+        if place > table.header_row and line.startswith(COMMENT) and len(line.split(delimiter)) == size > 1
     ]
     more = f", and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
     told = f"rows that begin with # are left out: {', '.join(rows[:SHOWN_ROWS])}{more}"

@@ -285,8 +285,8 @@ def _ragged(source: str, rows: Sequence[Row], header_row: int, names: Sequence[s
     if filled and not names[-1] and all(len(cells) == size - 1 for cells in filled):
         reason = "the row of names ends in a delimiter, and the others do not"
         return [Problem(source, reason, "remove it")]
-    widths = [len(cells) for cells in filled]
-    usual = max(widths, key=widths.count, default=0)
+    widths = sorted(len(cells) for cells in filled)
+    usual = widths[len(widths) // 2] if widths else 0
     wide = [place for place, cells in rows if len(cells) == usual and not any(map(_is_number, cells))]
     if size < usual and wide:
         reason = f"has {size} cells, and the rows from {wide[0]} on have {usual}"
