@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -231,6 +232,14 @@ def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path)
     assert [cell.value for cell in answers[1]] == list(explanations())
     assert answers["A3"].value == "=S-2" and answers["A3"].data_type == "s"
     assert [row[0].value for row in meanings.iter_rows(min_row=2)] == list(explanations())
+    assert read["columns_version"].tolist() == [1, 1]
+
+
+def test_the_page_of_results_names_every_column() -> None:
+    page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    section = page.partition("### Columns of answers.csv")[2].partition("\n## ")[0]
+    names = {re.sub("_(median|low|high)$", "", name) for name in explanations()}
+    assert {*re.findall("`([a-z0-9_]+)`", section)} - {"refused"} == names
 
 
 def test_a_table_of_another_folder_of_the_same_name_is_not_written_over(tmp_path: Path) -> None:

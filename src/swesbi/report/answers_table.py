@@ -9,6 +9,7 @@ from typing import Final
 
 import pandas as pd
 
+from swesbi import __version__
 from swesbi.artefacts.csv import write_csv
 from swesbi.report.workbook import write_workbook
 from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
@@ -33,7 +34,10 @@ LAST: Final = {
     "k_hat": "Pareto shape of the importance weights, the smaller the more reliable; 1",
     "efficiency": "effective share of the weighted draws; 1",
     "sampler": "what gave the draws: importance or mcmc",
+    "swesbi_version": "version of the package that wrote the row",
+    "columns_version": "version of these columns: it rises where one is renamed or goes",
 }
+COLUMNS_VERSION: Final = 1
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,7 @@ def answers_table(asked: Sequence[Asked]) -> pd.DataFrame:
 
 def _row(asked: Asked) -> Mapping[str, object]:
     row: dict[str, object] = {"subject": asked.subject, "experiment": asked.experiment}
+    row |= {"swesbi_version": __version__, "columns_version": COLUMNS_VERSION}
     if asked.answer is None:
         return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
