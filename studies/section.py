@@ -11,8 +11,8 @@ from swesbi.base.settings import Settings
 def left_out(section: Any, own: Mapping[str, Any], model: type[Settings]) -> Any:  # noqa: ANN401
     """Return a section without the variants for which a later file says null.
 
-    Variants are the entries of a field that maps names to settings: structures of the ladder, readings. Null
-    for anything else stays, and is refused or means what the field says.
+    Variants are the entries of a field that maps names to settings, as readings are. Null for anything else
+    stays, and is refused or means what the field says.
 
     Args:
         section: The section as merged.

@@ -20,7 +20,6 @@ from typing import Any, Final, NamedTuple
 import yaml
 
 from studies.discrepancy.settings import ChoiceSettings
-from studies.ladder.settings import LadderSettings, Structure
 from studies.sensitivity.settings import SensitivitySettings, Variant
 from studies.statements.settings import Reading, StatementsSettings
 from studies.validation.settings import ValidationSettings
@@ -34,7 +33,6 @@ ROOT: Final = Path(__file__).parents[1]
 TABLE: Final = ROOT / "docs" / "tables" / "settings.csv"
 STUDIES: Final[Mapping[str, type[Settings]]] = {
     "discrepancy": ChoiceSettings,
-    "ladder": LadderSettings,
     "sensitivity": SensitivitySettings,
     "statements": StatementsSettings,
     "validation": ValidationSettings,
@@ -42,7 +40,7 @@ STUDIES: Final[Mapping[str, type[Settings]]] = {
 """Of each side study, the class of its section."""
 DISTRIBUTIONS: Final = (ParameterPrior, Quantity, SizedQuantity, Fraction)
 """Classes that say how the number of a key is distributed."""
-INLINE: Final = (*DISTRIBUTIONS, Structure, Reading, Variant)
+INLINE: Final = (*DISTRIBUTIONS, Reading, Variant)
 """Classes that occur so often that each is shown as the value of a key; their keys stand once."""
 UNITS: Final = {
     "pa_s2_m3": "Pa s2/m3", "pa_s_m3": "Pa s/m3", "m3_pa": "m3/Pa", "kg_m3": "kg/m3", "pa_s": "Pa s",

@@ -112,7 +112,7 @@ def file_arguments(run: Callable[..., None], files: Mapping[str, Any]) -> dict[s
 def stage_place(name: str) -> tuple[str, str]:
     """Return the module and the name of the function of a stage.
 
-    A stage of another package is named with its module, ``studies.ladder.stages:ladder``.
+    A stage of another package is named with its module, ``studies.sensitivity.stages:sensitivity_run``.
 
     Raises:
         KeyError: The study has no such stage.

@@ -72,7 +72,7 @@ class EjectionTimeSettings(Settings):
     """
 
     model_sd_ms: Positive = Field(
-        description="Standard deviation of the model's own error in it. Other structures of the ladder "
+        description="Standard deviation of the model's own error in it. Other structures of the heart "
         "move it at given parameters, as root mean square over the volunteers' contexts. Length "
         "dependence moves it by 20 ms, the second Piola stress by 14, alpha = 4 by 18. A thin wall moves "
         "it by 4, inertance by 2; together 13.5, rounded up."

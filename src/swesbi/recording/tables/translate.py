@@ -35,7 +35,6 @@ from swesbi.recording.tables.columns import (
 from swesbi.recording.tables.layout import COUNTED, TableLayout
 from swesbi.recording.tables.table import NUMBER, Place, Table, column_of, spelling
 
-SEE_LAYOUT: Final = "correct the key `columns` of recording.yaml, or the table"
 THREE: Final = "3"  # E = 3 mu of an incompressible, isotropic tissue
 Block = Mapping[str, str]
 """This project's column: that of the table, of one sample of each row."""

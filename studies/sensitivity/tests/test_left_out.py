@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 from study_copy import ROOT
 
-from studies.ladder.settings import LadderSettings
 from studies.section import left_out
 from studies.sensitivity.settings import SensitivitySettings
 from studies.statements.settings import StatementsSettings
@@ -15,7 +14,6 @@ from swesbi.base.settings import Settings
 from swesbi.config.read import ConfigError, overlay, parse_section, read_yaml
 
 SMALL = [
-    ("ladder", LadderSettings, "structures", ["base", "series_spring", "alpha_4"]),
     ("sensitivity", SensitivitySettings, "variants", ["base", "fixed_physiology", "fixed_scale"]),
     (
         "statements",
@@ -52,17 +50,15 @@ def test_null_within_the_changes_of_a_variant_stays() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"structures": {"thin_wal": None}}, r"structures\.thin_wal = None"),
-        ({"structures": {"base": None}}, "needs the structure 'base'"),
-        ({"structures": None}, "structures = None"),
-        ({"max_rounds": None}, "max_rounds = None"),
+        ({"variants": {"fixed_scal": None}}, r"variants\.fixed_scal = None"),
+        ({"variants": None}, "variants = None"),
     ],
 )
 def test_null_for_anything_else_is_refused(changes: dict[str, Any], said: str) -> None:
-    own = own_section("ladder")
+    own = own_section("sensitivity")
     with pytest.raises(ConfigError, match=said):
-        parse_section(left_out(overlay(own, changes), own, LadderSettings), "ladder", LadderSettings)
+        parse_section(left_out(overlay(own, changes), own, SensitivitySettings), "x", SensitivitySettings)
 
 
 def test_a_section_that_is_missing_stays_missing() -> None:
-    assert left_out(None, {}, LadderSettings) is None
+    assert left_out(None, {}, SensitivitySettings) is None
