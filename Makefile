@@ -109,7 +109,6 @@ lint: $(CHECKED) ## ruff and snakefmt; words of README.md and docs/ that only th
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules studies explorer
-	$(BIN)/python -m tools.prose
 
 types: $(CHECKED) # mypy in strict mode
 	$(BIN)/mypy

@@ -25,8 +25,7 @@ import numpy as np
 import pandas as pd
 
 from studies.validation.answers import HeartAnswersSettings, asked_of, recorded_as_answered
-from studies.validation.gated_as_pushes import recording_of_table
-from studies.validation.pushes import DECLARED
+from studies.validation.pushes import DECLARED, recording_of_table
 from studies.validation.settings import configured
 from swesbi.answers.answer import Answer, answered
 from swesbi.answers.knowledge import Knowledge

@@ -27,13 +27,14 @@ import pandas as pd
 from scipy.stats import binomtest
 
 from studies.validation.answers import HeartAnswersSettings, asked_of
-from studies.validation.gated_as_pushes import recording_of_table
 from studies.validation.score import Intervals, intervals, truths
 from studies.validation.settings import configured
+from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
+from swesbi.context import Context
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.population.settings import in_declared_range
@@ -41,8 +42,11 @@ from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.recording.problems import RecordingError
+from swesbi.recording.pushes import ingest_pushes
+from swesbi.recording.reader import samples_in
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.tables.columns import SPEED
+from swesbi.recording.tables.frame import table_of_frame
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
 from swesbi.study.finished import finished_population
@@ -159,3 +163,18 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+
+
+def recording_of_table(
+    table: pd.DataFrame, context: Context, declared: NoiseDeclaration, settings: HeartAnswersSettings
+) -> ModelledRecording:
+    """Read a table of pushes, as that of any subject, and return the recording with its model.
+
+    Raises:
+        RecordingError: It cannot be used.
+    """
+    quality = settings.recording
+    in_memory = table_of_frame(table, context.subject)
+    samples = samples_in(in_memory, quality.phases, quality.density_kg_m3)
+    observed = ingest_pushes(samples, context, quality, declared)
+    return modelled_pushes(observed, settings.exact_posterior.model)

@@ -16,7 +16,7 @@ from swesbi.persons.cohort.infer import infer_cohort
 from swesbi.persons.cohort.model import population_law
 from swesbi.persons.cohort.ratio import log_normal_mass
 from swesbi.persons.cohort.settings import HierarchySettings
-from swesbi.posterior.mcmc import reference_draws
+from swesbi.posterior.mcmc import sample_mcmc
 from swesbi.posterior.settings import McmcSettings
 from swesbi.prior import ParameterPrior, PriorSettings, bounds
 
@@ -110,6 +110,8 @@ def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2200) ->
     model = Together(TogetherSettings(together), len(eta), design.matrix, outlier, measured)
     points = TOGETHER_MCMC.start_points
     start = np.hstack([inferred.eta[:points], *(each[:points] for each in of_subjects)])
-    chains = reference_draws(model, start, draws, TOGETHER_MCMC, seed)
+    sampled = sample_mcmc(model, start, TOGETHER_MCMC, seed, least_effective=2 * draws)
+    assert sampled.converged
+    chains = sampled.thinned(draws, np.random.default_rng(seed))  # some two autocorrelation times apart
     accuracy = classifier_accuracy(recycled, chains, together, seed)
     return accuracy, len(np.unique(inferred.eta, axis=0))

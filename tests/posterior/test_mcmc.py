@@ -16,7 +16,6 @@ from swesbi.posterior.mcmc import (
     effective_draws,
     gather,
     overdispersed,
-    reference_draws,
     sample_mcmc,
     split_r_hat,
     starting_points,
@@ -130,15 +129,14 @@ def test_walkers_never_enter_where_simulations_fail() -> None:
         sample_mcmc(ToyModel(fails_above=0.9 * start[:, 0].max()), start, SHORT, seed=1)
 
 
-def test_reference_draws_are_as_good_as_independent() -> None:
+def test_thinned_draws_of_long_chains_are_as_good_as_independent() -> None:
     start = proposal().draw(MCMC.start_points, seed=2)
     settings = MCMC.model_copy(update={"max_steps": 8000})
-    phi = reference_draws(ToyModel(), start, 2000, settings, seed=3)
+    chains = sample_mcmc(ToyModel(), start, settings, seed=3, least_effective=4000)
+    phi = chains.thinned(2000, np.random.default_rng(3))
     assert phi.shape == (2000, 4)
     assert len(np.unique(phi[:, 0])) > 1990
     check_posterior(phi, 2000)
-    with pytest.raises(ValueError, match="raise max_steps"):
-        reference_draws(ToyModel(), start, 2000, SHORT, seed=3)
 
 
 def test_walkers_start_at_draws_of_the_proposal() -> None:

@@ -163,26 +163,6 @@ def sample_mcmc(
         )  # fmt: skip
 
 
-def reference_draws(
-    model: LikelihoodModel, start_phi: FloatArray, draws: int, settings: McmcSettings, seed: int
-) -> FloatArray:
-    """Return draws (draws, d) of the exact posterior that are as good as independent, by long MCMC.
-
-    The sampler runs until its effective draws are twice as many as are kept, so that these lie about two
-    autocorrelation times apart.
-
-    Raises:
-        ValueError: The sampler did not get there within ``settings.max_steps``.
-    """
-    sampled = sample_mcmc(model, start_phi, settings, seed, least_effective=2 * draws)
-    if not sampled.converged:
-        raise ValueError(
-            f"after {sampled.steps} steps R-hat is {sampled.r_hat.max():.4f} and the effective draws are "
-            f"{sampled.effective_draws.min():.0f} of {2 * draws}; raise max_steps"
-        )
-    return sampled.thinned(draws, np.random.default_rng(seed))
-
-
 def gather(state: emcee.State, ensembles: int) -> None:
     """Put walkers that stray after the first warm-up onto others of their ensemble, at most half of it.
 

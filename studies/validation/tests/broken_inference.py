@@ -16,7 +16,6 @@ import numpy as np
 import speed_case
 from other_hearts_case import CONFIG, generators
 
-from studies.validation.former_law import FormerLaw, changed, former_law
 from studies.validation.score import HeartAnswer, intervals, truths
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import resampled_rows
@@ -36,7 +35,7 @@ from swesbi.virtual.hearts.heart import Generator
 from swesbi.virtual.hearts.hearts import SimulatedHearts, Structure
 from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
 
-Inference = Literal["intact", "former law", "no length dependence", "wrong nuisances", "hidden scale"]
+Inference = Literal["intact", "fixed wall", "no length dependence", "wrong nuisances", "hidden scale"]
 Hearts = Sequence[tuple[str, int]]
 """Letters and numbers."""
 STREAM: Final = "broken on purpose"
@@ -61,11 +60,12 @@ WRONG_SD: Final[Mapping[str, float]] = {
 """Where wrong nuisance parameters are fixed: standard deviations of the prior from its centre, in log."""
 SOFTENED: Final = -8.0
 """Power of the stretch by which a wall softens: at a stretch of 1.15 it is a third as stiff as at rest."""
-Model = SpeedModel | FormerLaw
+SHAPE: Final = ("passive_ratio", "passive_middle_factor")
+"""Nuisances by which a passive wall may soften where it is stretched."""
 
 
 @cache
-def inferences() -> Mapping[Inference, Callable[[SpeedRecording], Model]]:
+def inferences() -> Mapping[Inference, Callable[[SpeedRecording], SpeedModel]]:
     """The shipped inference, and each of those in which one thing is broken."""
     intact = speed_case.settings("calibrated")
     physiology, nuisances = intact.prior.theta.physiology_names, intact.prior.theta.nuisances
@@ -77,14 +77,22 @@ def inferences() -> Mapping[Inference, Callable[[SpeedRecording], Model]]:
     forward_model = intact.forward_model.model_copy(update=wrong)
     return {
         "intact": of_settings(intact),
-        "former law": lambda recording: former_law(recording, intact),
+        "fixed wall": of_settings(changed(intact, dict.fromkeys(SHAPE))),
         "no length dependence": of_settings(changed(intact, {"length_dependence": None})),
         "wrong nuisances": of_settings(known.model_copy(update={"forward_model": forward_model})),
         "hidden scale": of_settings(changed(intact, {"speed_scale": None})),
     }
 
 
-def of_settings(settings: SpeedModelSettings) -> Callable[[SpeedRecording], Model]:
+def changed(model: SpeedModelSettings, priors: Mapping[str, None]) -> SpeedModelSettings:
+    """The model with these nuisance parameters fixed at their own values."""
+    theta = model.prior.theta
+    nuisances = theta.nuisances.model_copy(update=dict(priors))
+    prior = model.prior.model_copy(update={"theta": theta.model_copy(update={"nuisances": nuisances})})
+    return model.model_copy(update={"prior": prior})
+
+
+def of_settings(settings: SpeedModelSettings) -> Callable[[SpeedRecording], SpeedModel]:
     """What makes the model of a recording under these settings."""
     return lambda recording: SpeedModel(recording, settings)
 
@@ -129,16 +137,15 @@ def answer(inference: Inference, letter: str, number: int) -> HeartAnswer:
     )  # fmt: skip
 
 
-def posterior(model: Model, inference: Inference) -> tuple[AdaptedDraws, FloatArray]:
+def posterior(model: SpeedModel, inference: Inference) -> tuple[AdaptedDraws, FloatArray]:
     """Weighted draws of the posterior, and equally weighted ones (n, d)."""
     subject = model.recording.subject
-    seen = model if isinstance(model, FormerLaw) else HeartModel(model)
-    drawn = adapted(seen, EXACT, integer_seed(SEED, STREAM, inference, subject))
+    drawn = adapted(HeartModel(model), EXACT, integer_seed(SEED, STREAM, inference, subject))
     rows = resampled_rows(drawn.weighted.weight, KEPT_DRAWS, generator(SEED, STREAM, inference, subject))
     return drawn, drawn.weighted.phi[rows]
 
 
-def chi2_of(model: Model, phi: FloatArray) -> float:
+def chi2_of(model: SpeedModel, phi: FloatArray) -> float:
     """Posterior predictive p-value of chi2."""
     z = residuals(model.predict(phi), model.recording, model.settings.discrepancy)
     return residuals_p_value((z**2).sum(axis=1), z.shape[1])
@@ -163,7 +170,6 @@ def not_contradicted(made: Sequence[HeartAnswer]) -> int:
 def at_bounds(recording: SpeedRecording) -> tuple[float, float, float]:
     """Posterior over prior mass at all bounds, at those of what is reported; and chi2's p-value."""
     model = inferences()["intact"](recording)
-    assert isinstance(model, SpeedModel)
     drawn, phi = posterior(model, "intact")
     ratios = strip_ratios(drawn.weighted.phi, drawn.weighted.weight, model.settings.prior)
     return float(np.nanmean(ratios)), float(np.nanmean(ratios[: len(PHI_NAMES)])), chi2_of(model, phi)

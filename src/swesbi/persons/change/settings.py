@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Final
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -14,7 +14,6 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import ParameterPrior
 
 Share = Annotated[float, Field(ge=0.0, le=1.0, json_schema_extra={"unit": "1"})]
-DISCREPANCY: Final = "discrepancy"
 
 
 class SharesSettings(Settings):
