@@ -39,7 +39,7 @@ from swesbi.study.stages.tables import TablesSettings
 
 TITLE = "virtual volunteers"
 LIGHT_STAGES = ("predictive", "subject_figures", "cohort_figures", "tables")
-LIGHT_STAGES += ("workflow_figure", "experiments_figure", "paper_comparison", "predictive_speeds")
+LIGHT_STAGES += ("workflow_figure", "paper_comparison", "predictive_speeds")
 LIGHT_STAGES += (
     "exact_subject_figures",
     "exact_figures",

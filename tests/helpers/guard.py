@@ -41,7 +41,6 @@ LEFT_OUT: Final[tuple[str, ...]] = (
     r".*/change/.*::(.*/)?(from_|to_)?verdict",
     r"tables/(ppc|paper_comparison)\.tex::",
     r"figures/(ppc|posterior|misspecification|cohort|cohort_posterior)-(calibrated|amortised)\.(pdf|png)::",
-    r"figures/epochs\.(pdf|png)::",
     r"(calibrated|amortised)/subjects/.*\.png::",
     r".*/(new|change)/.*\.(pdf|png)::",
     r".*/calibration(_recordings|/part-.*)?\.h5::.*/(min_chi2|mean_chi2|phases)",

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pandas as pd
 import pytest
-from comparison_case import context, posterior
-from evaluation_cases import INTERVAL, PRIOR, TITLE, check, posterior_theta, verdict
+from comparison_case import context
+from evaluation_cases import PRIOR, TITLE, check, posterior_theta, verdict
 from figure_text import assert_text_apart, text_boxes
-from matplotlib.figure import Figure
 
 from swesbi.context import CONTEXT_NAMES
 from swesbi.measurement.settings import SCALAR_NAMES, SUMMARY_NAMES
 from swesbi.parameters import THETA_NAMES
-from swesbi.report.figures.experiments import ExperimentScore, draw_experiments
 from swesbi.report.figures.workflow import draw_workflow
 from swesbi.report.figures.workflow_panels import WorkflowPicture, groups
 from swesbi.study.stages.origin import ResultKey
@@ -61,33 +57,6 @@ PICTURES = {
 }
 
 
-@cache
-def score(experiment: str, subject: str, supported: bool) -> ExperimentScore:
-    predicted, draws = check(subject, supported), posterior(subject, supported)
-    low, high = draws.interval[K_ATP]
-    return ExperimentScore(
-        experiment,
-        subject,
-        supported,
-        predicted.posterior.scores.rmse_kpa,
-        predicted.prior.scores.rmse_kpa,
-        predicted.posterior.coverages.noiseless,
-        predicted.posterior.coverages.observed,
-        (float(low), float(draws.median[K_ATP]), float(high)),
-        verdict(subject, supported).unfiltered_median["k_atp_per_s"],
-    )
-
-
-def scores(
-    names: tuple[str, ...], subjects: Sequence[str] = "ABCDEF", excluded: Sequence[str] = "EF"
-) -> list[ExperimentScore]:
-    return [score(name, subject, subject not in excluded) for name in names for subject in subjects]
-
-
-def compare(values: list[ExperimentScore]) -> Figure:
-    return draw_experiments(values, "paper", (INTERVAL, INTERVAL), TITLE)
-
-
 @pytest.mark.parametrize("name", PICTURES)
 def test_workflow_has_no_text_on_text(name: str) -> None:
     figure = draw_workflow(PICTURES[name], TITLE)
@@ -127,38 +96,3 @@ def test_the_first_supported_subject_is_shown() -> None:
     assert shown_subject(verdicts(False, False, False)).subject == "C"
     with pytest.raises(ValueError, match="cohort is empty"):
         shown_subject({})
-
-
-MANY = [f"patient-{number:02d}" for number in range(10)]
-STUDIES = {
-    "three": scores(("paper", "scalar_only", "wide_prior")),
-    "one": scores(("paper",)),
-    "five": scores(("paper", "scalar_only", "wide_prior", "calibrated", "another_one")),
-    "none supported": scores(("paper", "wide_prior"), "EF"),
-    "one subject": scores(("paper", "wide_prior"), "A"),
-    "many subjects": scores(("paper", "wide_prior"), MANY, MANY[3:5]),
-}
-
-
-@pytest.mark.parametrize("name", STUDIES)
-def test_experiments_have_no_text_on_text(name: str) -> None:
-    figure = compare(STUDIES[name])
-    assert_text_apart(figure)
-    assert any(TITLE in text for text, _ in text_boxes(figure))
-    legend = {text for text, _ in text_boxes(figure)}
-    assert {score.experiment.replace("_", " ") for score in STUDIES[name]} <= legend
-
-
-def test_experiments_show_a_shift_in_percent() -> None:
-    values = scores(("paper", "wide_prior"), "A", "")
-    shifted = tuple(1.5 * value for value in values[0].k_atp_per_s)
-    change = compare([values[0], replace(values[1], k_atp_per_s=shifted)]).axes[3]
-    middles = [line.get_ydata()[0] for line in change.lines if len(line.get_ydata()) == 1]
-    assert middles == pytest.approx([0.0, 50.0])
-
-
-def test_experiments_refuse_what_they_cannot_draw() -> None:
-    with pytest.raises(ValueError, match="cohort is empty"):
-        compare([])
-    with pytest.raises(ValueError, match="comes twice"):
-        compare(2 * STUDIES["one"])

@@ -59,5 +59,5 @@ def test_a_figure_of_the_cohort_needs_no_entry_of_the_page(monkeypatch: pytest.M
 
 
 def test_a_figure_of_the_study_that_is_not_given_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ArtefactError, match=r"epochs, experiments, posterior, ppc, workflow missing"):
+    with pytest.raises(ArtefactError, match=r"posterior, ppc, workflow missing"):
         study_figures([], [], tmp_path / "index.html", make_experiment("paper", {"A": True}), "volunteers")

@@ -177,12 +177,12 @@ def test_tables_of_all_experiments_take_both_kinds(exact: Exact) -> None:
 
 
 def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
-    names = ("ppc-calibrated", "ppc-other", "noise", "design-calibrated")
+    names = ("ppc-calibrated", "ppc-other", "noise", "identifiability-calibrated")
     pngs = [tmp_path / f"{name}.png" for name in names]
     for png in pngs:
         save_figure(Drawing(figsize=(2.0, 1.0)), png)
     found = section_figures(PagePart.SPEEDS, pngs, "calibrated", tmp_path / "index.html", TITLE)
-    assert sorted(found) == ["design", "noise", "ppc"]
+    assert sorted(found) == ["identifiability", "noise", "ppc"]
     assert (found["ppc"].source, found["ppc"].full) == ("ppc-calibrated.png", "ppc-calibrated.pdf")
     assert TITLE in found["ppc"].caption
 

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from matplotlib.figure import Figure
 from study_copy import StudyCopy
 
 from swesbi.artefacts import ArtefactError, Origin
@@ -19,7 +18,7 @@ from swesbi.networks.paper.pool import read_pool
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import prior_variance
-from swesbi.report.figures.training import EPOCH_COLUMNS, draw_epochs, read_epochs, read_history
+from swesbi.report.figures.training import EPOCH_COLUMNS, read_epochs, read_history
 from swesbi.report.training_tables import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
@@ -151,20 +150,11 @@ def test_too_few_draws_leave_numbers_empty(finished: StudyCopy, tmp_path: Path) 
     for quantity in (RECOVERY_COVERAGE, RELATIVE_SD, RMSE):
         assert table["value"][table["quantity"] == quantity].isna().all(), quantity
     assert table["value"][table["quantity"] == IN_PRIOR].between(0.0, 0.5).all()
-    figure = draw_epochs(
-        table, read_history(finished.results / "paper" / "training.csv"), 0.9, "virtual volunteers", "paper"
-    )
-    assert "no prior-supported subject" in texts(figure)
 
 
 def test_a_missing_verdict_is_named(finished: StudyCopy, tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match="no verdict of subject F"):
         run(finished, tmp_path / "epochs.csv", settings_of(finished), ("A",))
-
-
-def texts(figure: Figure) -> str:
-    found = [text.get_text() for axes in figure.axes for text in (*axes.texts, axes.title)]
-    return "\n".join([*found, figure.get_suptitle()])
 
 
 def test_a_table_without_a_column_is_refused(tmp_path: Path) -> None:

@@ -16,9 +16,9 @@ from swesbi.report.figures.registry import names_of
 from swesbi.report.page import FURTHER
 
 SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}  # of every experiment
-PREDICTIVE = {"predictive", "subject_figures", "workflow_figure", "experiments_figure"} | SHOWN
+PREDICTIVE = {"predictive", "subject_figures", "workflow_figure"} | SHOWN
 SAMPLED = {"posterior", "truth"} | PREDICTIVE
-EPOCHS = {"epochs", "epochs_figure"}
+EPOCHS = {"epochs"}
 TRAINED = {"train", "recovery", "recovery_acquisition", "training_figure"} | EPOCHS | SAMPLED
 
 
@@ -214,7 +214,7 @@ def test_another_list_of_an_experiment_reruns_what_is_made_of_it(editable: Study
     with edited(editable, "config/experiments.yaml", "    subjects: all\n", "    subjects: [A, F]\n"):
         rules = rules_of(editable.planned())
     assert {"speed_pool", "train_flow", "exact_posterior", "calibration", "verdict"} <= rules
-    assert {"identifiability", "exact_figures", "experiments_figure", "tables", "truth", "report"} <= rules
+    assert {"identifiability", "exact_figures", "tables", "truth", "report"} <= rules
     of_others = {"ingest", "noise", "simulate", "pool", "train", "posterior", "predictive", "cohort_figures"}
     assert not rules & (of_others | {"train_population", "population_null"})
 

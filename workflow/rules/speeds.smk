@@ -168,14 +168,12 @@ rule identifiability:
 
 
 rule identifiability_figures:
-    """What the recordings tell, and what more repeats or phases would."""
+    """What the recordings tell."""
     input:
         identifiability=rules.identifiability.output.identifiability,
     output:
         identifiability_pdf=f"{RESULTS}/figures/identifiability-{{experiment}}.pdf",
         identifiability_png=drawn("identifiability_figures", "identifiability"),
-        design_pdf=f"{RESULTS}/figures/design-{{experiment}}.pdf",
-        design_png=drawn("identifiability_figures", "design"),
     log:
         f"{RESULTS}/logs/identifiability_figures/{{experiment}}.log",
     wildcard_constraints:
@@ -183,7 +181,7 @@ rule identifiability_figures:
     params:
         stage=stage("identifiability_figures"),
     message:
-        "Figures: identifiability and designs of '{wildcards.experiment}'"
+        "Figure: identifiability of '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 

@@ -70,9 +70,7 @@ SOURCES: Final[Mapping[str, str]] = {
     "cohort_figures": "cohort_title prior",
     "exact_figures": "cohort_title prior=joint_prior",
     "workflow_figure": "cohort_title prior estimator=experiment.estimator.model",
-    "experiments_figure": "cohort_title main_experiment",
     "training_figure": "cohort_title=title_of_training",
-    "epochs_figure": "experiment=name experiment.predictive.interval cohort_title",
     "misspecification_figure": "cohort_title experiment.misspecification.rule.strained_level",
     "calibration_figure": "experiment=name experiment.exact.max_k_hat experiment.calibration.judgement "
     "cohort_title",

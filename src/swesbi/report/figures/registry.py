@@ -67,16 +67,6 @@ FIGURES: Final = (
         "grey.",
     ),
     FigureSpec(
-        "experiments_figure", "experiments", "cohort", "experiments beside each other",
-        "Predictive error, coverage and contraction rate of every experiment beside each other "
-        "({cohort}). Coverage is by the band of noiseless curves, and by the interval of new observations.",
-    ),
-    FigureSpec(
-        "epochs_figure", "epochs", "cohort", "recovery and coverage by epoch",
-        "How recovery, the coverage of the recordings by the band of noiseless curves, and the posterior's "
-        "width evolve with the epochs of one training ({cohort}).",
-    ),
-    FigureSpec(
         "training_figure", "training", "experiment", "training",
         "Training and validation loss of the experiment *{experiment}*, epoch by epoch ({trained_on}).",
     ),
@@ -114,12 +104,6 @@ FIGURES: Final = (
         r"along :math:`k_0` and :math:`k_\mathrm{{ATP}}`, with likelihood-ratio confidence regions inside "
         "the prior's box, posterior draws, and the line of equal isometric stiffness. Below: by how much "
         "the posterior sd of each quantity grows without a phase, expected and found.",
-    ),
-    FigureSpec(
-        "identifiability_figures", "design", "speeds", "more repeats or phases",
-        "What more repeats or more phases would buy in the experiment *{experiment}*: expected "
-        "half-width of the credible intervals, by prior precision and expected information. No number of "
-        "repeats gets below the dashed line, the model's own errors.",
     ),
     FigureSpec(
         "cohort_posterior_figure", "cohort_posterior", "speeds", "the cohort as a posterior",

@@ -91,20 +91,6 @@ PAGE_FIGURES: Final = (
         "intervals, the prior and the CMA-ES estimates",
     ),
     PageFigure(
-        "experiments", PagePart.STUDY,
-        "Predictive error, coverage (by the band of noiseless curves, and by the interval of new "
-        "observations) and contraction rate of every experiment, beside each other ({title}).",
-        "RMSE, coverage and contraction rate of every experiment, subject by subject, {title}",
-    ),
-    PageFigure(
-        "epochs", PagePart.STUDY,
-        "Inference by epoch of training, experiment {experiment} ({title}): losses, what credible intervals "
-        "cover on synthetic recordings, what bands of noiseless curves cover of the recordings, and how wide "
-        "the posteriors are.",
-        "Four panels against the epoch of training: loss, recovery coverage, coverage of the recordings by "
-        "the band of noiseless curves, and relative posterior standard deviation; {title}",
-    ),
-    PageFigure(
         "training", PagePart.EXPERIMENT,
         "Training and validation loss of the experiment {experiment} ({title}).",
         "Training and validation loss against epoch, experiment {experiment}, {title}",
@@ -142,10 +128,6 @@ PAGE_FIGURES: Final = (
         "identifiability", PagePart.SPEEDS,
         "What a recording determines: exact likelihood along two parameters, and the loss without each phase "
         "({title}).",
-    ),
-    PageFigure(
-        "design", PagePart.SPEEDS,
-        "How much more repeats or more phases would narrow the posterior ({title}).",
     ),
     PageFigure(
         "cohort", PagePart.POPULATION,

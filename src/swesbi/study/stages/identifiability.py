@@ -20,7 +20,7 @@ from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.noise.cohort import read_noise
 from swesbi.recording.observation import read_observation
-from swesbi.report.figures.identifiability import draw_design, draw_identifiability
+from swesbi.report.figures.identifiability import draw_identifiability
 from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import result_key
 
@@ -113,16 +113,13 @@ def identifiability_figures(
     identifiability: Path,
     identifiability_pdf: Path,
     identifiability_png: Path,
-    design_pdf: Path,
-    design_png: Path,
     settings: IdentifiabilityFiguresSettings,
     origin: Origin,
 ) -> None:
-    """Draw what the recordings tell, and what others would.
+    """Draw what the recordings tell.
 
     Raises:
         ArtefactError: The file is not such an artefact.
     """
     groups = {name: load(identifiability, tables.KIND, name)[0] for name in tables.SCHEMA}
     save_figure(draw_identifiability(groups, settings.cohort_title), identifiability_pdf, identifiability_png)
-    save_figure(draw_design(groups, settings.cohort_title), design_pdf, design_png)

@@ -1,4 +1,4 @@
-"""Figures of the study: its workflow, its experiments, its trainings."""
+"""Figures of the study: its workflow, its trainings."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
 from swesbi.checks.predictive import read_predictive
 from swesbi.networks.paper.pool import Pool, read_pool
-from swesbi.parameters import K_ATP
 from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import read_observation
-from swesbi.report.figures.experiments import ExperimentScore, draw_experiments
 from swesbi.report.figures.style import save_figure
-from swesbi.report.figures.training import draw_epochs, draw_training, read_epochs, read_history
+from swesbi.report.figures.training import draw_training, read_history
 from swesbi.report.figures.workflow import draw_workflow
 from swesbi.report.figures.workflow_panels import WorkflowPicture
 from swesbi.study.stages.origin import ResultKey, by_key, pick
@@ -99,54 +97,6 @@ def _shown_draws(posterior: Posterior, verdict: Verdict) -> np.ndarray[tuple[int
     return posterior.unfiltered[np.all(np.isfinite(posterior.unfiltered), axis=1)]
 
 
-class ExperimentsFigureSettings(Settings):
-    """What the figure calls the subjects, and the experiment with which the others are compared."""
-
-    cohort_title: str
-    main_experiment: str
-
-
-def experiments_figure(
-    *,
-    predictives: Sequence[Path],
-    posteriors: Sequence[Path],
-    verdicts: Sequence[Path],
-    figure_pdf: Path,
-    figure_png: Path,
-    settings: ExperimentsFigureSettings,
-    origin: Origin,
-) -> None:
-    """Draw RMSE, coverage and k_ATP of every experiment and subject, in the order of ``predictives``.
-
-    Raises:
-        ArtefactError: A subject's posterior or verdict is missing, or a file cannot be read.
-    """
-    posterior_of, verdict_of = by_key(posteriors), by_key(verdicts)
-    scores = [
-        _score(key, path, pick(posterior_of, key, "posterior"), pick(verdict_of, key, "verdict"))
-        for key, path in by_key(predictives).items()
-    ]
-    masses = (read_predictive(predictives[0])[0].interval, read_posterior(posteriors[0]).interval_mass)
-    figure = draw_experiments(scores, settings.main_experiment, masses, settings.cohort_title)
-    save_figure(figure, figure_pdf, figure_png)
-
-
-def _score(key: ResultKey, predictive: Path, posterior: Path, verdict: Path) -> ExperimentScore:
-    check, judged, draws = read_predictive(predictive)[0], read_verdict(verdict), read_posterior(posterior)
-    low, high = map(float, draws.interval[K_ATP])
-    return ExperimentScore(
-        experiment=key.experiment,
-        subject=key.subject,
-        may_be_read=judged.may_be_read,
-        rmse_kpa=check.posterior.scores.rmse_kpa,
-        prior_rmse_kpa=check.prior.scores.rmse_kpa,
-        coverage_noiseless=check.posterior.coverages.noiseless,
-        coverage_observed=check.posterior.coverages.observed,
-        k_atp_per_s=(low, float(draws.median[K_ATP]), high),
-        unfiltered_k_atp_per_s=judged.unfiltered_median["k_atp_per_s"],
-    )
-
-
 class TrainingFigureSettings(Settings):
     """What the figure calls the subjects."""
 
@@ -164,31 +114,3 @@ def training_figure(
     """Draw training and validation loss of an experiment's estimator, epoch by epoch."""
     history = read_history(training)
     save_figure(draw_training(history, settings.cohort_title), figure_pdf, figure_png)
-
-
-class EpochsFigureSettings(Settings):
-    """What the figure calls the subjects and the experiment, and the mass of its intervals."""
-
-    cohort_title: str
-    experiment: str
-    interval: float
-
-
-def epochs_figure(
-    *,
-    epochs: Path,
-    training: Path,
-    figure_pdf: Path,
-    figure_png: Path,
-    settings: EpochsFigureSettings,
-    origin: Origin,
-) -> None:
-    """Draw loss, recovery, observed coverage and posterior width against the epoch."""
-    figure = draw_epochs(
-        read_epochs(epochs),
-        read_history(training),
-        settings.interval,
-        settings.cohort_title,
-        settings.experiment,
-    )
-    save_figure(figure, figure_pdf, figure_png)
