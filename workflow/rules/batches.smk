@@ -96,7 +96,6 @@ for name, fixed, subjects in light_stages():
             continue
         single = getattr(rules, name)
         job = "_".join([name, "batch", *fixed.values(), str(number)])
-        OF_SEVERAL[job] = [name] * len(batch)
         members = [
             Wildcards(fromdict=fixed | {"subject": subject}) for subject in batch
         ]

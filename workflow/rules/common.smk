@@ -13,7 +13,6 @@ from swesbi.config.slices import stage_settings
 from swesbi.report.figures.registry import captions, figure_of, names_of
 from swesbi.report.page import FURTHER
 from swesbi.population.settings import MOST_SHOWN
-from swesbi.study.forecast import Run
 from swesbi.study.running import RUN
 from swesbi.study.running import check_run, current_run, guard_run
 from swesbi.study.nulls import nulls_of
@@ -73,15 +72,7 @@ EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or
 
 guard_run(workflow, RESULTS)
 config[RUN] = current_run(workflow)
-# Stored costs are of the configuration as it is shipped.
-CURRENT = Run(
-    None if config[RUN]["options"] else PROJECT / "docs/tables/study_cost.csv"
-)
 config["figure_captions"] = captions()  # for report/figure.rst
-
-
-# Of rules that run a stage for several subjects: the rule of one, as often.
-OF_SEVERAL = {}
 
 
 onstart:
@@ -89,17 +80,6 @@ onstart:
         workflow,
         [STUDY.cohort / "subjects.csv", *(STUDY.cohort / "swe").glob("*")],
     )
-    # costs are stored by rule: two rules may run one stage
-    jobs = [
-        OF_SEVERAL.get(job.rule.name, [job.rule.name])
-        for job in workflow.dag.needrun_jobs()
-        if "stage" in job.params.keys()
-    ]
-    print(CURRENT.begun(jobs, workflow.cores), file=sys.stderr)
-
-
-onsuccess:
-    print(CURRENT.ended(), file=sys.stderr)
 
 
 def expand(patterns, **values):
