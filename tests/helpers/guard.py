@@ -24,30 +24,9 @@ import h5py
 import numpy as np
 import pandas as pd
 
-RENAMED: Final[tuple[tuple[str, str], ...]] = (
-    (r"(.*)/support\.json::(.*)", r"\1/verdict.json::\2"),
-    (r"(.*)/predictive\.h5::supported", r"\1/predictive.h5::may_be_read"),
-    (r"tables/(ppc|features|posterior)\.csv::supported", r"tables/\1.csv::may_be_read"),
-    (r"(calibrated|amortised)/(.*)passive_scale_(.*)", r"\1/\2passive_stiffness_\3"),
-    (r"(calibrated/pool|amortised/simulations/.*)\.h5::stretch(_slope)?", r"\1.h5::shortening\2"),
-)
+RENAMED: Final[tuple[tuple[str, str], ...]] = ()
 """Patterns of names ``file::item`` of before, and what they are now; the first that matches counts."""
-LEFT_OUT: Final[tuple[str, ...]] = (
-    r".*/support\.json::(supported|status|verdict)",
-    r"tables/truth\.csv::status",
-    r".*/(cohort|answers)\.csv::status",
-    r".*/cohort_posterior\.h5::.*/verdict",
-    r".*/cohort_subjects\.csv::verdict",
-    r".*/change/.*::(.*/)?(from_|to_)?verdict",
-    r"tables/(ppc|paper_comparison)\.tex::",
-    r"figures/(ppc|posterior|misspecification|cohort|cohort_posterior)-(calibrated|amortised)\.(pdf|png)::",
-    r"(calibrated|amortised)/subjects/.*\.png::",
-    r".*/(new|change)/.*\.(pdf|png)::",
-    r".*/calibration(_recordings|/part-.*)?\.h5::.*/(min_chi2|mean_chi2|phases)",
-    r".*/(subjects/.*/)?(misspecification|null)\.h5::",
-    r".*/misspecification\.csv::",
-    r".*/pushes(/part-.*)?\.h5::(bound_mass|pushes)",
-)
+LEFT_OUT: Final[tuple[str, ...]] = (r"figures/(experiments|epochs|design-.*)\.(pdf|png)::",)
 """Patterns of names of before that are no longer made."""
 WHOLE: Final = frozenset({".png", ".pdf", ".tex"})
 CHECKSUM: Final = "sha256"

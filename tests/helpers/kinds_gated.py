@@ -180,7 +180,10 @@ SUBJECT_TABLE: Kinds = {
         r"cannot be read as UTF-8 text \(byte \d+\); save it as CSV in UTF-8",
     ),
     "a workbook": (content("subjects.csv", b"PK\x03\x04..."), "is an Excel workbook; save the sheet as 'CSV"),
-    "no table": (lambda cohort: (cohort / "subjects.csv").unlink(), "subjects.csv: no such file; put the"),
+    "no table": (
+        lambda cohort: [(cohort / "subjects.csv").unlink(), (cohort / "swe" / "_notes.csv").touch()],
+        r"cohort: 1 problem\n  - .*subjects.csv: no such file; put the",
+    ),
     "link out of the cohort": (
         replaced(linked_out, "subjects.csv"),
         "subjects.csv: is reached by a link that leads out of the cohort",
