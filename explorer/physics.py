@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from explorer.translation import syntax
 from explorer.translation.program import Loop, Program
 from explorer.translation.values import literal
 from swesbi.heart.model import options_of
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.settings import ExactSettings, asking
-from swesbi.study.code import syntax
 from swesbi.verdict.settings import RuleSettings
 
 KERNEL_RANKS: Final = {"x": 2, "own": 2, "drives": 2, "record": 3, "activation": 2, "rows": 2}

@@ -9,7 +9,7 @@ from study_copy import ROOT, copy_tree
 
 import swesbi
 from explorer.settings import STAGE
-from swesbi.study.code.hash import Packages
+from swesbi.study.code import Packages
 from swesbi.study.registry import stage_code
 
 STUDY = Path(swesbi.__file__).parent
@@ -25,5 +25,5 @@ def test_an_edit_of_a_script_makes_the_page_anew(tmp_path: Path, file: str) -> N
 
 
 def test_what_is_translated_counts_whichever_package_it_is_of() -> None:
-    followed = {place.module for place in Packages(STUDY, ROOT / "explorer").followed(*STAGE.split(":"))}
+    followed = {module for module, _ in Packages(STUDY, ROOT / "explorer").followed(*STAGE.split(":"))}
     assert {"explorer.dropped", "explorer.translation.loops", "swesbi.heart.kernel"} <= followed

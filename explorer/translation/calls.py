@@ -7,11 +7,10 @@ import json
 from collections.abc import Mapping
 from typing import Final, Protocol
 
-from explorer.translation import library
+from explorer.translation import library, syntax
 from explorer.translation.modules import Module, resolved
 from explorer.translation.refusal import UntranslatableError, refused
 from explorer.translation.values import number
-from swesbi.study.code import syntax
 
 INDENT: Final = "  "
 Signature = tuple[str, ...]

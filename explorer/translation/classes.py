@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from typing import Final
 
-from explorer.translation import modules
+from explorer.translation import modules, syntax
 from explorer.translation.calls import INDENT, Program
 from explorer.translation.library import identifier
 from explorer.translation.modules import Module, resolved
@@ -19,7 +19,6 @@ from explorer.translation.statements import (
     method_lines,
     parameters,
 )
-from swesbi.study.code import syntax
 
 ERRORS: Final = {"ValueError": "ValueError", "Exception": "PythonError"}
 ABSTRACT: Final = "raise NotImplementedError"

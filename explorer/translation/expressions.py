@@ -7,9 +7,8 @@ import json
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
-from explorer.translation import library
+from explorer.translation import library, syntax
 from explorer.translation.calls import Calls
-from swesbi.study.code import syntax
 
 
 class Expressions(Calls):

@@ -6,6 +6,7 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
+from explorer.translation import syntax
 from explorer.translation.atoms import (
     ARITHMETIC,
     COMPARED,
@@ -19,7 +20,6 @@ from explorer.translation.atoms import (
 )
 from explorer.translation.modules import Module, module, resolved, value_of
 from explorer.translation.refusal import UntranslatableError, refused
-from swesbi.study.code import syntax
 
 
 class Lines:

@@ -11,10 +11,10 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, Final
 
+from explorer.translation import syntax
 from explorer.translation.atoms import Atom, Constant, Number, Record, Several, View, shown
 from explorer.translation.loop_expressions import Lines, LoopExpressions, known
 from explorer.translation.modules import Module, resolved, value_of
-from swesbi.study.code import syntax
 
 UNROLLED: Final = 32
 """Loops of so many constant rounds are written out."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 import swesbi
-from swesbi.study.code import syntax
+from explorer.translation import syntax
 
 FOLDERS: Final[Mapping[str, Path]] = {
     "explorer": Path(__file__).resolve().parents[1],

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from explorer.translation import syntax
 from explorer.translation.calls import Signature
 from explorer.translation.classes import class_lines, constructor_names, methods, protocol_lines
 from explorer.translation.library import identifier, runtime
@@ -15,7 +16,6 @@ from explorer.translation.modules import module, resolved, value_of
 from explorer.translation.refusal import UntranslatableError, refused
 from explorer.translation.statements import decorators, function_lines, parameters
 from explorer.translation.values import literal
-from swesbi.study.code import syntax
 
 TYPES: Final = {"Protocol", "TypeAlias"}
 ENUMS: Final = {"Enum", "IntEnum"}

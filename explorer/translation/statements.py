@@ -6,11 +6,11 @@ import ast
 from collections.abc import Callable, Iterator, Mapping
 from typing import ClassVar, Final
 
+from explorer.translation import syntax
 from explorer.translation.calls import INDENT, Program
 from explorer.translation.expressions import Expressions
 from explorer.translation.library import identifier
 from explorer.translation.modules import Module, resolved
-from swesbi.study.code import syntax
 
 FREE_DECORATORS: Final = {"property", "classmethod", "staticmethod", "dataclass", "runtime_checkable"}
 CACHES: Final = {"lru_cache", "cache"}

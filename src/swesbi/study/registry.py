@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, get_type_hints
 
-from swesbi.study.code.hash import stage_hash
+from swesbi.study.code import stage_hash
 
 FILES: Final = "files"
 """The argument of a stage, if it has one, that is a dataclass of files."""

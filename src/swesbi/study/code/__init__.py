@@ -1,1 +1,0 @@
-"""What makes an edit rerun what depends on it: a hash of the code that a stage runs."""
