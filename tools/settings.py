@@ -11,6 +11,7 @@ import argparse
 import csv
 import inspect
 import io
+import json
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,12 +26,15 @@ from studies.statements.settings import Reading, StatementsSettings
 from studies.validation.settings import ValidationSettings
 from swesbi.artefacts import atomic_path
 from swesbi.base.settings import Settings
+from swesbi.config.models import Config
 from swesbi.config.read import parse_config, parse_section, parts_of, read_merged, read_yaml
 from swesbi.population.settings import Fraction, Quantity, SizedQuantity
 from swesbi.prior import ParameterPrior
 
 ROOT: Final = Path(__file__).parents[1]
 TABLE: Final = ROOT / "docs" / "tables" / "settings.csv"
+SCHEMA: Final = ROOT / "config" / "schema.json"
+"""What editors check a file of the configuration by; `config.yaml` names it in its first line."""
 STUDIES: Final[Mapping[str, type[Settings]]] = {
     "discrepancy": ChoiceSettings,
     "sensitivity": SensitivitySettings,
@@ -229,17 +233,33 @@ def table(root: Path = ROOT) -> str:
     return text.getvalue()
 
 
+def schema() -> str:
+    """Return the JSON Schema of any file of the configuration: of keys and values, whichever keys it has."""
+
+    def partly(node: Any) -> Any:  # noqa: ANN401
+        if isinstance(node, list):
+            return [partly(each) for each in node]
+        if not isinstance(node, dict):
+            return node
+        return {key: partly(value) for key, value in node.items() if key != "required"}
+
+    whole = {"$schema": "https://json-schema.org/draft/2020-12/schema", **partly(Config.model_json_schema())}
+    return json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
+
+
 def main(arguments: Sequence[str]) -> int:
-    """Write the reference; return 0."""
+    """Write the reference, and the schema for editors; return 0."""
     parser = argparse.ArgumentParser(
         prog="python -m tools.settings",
         description="Writes the reference of all settings, from their typed fields.",
     )
     parser.add_argument("--out", type=Path, default=TABLE, help="default: docs/tables/settings.csv")
-    out: Path = parser.parse_args(arguments).out
-    with atomic_path(out) as temporary:
-        temporary.write_text(table(), encoding="utf-8", newline="\n")
-    print(f"wrote {out}")
+    parser.add_argument("--schema", type=Path, default=SCHEMA, help="default: config/schema.json")
+    options = parser.parse_args(arguments)
+    for path, text in ((options.out, table()), (options.schema, schema())):
+        with atomic_path(path) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+        print(f"wrote {path}")
     return 0
 
 

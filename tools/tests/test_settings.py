@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 from annotated_types import Ge, Gt, Le, Lt
 from study_copy import ROOT
@@ -14,7 +16,7 @@ from study_copy import ROOT
 from swesbi.base.settings import Settings
 from swesbi.config.models import Config
 from swesbi.config.read import overlay, parts_of, read_merged, read_yaml
-from tools.settings import INLINE, STUDIES, TABLE, allowed, main, rows, table
+from tools.settings import INLINE, SCHEMA, STUDIES, TABLE, allowed, main, rows, schema, table
 
 ROWS = {row.key: row for row in rows()}
 KINDS = [model.__name__ for model in INLINE]
@@ -110,7 +112,7 @@ def test_the_table_is_current() -> None:
 
 
 def test_the_table_is_written_where_asked(tmp_path: Path) -> None:
-    assert main(["--out", str(tmp_path / "settings.csv")]) == 0
+    assert main(["--out", str(tmp_path / "settings.csv"), "--schema", str(tmp_path / "schema.json")]) == 0
     assert (tmp_path / "settings.csv").read_text(encoding="utf-8") == table()
 
 
@@ -118,7 +120,7 @@ def test_the_table_is_written_where_asked(tmp_path: Path) -> None:
 def test_files_of_settings_hold_a_key_a_line_and_short_sources(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     comments = [number for number, line in enumerate(lines) if line.lstrip().startswith("#")]
-    assert comments == list(range(len(comments))) and len(comments) <= 3
+    assert comments == list(range(len(comments))) and len(comments) <= 4
     sources = (line.rpartition(" # ")[2] for line in lines if " # " in line)
     assert all(len(source) <= 60 for source in sources)
 
@@ -126,3 +128,15 @@ def test_files_of_settings_hold_a_key_a_line_and_short_sources(path: Path) -> No
 def test_a_class_that_is_shown_whole_has_its_keys_once() -> None:
     whole = {key.partition(".")[0] for key in ROWS if key[0].isupper()}
     assert whole == set(KINDS)
+
+
+def test_editors_check_each_file_of_the_configuration_by_a_schema_that_is_current() -> None:
+    assert SCHEMA.read_text(encoding="utf-8") == schema(), "python -m tools.settings"
+    check = jsonschema.Draft202012Validator(json.loads(schema()))
+    for path in [*parts_of(ROOT / "config.yaml"), *(ROOT / "config" / "overlays").glob("*.yaml")]:
+        named = path.read_text(encoding="utf-8").partition("$schema=")[2].partition("\n")[0]
+        assert (path.parent / named).resolve() == SCHEMA
+        assert list(check.iter_errors(read_yaml(path))) == []
+    wrong = {"sed": 1, "recording": {"min_fit_r2": 2.0}, "experiments": {"paper": {"prior": 3}}}
+    places = {".".join(map(str, error.path)) for error in check.iter_errors(wrong)}
+    assert {"", "recording.min_fit_r2"} < places
