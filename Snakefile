@@ -1,23 +1,17 @@
 # The whole study: `snakemake --cores 2`. One subject: `snakemake --cores 2 results/paper/subjects/A/ppc.png`.
 import sys
-from pathlib import Path
 
 from snakemake.utils import min_version
 
 min_version("9.0")
 
 try:
-    from swesbi.config.read import parts_of
+    import swesbi
 except ModuleNotFoundError as error:
     raise WorkflowError(
         f"the environment of this Snakemake, {sys.prefix}, has no {error.name}. Type `make install`, then "
         "`.venv/bin/snakemake --cores 2`; or `pip install -r environment.txt` into the environment"
     ) from None
-
-
-for part in parts_of(Path(workflow.basedir) / "config.yaml"):
-
-    configfile: str(part)
 
 
 report: "workflow/report/study.rst"

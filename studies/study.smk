@@ -6,14 +6,9 @@ Files of the study are inputs that no rule makes: `make study` comes first.
 import sys
 from pathlib import Path
 
-from swesbi.config.read import parse_section, parts_of, read_yaml
+from swesbi.config.read import parse_section, read_yaml
 
 HERE = Path(workflow.basedir)
-
-
-for part in parts_of(HERE.parents[1] / "config.yaml"):
-
-    configfile: str(part)
 
 
 SECTION = config.pop(HERE.name, None)

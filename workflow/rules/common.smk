@@ -7,7 +7,15 @@ from pathlib import Path
 
 from snakemake.io import expand as expand_names
 
-from swesbi.config.read import DATA, ConfigError, parts_of, relocate, typed_again
+from swesbi.config.read import (
+    DATA,
+    ConfigError,
+    overlay,
+    parts_of,
+    read_merged,
+    relocate,
+    typed_again,
+)
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
 from swesbi.report.figures.registry import captions, figure_of, names_of
@@ -18,11 +26,13 @@ from swesbi.study.running import check_run, current_run, guard_run
 from swesbi.study.nulls import nulls_of
 from swesbi.study.registry import job_params
 
-# Snakemake has merged the files of --configfile; the paths in those from elsewhere count from their own folders.
+# The shipped configuration lies below what --configfile, --config or a workflow that imports this one say.
+# Paths in files from elsewhere count from their own folders.
 # In another folder than the project's, recordings are the project's and results lie there.
 PROJECT = Path(str(workflow.current_basedir)).parents[1]
 EXPLORER = PROJECT / "explorer/rules.smk"  # of a package that the study runs without
 try:
+    config |= overlay(read_merged(PROJECT / "config.yaml"), config)
     config |= typed_again(config, workflow.config_settings.config_args or ())
     relocate(config, PROJECT / "config.yaml", Path.cwd(), DATA)
     for file in workflow.overwrite_configfiles:

@@ -238,11 +238,22 @@ def relocate(merged: dict[str, Any], path: Path, home: Path, folders: Sequence[s
     """
     if path.resolve().is_relative_to(home.resolve()):
         return
-    own = read_yaml(path)
+    own, above = read_merged(path) if path.name == CONFIGURATION else read_yaml(path), path.resolve().parent
     for key in folders:
         said = own.get(key)
         if isinstance(said, str) and merged.get(key) == said:
-            merged[key] = str(path.resolve().parent / said)
+            merged[key] = str(above / said)
+    if isinstance(own.get("experiments"), dict):
+        _relocate_lists(merged, own["experiments"], above)
+
+
+def _relocate_lists(merged: dict[str, Any], experiments: Mapping[str, Any], above: Path) -> None:
+    """Have the cohorts by which experiments list their subjects count from a folder, in place."""
+    for name, part in experiments.items():
+        listed = part.get("subjects") if isinstance(part, dict) else None
+        if isinstance(listed, dict) and merged["experiments"][name].get("subjects") == listed:
+            moved = {"subjects": {str(above / folder): names for folder, names in listed.items()}}
+            merged["experiments"] = merged["experiments"] | {name: merged["experiments"][name] | moved}
 
 
 def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:

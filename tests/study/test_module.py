@@ -1,0 +1,66 @@
+"""The study from another workflow, by `module swesbi`, and from the place that catalogues expect."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import guard
+import pytest
+from study_copy import RESULTS, StudyCopy, copy_study
+
+OTHER = """
+configfile: "smoke.yaml"
+
+
+module swesbi:
+    snakefile:
+        "{study}/Snakefile"
+    config:
+        config
+
+
+use rule * from swesbi
+"""
+
+
+def importing(folder: Path, study: StudyCopy) -> StudyCopy:
+    """Another workflow, which has nothing of the study but a configuration."""
+    folder.mkdir()
+    (folder / "Snakefile").write_text(OTHER.format(study=study.folder), encoding="utf-8")
+    shutil.copy2(study.folder / study.config, folder)
+    return StudyCopy(folder)
+
+
+def snakemake(other: StudyCopy, study: StudyCopy, *arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--cores", "2", *arguments],
+        cwd=other.folder, env=study.environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_another_workflow_and_the_catalogue_plan_the_same_outputs(tmp_path: Path) -> None:
+    study = copy_study(tmp_path / "study")
+    other = importing(tmp_path / "other", study)
+    outputs = [
+        sorted(line.split("\t")[0] for line in snakemake(where, study, "--summary", *more).splitlines()[1:])
+        for where, more in (
+            (other, ()),
+            (study, ("--configfile", study.config)),
+            (study, ("--configfile", study.config, "--snakefile", "workflow/Snakefile")),
+        )
+    ]
+    assert len(outputs[0]) > 100
+    assert outputs[0] == outputs[1] == outputs[2]
+
+
+@pytest.mark.slow(minutes=4)
+def test_another_workflow_makes_the_same_bytes(finished: StudyCopy, tmp_path: Path) -> None:
+    other = importing(tmp_path / "other", finished)
+    snakemake(other, finished)
+    found = guard.differences(guard.hashes(finished.results), guard.hashes(other.folder / RESULTS))
+    assert not found["different"] and not found["missing"], found
