@@ -111,8 +111,14 @@ class Source:
 
 
 def imported(node: ast.Import | ast.ImportFrom) -> dict[str, Chain]:
-    """Return what each name that an import binds stands for."""
+    """Return what each name that an import binds stands for.
+
+    Raises:
+        ValueError: It is a relative or a star import.
+    """
     if isinstance(node, ast.ImportFrom):
+        if node.level or node.names[0].name == WHOLE:
+            raise ValueError(f"{ast.unparse(node)} cannot be followed; name what is used")
         return {each.asname or each.name: (node.module or "", each.name) for each in node.names}
     return {each.asname or each.name.partition(".")[0]: (each.name,) for each in node.names}
 
