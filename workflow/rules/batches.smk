@@ -45,6 +45,13 @@ def of_one(item, wildcards):
     return ancient(path) if getattr(item, "flags", {}).get("ancient") else path
 
 
+def name_of(pattern):
+    """Return a pattern without the storage's prefix, which Snakemake puts before every name of an input."""
+    stored = getattr(pattern, "flags", {}).get("storage_object")
+    prefix = f"{workflow.storage_settings.default_storage_prefix}/"
+    return stored.query.removeprefix(prefix) if stored else pattern
+
+
 def numbered_inputs(inputs, members):
     """Return the named inputs of a rule for each member."""
     return {

@@ -5,8 +5,6 @@ import re
 import sys
 from pathlib import Path
 
-from snakemake.io import expand as expand_names
-
 from swesbi.config.read import (
     DATA,
     ConfigError,
@@ -90,19 +88,6 @@ onstart:
         workflow,
         [STUDY.cohort / "subjects.csv", *(STUDY.cohort / "swe").glob("*")],
     )
-
-
-def expand(patterns, **values):
-    """Expand names, and outputs of rules also where they lie in a storage: Snakemake's own refuses those."""
-    patterns = [patterns] if isinstance(patterns, str) else patterns
-    return expand_names([name_of(pattern) for pattern in patterns], **values)
-
-
-def name_of(pattern):
-    """Return a pattern without the storage's prefix, which Snakemake puts before every name of an input."""
-    stored = getattr(pattern, "flags", {}).get("storage_object")
-    prefix = f"{workflow.storage_settings.default_storage_prefix}/"
-    return stored.query.removeprefix(prefix) if stored else pattern
 
 
 wildcard_constraints:

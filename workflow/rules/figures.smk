@@ -106,8 +106,8 @@ rule training_figure:
 rule workflow_figure:
     """Figure 1 of the paper, drawn from the results of the first subject whose posterior may be read."""
     input:
-        pool=expand(rules.pool.output.pool, experiment=MAIN),
-        training=expand(rules.train.output.training, experiment=MAIN),
+        pool=f"{RESULTS}/{MAIN}/pool.h5",
+        training=f"{RESULTS}/{MAIN}/training.csv",
         observations=paths_of("cohort/{subject}/observation.h5", MAIN),
         predictives=paths_of("{experiment}/subjects/{subject}/predictive.h5", MAIN),
         posteriors=paths_of("{experiment}/subjects/{subject}/posterior.h5", MAIN),

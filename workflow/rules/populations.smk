@@ -21,7 +21,9 @@ rule population_simulate:
 rule train_population:
     input:
         shards=expand(
-            rules.population_simulate.output.shard, shard=PARTS, allow_missing=True
+            f"{RESULTS}/{{experiment}}/simulations/shard-{{shard}}.h5",
+            shard=PARTS,
+            allow_missing=True,
         ),
     output:
         estimator=FLOW,
@@ -61,7 +63,9 @@ rule population_scores:
     """Coverage, ranks and contraction over all fresh contexts, and coverage by stratum."""
     input:
         parts=expand(
-            rules.population_calibration.output.part, part=PARTS, allow_missing=True
+            f"{RESULTS}/{{experiment}}/calibration/part-{{part}}.h5",
+            part=PARTS,
+            allow_missing=True,
         ),
         null=nulls,
     output:
@@ -117,7 +121,9 @@ rule pushes_table:
     """Coverage by number of pushes."""
     input:
         parts=expand(
-            rules.pushes_calibration.output.part, part=PARTS, allow_missing=True
+            f"{RESULTS}/{{experiment}}/pushes/part-{{part}}.h5",
+            part=PARTS,
+            allow_missing=True,
         ),
         null=nulls,
     output:

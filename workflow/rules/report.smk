@@ -7,10 +7,10 @@ rule report:
         recording=str(STUDY.cohort / "recording.yaml"),
         observations=of_subjects("cohort/{subject}/observation.h5", SHOWN),
         verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
-        trainings=expand(rules.train.output.training, experiment=EXPERIMENTS),
-        recoveries=expand(rules.recovery.output.recovery, experiment=EXPERIMENTS),
+        trainings=[f"{RESULTS}/{name}/training.csv" for name in EXPERIMENTS],
+        recoveries=[f"{RESULTS}/{name}/recovery.csv" for name in EXPERIMENTS],
         recovery_acquisitions=expand(
-            rules.recovery_acquisition.output.recovery_acquisition,
+            f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
             experiment=EXPERIMENTS,
         ),
         ppc_csv=rules.tables.output.ppc_csv,
@@ -22,7 +22,7 @@ rule report:
             f"{RESULTS}/figures/{{figure}}.png", figure=names_of("cohort")
         ),
         training_pngs=expand(
-            rules.training_figure.output.figure_png, experiment=EXPERIMENTS
+            f"{RESULTS}/figures/training-{{experiment}}.png", experiment=EXPERIMENTS
         ),
         exact_posteriors=paths_of(
             "{experiment}/subjects/{subject}/posterior.h5", *SPEED_EXPERIMENTS
@@ -46,10 +46,10 @@ rule report:
         )
         + ([f"{RESULTS}/figures/noise.png"] if SPEED_EXPERIMENTS else []),
         population_cohorts=expand(
-            rules.population_cohort.output.cohort, experiment=POPULATIONS
+            f"{RESULTS}/{{experiment}}/cohort.csv", experiment=POPULATIONS
         ),
         population_strata=expand(
-            rules.population_scores.output.strata, experiment=POPULATIONS
+            f"{RESULTS}/{{experiment}}/strata.csv", experiment=POPULATIONS
         ),
         population_pngs=figures_of_populations("png"),
         pressures_csv=pressures_tables(),

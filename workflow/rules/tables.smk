@@ -68,10 +68,10 @@ rule paper_comparison:
         posterior=rules.tables.output.posterior_csv,
         features=rules.tables.output.features_csv,
         recoveries=expand(
-            rules.recovery.output.recovery, experiment=FEATURE_EXPERIMENTS
+            f"{RESULTS}/{{experiment}}/recovery.csv", experiment=FEATURE_EXPERIMENTS
         ),
-        training=expand(rules.train.output.training, experiment=MAIN),
-        pool=expand(rules.pool.output.pool, experiment=MAIN),
+        training=f"{RESULTS}/{MAIN}/training.csv",
+        pool=f"{RESULTS}/{MAIN}/pool.h5",
         verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", MAIN),
         observations=paths_of("cohort/{subject}/observation.h5", MAIN),
         cmaes=paths_of("cmaes/{subject}.h5", MAIN),
