@@ -37,7 +37,7 @@ from typing import Final
 
 import swesbi
 from swesbi.__main__ import COMMANDS
-from swesbi.study.code.hash import Packages, Place
+from swesbi.study.code import Packages, Place
 from swesbi.study.registry import STAGES, stage_place
 
 SOURCE: Final = Path(swesbi.__file__).parent
@@ -57,7 +57,6 @@ LONG_FILE: Final = 350
 STARTS, PLANS = 5, 3
 NOTHING: Final = "Nothing to be done"
 
-Line = tuple[str, int]
 Row = tuple[str, str]
 Functions = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -103,18 +102,10 @@ def stages_an_edited_line_reruns(
         counts: Whether the lines of a file count.
     """
     package = Packages(folder)
-    followed = Counter(
-        line for entry in entries for line in set(_lines(package, package.followed(entry.module, entry.name)))
-    )
-    files = [path for path in sorted(folder.rglob("*.py")) if counts(path)]
-    lines = {line for path in files for line in _lines(package, package.places(_module(path, folder)))}
+    followed = Counter(line for entry in entries for line in package.lines(package.followed(*entry)))
+    modules = [_module(path, folder) for path in sorted(folder.rglob("*.py")) if counts(path)]
+    lines = package.lines((module, name) for module in modules for name in package.source(module).bound)
     return sum(followed[line] for line in lines) / len(lines)
-
-
-def _lines(package: Packages, places: Iterable[Place]) -> Iterator[Line]:
-    for place in places:
-        for first, last in package.definition(place).lines:
-            yield from ((place.module, number) for number in range(first, last + 1))
 
 
 def _module(path: Path, folder: Path) -> str:
@@ -161,7 +152,7 @@ def _size(_: argparse.Namespace) -> Iterator[Row]:
 
 
 def _reruns(_: argparse.Namespace) -> Iterator[Row]:
-    entries = [Place(*stage_place(stage)) for stage in STAGES]
+    entries = [stage_place(stage) for stage in STAGES]
     label = f"stages of {len(entries)} that an edited line reruns"
     for of, counts in (("of science", _is_science), ("outside stages and config", _is_no_stage)):
         yield f"{label}, {of}", f"{stages_an_edited_line_reruns(SOURCE, entries, counts):.1f}"

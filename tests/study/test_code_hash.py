@@ -332,14 +332,7 @@ def test_every_stage_has_a_hash_of_its_own() -> None:
 
 def assert_followed(trace: Trace, stage: str, at_least: int) -> None:
     places = PACKAGE.followed(*entry(stage))
-    tops = [(module, top) for module, name in places for top in PACKAGE.source(module).bound.get(name, [])]
-    lines = {
-        (module, number)
-        for module, top in tops
-        for number in range(
-            min(part.lineno for part in (top, *getattr(top, "decorator_list", []))), (top.end_lineno or 0) + 1
-        )
-    }
+    lines = PACKAGE.lines(places)
     assert len(trace.ran) >= at_least
     assert trace.ran <= lines
 
