@@ -21,6 +21,8 @@ from swesbi.config.read import (
     ConfigError,
     merged_files,
     overlay,
+    read_overlay,
+    relocate,
     parse_config,
     parse_section,
     read_merged,
@@ -601,3 +603,17 @@ def test_reading_the_configuration_and_the_workflow_loads_no_heavy_library() -> 
     script = f"import sys, {', '.join(modules)}; print(sorted({HEAVY} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_cohorts_of_lists_of_subjects_count_from_the_file_that_names_them(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "elsewhere" / "changes.yaml"
+    path.parent.mkdir()
+    path.write_text("experiments: {paper: {subjects: {mine: [A]}}}\n", encoding="utf-8")
+    listed = read_overlay(path, ROOT)["experiments"]["paper"]["subjects"]
+    assert listed == {str(path.parent.resolve() / "mine"): ["A"]}
+    for said in (None, {"paper": None}, {"paper": {"subjects": "all"}}):
+        merged = {"experiments": said}
+        relocate(merged, path, ROOT)
+        assert merged == {"experiments": said}

@@ -70,6 +70,11 @@ def varied(frame: pd.DataFrame) -> pd.Series[float]:
     return pd.Series(2.0 + 0.01 * np.arange(len(frame)))
 
 
+def in_parts(**parts: Kinds) -> Kinds:
+    """Name kinds by their part: "files: tabs"."""
+    return {f"{part}: {name}": kind for part, kinds in parts.items() for name, kind in kinds.items()}
+
+
 def content(name: str, raw: str | bytes) -> Break:
     return lambda cohort: (cohort / name).write_bytes(raw if isinstance(raw, bytes) else raw.encode())
 
@@ -713,19 +718,9 @@ VALUES: Kinds = {
     "text in a sample": (wide(set_cell("c 2", "x")), "row 2, column 'c 2': 'x' is not a number; "),
     "a sample in mm/s": (wide(set_cell("c 2", 2100)), "row 2, column 'c 2': '2100' is outside .0.05, 30.; "),
 }
-KINDS: Kinds = {
-    f"{part}: {name}": kind
-    for part, kinds in (
-        ("CSV", CSV),
-        ("twice", TWICE),
-        ("workbook", WORKBOOKS),
-        ("MATLAB", MATLAB),
-        ("files", FILES),
-        ("YAML", YAML),
-        ("values", VALUES),
-    )
-    for name, kind in kinds.items()
-}
+KINDS = in_parts(
+    CSV=CSV, twice=TWICE, workbook=WORKBOOKS, MATLAB=MATLAB, files=FILES, YAML=YAML, values=VALUES
+)
 
 
 def good(folder: Path) -> Path:

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pandas as pd
 from cohorts import HEADER, ROWS, columns, recording, write_v5, write_v73
-from kinds import GATED, SPEED, Break, Kinds, content, pushes
+from kinds import GATED, SPEED, Break, Kinds, content, in_parts, pushes
 from scipy.io import savemat
 
 FIRST = ROWS["S-1"]
@@ -387,14 +387,4 @@ PROTOCOLS: Kinds = {
     ),
 }
 
-KINDS: Kinds = {
-    f"{part}: {name}": case
-    for part, cases in (
-        ("subjects", SUBJECT_TABLE),
-        ("samples", SAMPLE_TABLE),
-        ("files", FILES),
-        ("matlab", MATLAB),
-        ("protocol", PROTOCOLS),
-    )
-    for name, case in cases.items()
-}
+KINDS = in_parts(subjects=SUBJECT_TABLE, samples=SAMPLE_TABLE, files=FILES, matlab=MATLAB, protocol=PROTOCOLS)

@@ -243,7 +243,7 @@ def relocate(merged: dict[str, Any], path: Path, home: Path, folders: Sequence[s
         said = own.get(key)
         if isinstance(said, str) and merged.get(key) == said:
             merged[key] = str(above / said)
-    if isinstance(own.get("experiments"), dict):
+    if isinstance(own.get("experiments"), dict) and isinstance(merged.get("experiments"), dict):
         _relocate_lists(merged, own["experiments"], above)
 
 
@@ -251,9 +251,10 @@ def _relocate_lists(merged: dict[str, Any], experiments: Mapping[str, Any], abov
     """Have the cohorts by which experiments list their subjects count from a folder, in place."""
     for name, part in experiments.items():
         listed = part.get("subjects") if isinstance(part, dict) else None
-        if isinstance(listed, dict) and merged["experiments"][name].get("subjects") == listed:
+        now = merged["experiments"].get(name)
+        if isinstance(listed, dict) and isinstance(now, dict) and now.get("subjects") == listed:
             moved = {"subjects": {str(above / folder): names for folder, names in listed.items()}}
-            merged["experiments"] = merged["experiments"] | {name: merged["experiments"][name] | moved}
+            merged["experiments"] = merged["experiments"] | {name: now | moved}
 
 
 def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:

@@ -61,18 +61,19 @@ def read_csv(path: Path, header_row: int = 1) -> Table:
     Raises:
         RecordingError: The file is missing, empty, a workbook, not UTF-8, or no table.
     """
-    rows, delimiter = csv_rows(path)
-    below = [(place, cells) for place, cells in rows if place >= header_row]
+    text = text_of(path)
+    delimiter = _delimiter(text)
+    below = [(place, cells) for place, cells in records(path, text, delimiter) if place >= header_row]
     table = table_of(str(path), below, HEADER, decimal_comma=delimiter != ",")
-    return replace(table, left_out=_rows_as_comments(path, table, delimiter))
+    return replace(table, left_out=_rows_as_comments(text, table, delimiter))
 
 
-def _rows_as_comments(path: Path, table: Table, delimiter: str) -> tuple[str, ...]:
+def _rows_as_comments(text: str, table: Table, delimiter: str) -> tuple[str, ...]:
     """Name the comments below the names of columns that have as many cells as these."""
     size = len(table.cells)
     rows = [
         str(place)
-        for place, line in enumerate(text_of(path).splitlines(), start=1)
+        for place, line in enumerate(text.splitlines(), start=1)
         if place > table.header_row and line.startswith(COMMENT) and len(line.split(delimiter)) == size > 1
     ]
     more = f", and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
@@ -80,16 +81,20 @@ def _rows_as_comments(path: Path, table: Table, delimiter: str) -> tuple[str, ..
     return (told,) if rows else ()
 
 
-def csv_rows(path: Path) -> tuple[list[Row], str]:
-    """Return the rows of a CSV file, each with its place, and the delimiter between their cells.
+def csv_rows(path: Path) -> list[Row]:
+    """Return the rows of a CSV file, each with its place.
 
     Raises:
         RecordingError: The file is missing, a workbook, not UTF-8 or no CSV.
     """
     text = text_of(path)
+    return records(path, text, _delimiter(text))
+
+
+def _delimiter(text: str) -> str:
+    """Return the delimiter of a text's first lines that are no comments."""
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith(COMMENT)]
-    delimiter = delimiter_of(lines[:SNIFFED_ROWS])
-    return records(path, text, delimiter), delimiter
+    return delimiter_of(lines[:SNIFFED_ROWS])
 
 
 def text_of(path: Path) -> str:

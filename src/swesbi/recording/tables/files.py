@@ -72,7 +72,7 @@ def rows_as_they_stand(path: Path) -> list[Row]:
         if suffix in EXCEL:
             return workbook_rows(path)
         if suffix in TEXT:
-            return csv_rows(path)[0]
+            return csv_rows(path)
     except RecordingError:
         raise
     except Exception as error:
