@@ -21,12 +21,12 @@ from swesbi.config.read import (
     ConfigError,
     merged_files,
     overlay,
-    read_overlay,
-    relocate,
     parse_config,
     parse_section,
     read_merged,
+    read_overlay,
     read_yaml,
+    relocate,
 )
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
