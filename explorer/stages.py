@@ -14,8 +14,8 @@ from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.recording.noise.cohort import read_noise
-from swesbi.recording.observation import read_observation
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.study.stages.origin import by_key, pick
 from swesbi.verdict.settings import RuleSettings
@@ -60,13 +60,13 @@ def explorer(
     verdict_of = by_key(verdicts)
     subjects = [
         ExploredSubject(
-            read_observation(observation),
+            Observation.read(observation),
             read_exact_posterior(posterior),
             read_verdict(pick(verdict_of, key, "verdict")),
         )
         for observation, (key, posterior) in zip(observations, by_key(posteriors).items(), strict=True)
     ]
-    data = page_data(subjects, read_noise(noise), settings.model, settings.recording, origin.seed)
+    data = page_data(subjects, CohortNoise.read(noise), settings.model, settings.recording, origin.seed)
     words = {
         "title": settings.cohort_title,
         "cohort_title": settings.cohort_title,

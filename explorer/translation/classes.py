@@ -19,18 +19,23 @@ from explorer.translation.statements import (
     method_lines,
     parameters,
 )
+from swesbi.artefacts import Artefact
 
 ERRORS: Final = {"ValueError": "ValueError", "Exception": "PythonError"}
+ARTEFACT: Final = Artefact.__name__
+OF_FILES: Final = frozenset(vars(Artefact))
+"""What makes a class a file, which the page has none of."""
 ABSTRACT: Final = "raise NotImplementedError"
 
 
 def methods(node: ast.ClassDef) -> list[ast.FunctionDef]:
-    """Return the methods of a class that are translated: no checks of settings, nothing abstract."""
+    """Return the methods of a class that are translated: no checks, nothing abstract, no files."""
     return [
         part
         for part in node.body
         if isinstance(part, ast.FunctionDef)
         and not decorators(part) & VALIDATORS
+        and not (part.name in OF_FILES and ARTEFACT in map(ast.unparse, node.bases))
         and not all(syntax.is_text(line) or ast.unparse(line) == ABSTRACT for line in part.body)
     ]
 

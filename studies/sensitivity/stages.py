@@ -16,13 +16,13 @@ from studies.sensitivity.variants import (
     sensitivity_table,
     to_dataset,
 )
-from swesbi.artefacts import Origin, load, save
+from swesbi.artefacts import Origin, save
 from swesbi.artefacts.csv import write_csv
+from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.settings import Settings
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement import likelihood
-from swesbi.measurement.operator import KIND as PASSIVE
-from swesbi.measurement.operator import PassiveBaseline, read_passive
+from swesbi.measurement.operator import PassiveBaseline
 from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
 from swesbi.parameters import REPORTED
@@ -74,7 +74,7 @@ def sensitivity_run(
     flow = train_over_subjects(
         simulated, settings.train.conditioning, settings.train.estimator, seed, label
     ).flow
-    scales = {load(path, PASSIVE)[1].subject: stretched_kpa(read_passive(path)) for path in passives}
+    scales = {hdf5_provenance(path).subject: stretched_kpa(PassiveBaseline.read(path)) for path in passives}
     inferred = [_infer(model, flow, scales, settings) for model in models]
     save(posteriors, to_dataset(inferred), origin.provenance(KIND, settings))
     for posterior in inferred:

@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
+from pydantic import JsonValue
 
 from studies.statements.recorded import RecordedSettings, Rerecorded
 from studies.statements.recovery import known_recordings
 from studies.statements.settings import Reading
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.reference_fit import reference_fit
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.networks.paper.estimator import Checkpoint
@@ -22,7 +24,7 @@ from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.report.paper.measured import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 from swesbi.seeds import integer_seed
-from swesbi.study.stages.cmaes import CmaesStageSettings, fitted
+from swesbi.study.job import typed_settings
 from swesbi.study.stages.inference import (
     PosteriorStageSettings,
     RecoveryStageSettings,
@@ -49,7 +51,7 @@ class JudgedSettings(Settings):
     main: str
     experiments: dict[str, ExperimentSettings]
     priors: dict[str, str]
-    cmaes: CmaesStageSettings
+    cmaes: dict[str, JsonValue]
     recorded: RecordedSettings
     acquisitions: tuple[int, ...]
     reading: Reading
@@ -111,7 +113,12 @@ def findings(
         settings: Of the stages.
         seed: Of the study: draws are those that it makes.
     """
-    fits = {each.name: fitted(each.subject, settings.cmaes) for each in recordings}
+    fits = {
+        each.name: reference_fit(
+            each.subject.observation, each.subject.passive, **typed_settings(reference_fit, settings.cmaes)
+        )
+        for each in recordings
+    }
     main = [_case(settings.main, each, networks, fits, settings, seed) for each in recordings]
     supported = [each for each, case in zip(recordings, main, strict=True) if case.verdict.may_be_read]
     cases = [*main]

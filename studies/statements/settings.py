@@ -12,7 +12,9 @@ from swesbi.checks.settings import CurveLossSettings
 from swesbi.config.read import ConfigError, overlay
 from swesbi.config.slices import fields_of, stage_settings
 from swesbi.config.study import Study
+from swesbi.config.view import View
 from swesbi.seeds import integer_seed
+from swesbi.study.stage import plain_settings
 
 TRAINING: Final = "training-"
 READING: Final = "reading-"
@@ -22,6 +24,7 @@ RECORDED: Final = "measurement passive recording reference_prior forward_model a
 """What recordings are made, read and calibrated with."""
 SIMULATED: Final = "prior forward_model"
 """What the simulations of an experiment depend on."""
+FIT: Final = "swesbi.checks.reference_fit:reference_fit"
 STAGES: Final = ("posterior", "predictive", "recovery")
 """Stages of the study that a judgement repeats in memory."""
 Epoch = Literal["best", "last"] | int
@@ -153,7 +156,7 @@ def judged_settings(study: Study, statements: StatementsSettings, variant: str) 
         "main": study.config.main_experiment,
         "experiments": of_experiment,
         "priors": {name: study.config.experiments[name].prior for name in of_experiment},
-        "cmaes": overlay(stage_settings(other, "cmaes"), {"search": search}),
+        "cmaes": overlay(plain_settings(FIT, View(other, {})), {"search": search}),
         "recorded": fields_of(other, {}, RECORDED),
         "acquisitions": list(acquisitions),
         "reading": reading.to_plain(),

@@ -14,7 +14,8 @@ from studies.statements.settings import StatementsSettings
 from studies.statements.table import readings_table, scores_table, stability_table
 from swesbi.artefacts import Origin
 from swesbi.artefacts.csv import read_csv, write_csv
-from swesbi.heart.prior_simulations import group_by_subject, read_simulations
+from swesbi.artefacts.typed import BySubject, read_as
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import read_measured_subjects
 from swesbi.networks.paper.estimator import load_checkpoints
 from swesbi.networks.paper.pool import read_pool
@@ -78,8 +79,8 @@ def _network(
     net = chosen(nets, settings.reading if experiment == settings.main else best)
     check_components(data, net, checkpoints)
     prior = settings.priors[experiment]
-    own = group_by_subject([path for path in shards if path.parent.parent.name == prior])
-    return Network(data, net, {name: read_simulations(own[name]) for name in data.subjects})
+    own = [path for path in shards if path.parent.parent.name == prior]
+    return Network(data, net, read_as(BySubject[PriorSimulations], own, "shards"))
 
 
 def tables(

@@ -39,7 +39,7 @@ from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.settings import asking
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import read_noise
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
@@ -228,7 +228,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     finished = finished_population(results, configured().experiment)
     check_finished(finished)
     settings = with_fewer_draws(asked_of(study, "a", options.hearts, STREAM))
-    cohort = read_noise(finished.noise).usual
+    cohort = CohortNoise.read(finished.noise).usual
     asked = Questions(finished.knowledge(), cohort, settings, study.config.seed)
     rows: list[dict[str, object]] = []
     for number in settings.numbers:

@@ -17,7 +17,7 @@ from swesbi.artefacts import Origin, load, save
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
-from swesbi.recording.noise.cohort import read_noise
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.report.figures.style import save_figure
 from swesbi.study.other_network import check_network
 
@@ -46,7 +46,7 @@ def validation_answers(
         ValueError: No generator has this letter.
     """
     check_network(estimator, settings.train_population.to_plain())
-    components = read_noise(noise).usual
+    components = CohortNoise.read(noise).usual
     questioner = Questioner(knowledge_of_population(estimator, null), components, settings, origin.seed)
     label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
     progress = Progress(label, settings.hearts, unit="heart")

@@ -19,7 +19,6 @@ from swesbi.measurement.operator import (
     late_diastolic,
     passive_scale,
     passive_shape,
-    read_passive,
     total_at_phases,
     total_curves,
 )
@@ -229,7 +228,7 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
         settings=settings,
         origin=origin,
     )
-    passive = read_passive(tmp_path / "passive.h5")
+    passive = PassiveBaseline.read(tmp_path / "passive.h5")
     window = late_diastolic(observation, PASSIVE)
     np.testing.assert_allclose(passive.late_diastolic_observed_kpa, observation.stiffness_kpa[window].mean())
     assert 0.0 < passive.late_diastolic_active_kpa < 1.0

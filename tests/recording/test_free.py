@@ -16,7 +16,7 @@ from scipy.io import savemat
 from swesbi.artefacts import Origin, save, to_groups
 from swesbi.recording.cohort.check import examine_cohort
 from swesbi.recording.cohort.recording_file import description_of
-from swesbi.recording.observation import KIND, Observation, read_observation, same_recording
+from swesbi.recording.observation import KIND, Observation, same_recording
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import read_samples
@@ -199,7 +199,7 @@ def test_an_artefact_reads_back(tmp_path: Path) -> None:
     seen = observed(tmp_path / "T.csv")
     made = Origin(1, "T", "0" * 64).provenance(KIND, QUALITY)
     save(tmp_path / "o.h5", to_groups(seen), made)
-    again = read_observation(tmp_path / "o.h5")
+    again = Observation.read(tmp_path / "o.h5")
     assert same_recording(seen, again)
     assert again.rejected == seen.rejected
     assert not same_recording(seen, replace(again, errors_log_sd=0.2))

@@ -17,7 +17,7 @@ from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.clinical import ClinicalRow
 from swesbi.recording.ingest import ingest
-from swesbi.recording.observation import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.recording.phases import locate_phases
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import rejection
@@ -260,7 +260,7 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
         layout=TableLayout(),
     )
     stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
-    direct, read = ingest(samples, CONTEXT, RECORDING, 100), read_observation(artefact)
+    direct, read = ingest(samples, CONTEXT, RECORDING, 100), Observation.read(artefact)
     assert read.context == CONTEXT
     assert (read.clinical.sbp_mmhg, read.clinical.dbp_mmhg) == (121.0, 78.0)
     assert read.clinical.has_pressures and not read.clinical.has_ejection_time

@@ -12,7 +12,7 @@ from swesbi.artefacts import Origin, save
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.acquisition import acquire
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import KIND, CohortNoise, fit_cohort, fit_noise, read_noise, to_dataset
+from swesbi.recording.noise.cohort import KIND, CohortNoise, fit_cohort, fit_noise, to_dataset
 from swesbi.recording.noise.components import (
     RepeatLevels,
     log_restricted_likelihood,
@@ -137,7 +137,7 @@ def test_groups_of_recordings_have_noise_of_their_own(tmp_path: Path) -> None:
     }
     noise = fit_cohort(levels, {"P": "quiet", "Q": "quiet"}, 0.9)
     save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
-    found = read_noise(tmp_path / "noise.h5")
+    found = CohortNoise.read(tmp_path / "noise.h5")
     assert found == noise and found.group_of == {"P": "quiet", "Q": "quiet", "R": OTHERS, "S": OTHERS}
     for group in (("P", "Q"), ("R", "S")):
         alone = fit_noise({name: levels[name] for name in group}, 0.9)
@@ -198,5 +198,5 @@ def test_one_recording_has_no_test_of_homogeneity(tmp_path: Path) -> None:
     assert np.isnan(noise.homogeneity_p)
     cohort = CohortNoise({"quiet": noise}, 0.9)
     save(tmp_path / "noise.h5", to_dataset(cohort), Origin(1, "", "c").provenance(KIND, SETTINGS))
-    again = read_noise(tmp_path / "noise.h5").groups["quiet"]
+    again = CohortNoise.read(tmp_path / "noise.h5").groups["quiet"]
     assert again.pooled == noise.pooled and list(again.by_subject) == ["X"]

@@ -13,9 +13,9 @@ from recordings import CONTEXT, RECORDING, make_samples
 from data.makers.files import samples_table
 from swesbi.artefacts import ArtefactError, Origin, load, save, to_groups
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import KIND, CohortNoise, fit_noise, read_noise
+from swesbi.recording.noise.cohort import KIND, CohortNoise, fit_noise
 from swesbi.recording.noise.sweeps import levels_by
-from swesbi.recording.observation import read_contexts
+from swesbi.recording.observation import Contexts
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import OTHERS, NoiseSettings, Repeats
@@ -71,7 +71,7 @@ def test_the_stage_writes_what_the_fit_found_by_the_model_that_the_cohort_says(
     expected = fit_noise(
         {name: levels_by(repeats, samples, accepted[name]) for name, samples in RECORDINGS.items()}
     )
-    found = read_noise(written)
+    found = CohortNoise.read(written)
     assert found == CohortNoise({OTHERS: expected}, 0.9)
     assert found.group_of == {"P": OTHERS, "Q": OTHERS}
     assert found.of("Q") == found.usual == expected.pooled.components
@@ -80,7 +80,7 @@ def test_the_stage_writes_what_the_fit_found_by_the_model_that_the_cohort_says(
     assert load(written, KIND)[0]["component"].to_numpy().tolist() == parts
     with pytest.raises(ArtefactError, match="the noise of R is not known; it is of P, Q"):
         found.of("R")
-    assert read_contexts(tmp_path / "contexts.h5") == tuple(replace(CONTEXT, subject=n) for n in "PQ")
+    assert Contexts.read(tmp_path / "contexts.h5") == tuple(replace(CONTEXT, subject=n) for n in "PQ")
 
 
 def test_separate_is_what_a_cohort_means_that_says_nothing(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ from swesbi.artefacts import (
 from swesbi.artefacts import provenance as provenance_module
 from swesbi.artefacts.atomic import make_command, repair_command
 from swesbi.artefacts.files import LENGTH, append_checksum
-from swesbi.measurement.operator import PassiveBaseline, read_passive
+from swesbi.measurement.operator import PassiveBaseline
 from swesbi.networks.files import read_plain, write_plain
 from swesbi.study.running import check_writable
 
@@ -69,7 +69,7 @@ def read_torch(path: Path) -> None:
 
 FORMATS = pytest.mark.parametrize(
     ("write", "read", "name"),
-    [(write_hdf5, read_passive, "passive.h5"), (write_torch, read_torch, "net.pt")],
+    [(write_hdf5, PassiveBaseline.read, "passive.h5"), (write_torch, read_torch, "net.pt")],
     ids=["hdf5", "torch"],
 )
 Write = Callable[[Path], None]
@@ -241,7 +241,7 @@ def test_hdf5_from_elsewhere_is_checked_before_use(tmp_path: Path, change: Chang
     write_hdf5(path)
     altered(path, change)
     with pytest.raises(DamagedArtefactError, match=message):
-        read_passive(path)
+        PassiveBaseline.read(path)
 
 
 def test_a_changed_artefact_has_no_checksum_any_more(tmp_path: Path) -> None:
@@ -250,7 +250,7 @@ def test_a_changed_artefact_has_no_checksum_any_more(tmp_path: Path) -> None:
     with h5py.File(path, "a") as file:
         file["scale_kpa"][()] = 3.0
     with pytest.raises(DamagedArtefactError, match="checksum"):
-        read_passive(path)
+        PassiveBaseline.read(path)
 
 
 @FORMATS
@@ -335,7 +335,7 @@ def test_a_file_that_this_process_holds_open_is_read(tmp_path: Path, locking: bo
     """A notebook does; the library opens it a second time under the same kind of lock alone."""
     write_hdf5(tmp_path / "passive.h5")
     with h5py.File(tmp_path / "passive.h5", "r", locking=locking):
-        read_passive(tmp_path / "passive.h5")
+        PassiveBaseline.read(tmp_path / "passive.h5")
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,7 +28,7 @@ from swesbi.parameters import TOLD_NAMES
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.noise.cohort import compare_noise
 from swesbi.recording.noise.components import RepeatLevels
-from swesbi.recording.observation import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study import other_network
 from swesbi.verdict.context import nearest_known, outside, refusal
@@ -307,7 +307,7 @@ def check_free(out: Path) -> None:
     posterior = read_exact_posterior(out / "posterior.h5")
     assert posterior.converged
     assert verdict["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
-    assert read_observation(out / "observation.h5").errors_from == "declared"
+    assert Observation.read(out / "observation.h5").errors_from == "declared"
     check = read_free_predictive(out / "predictive.h5")
     assert check.coverage >= 0.6
     assert (check.posterior.high - check.posterior.low).mean() < (check.prior.high - check.prior.low).mean()

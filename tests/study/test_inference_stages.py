@@ -29,7 +29,7 @@ from swesbi.artefacts import ArtefactError, Origin, read_provenance
 from swesbi.checks.recovery import fresh_simulations
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import read_measured_subjects
-from swesbi.measurement.operator import read_passive
+from swesbi.measurement.operator import PassiveBaseline
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.paper.estimator import load_estimator
 from swesbi.networks.paper.maf import draw_candidates
@@ -112,7 +112,7 @@ def test_each_recording_meets_its_own_passive_baseline(inputs: Inputs) -> None:
         read_measured_subjects(inputs.observations, inputs.passives[::step], MEASUREMENT) for step in (1, -1)
     ]
     scales = [[subject.passive.scale_kpa for subject in subjects] for subjects in both]
-    assert scales[0] == scales[1] == [read_passive(path).scale_kpa for path in inputs.passives]
+    assert scales[0] == scales[1] == [PassiveBaseline.read(path).scale_kpa for path in inputs.passives]
     assert scales[0][0] != scales[0][1]
 
 

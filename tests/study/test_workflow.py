@@ -86,7 +86,8 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
             "src/swesbi/study/stages/predictive.py",
             "noise_streams(seed, recording.subject, name)",
             "noise_streams(seed + 1, recording.subject, name)",
-            PREDICTIVE,
+            # of speeds too: an argument of its stage is called as this stage is
+            PREDICTIVE | {"predictive_speeds", "exact_figures", "exact_subject_figures"},
             id="stage code",
         ),
         pytest.param(

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
-from swesbi.recording.noise.cohort import read_noise
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.population import population_figure
 from swesbi.report.figures.recording import draw_noise
@@ -27,7 +27,7 @@ def noise_figure(study: Study) -> Figure:
     Raises:
         ArtefactError: The study is not finished.
     """
-    estimates = read_noise(Path(study.config.results) / "cohort" / "noise.h5")
+    estimates = CohortNoise.read(Path(study.config.results) / "cohort" / "noise.h5")
     acquired = {each.context.subject: each.acquisition for each in VOLUNTEERS}
     made_with = {
         name: NoiseComponents(own.repeat_sd_fraction, own.sample_sd_fraction, own.sweep_fraction)

@@ -15,7 +15,7 @@ from swesbi.config.study import Study
 from swesbi.parameters import NUISANCES, PHI_NAMES, THETA_NAMES
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import JointPriorSettings, NuisanceSettings, even_quantiles, quantile
-from swesbi.recording.noise.cohort import read_noise
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.report import training_tables
 from swesbi.report.figures.training import read_epochs
 from swesbi.verdict.verdict import Verdict, read_verdict
@@ -85,7 +85,7 @@ def nuisances_table(study: Study) -> pd.DataFrame:
 
 def noise_table(study: Study) -> pd.DataFrame:
     """Return the noise of the measured speeds, and the model's discrepancy, in percent of the speed."""
-    groups = read_noise(Path(study.config.results) / "cohort" / "noise.h5").groups
+    groups = CohortNoise.read(Path(study.config.results) / "cohort" / "noise.h5").groups
     rows = [
         [group, f"between {name}s", part.fraction, part.standard_error, part.low, part.high]
         for group, noise in groups.items()

@@ -18,7 +18,6 @@ def asked_alone():
 
 def light_stages():
     """Yield the rule of each light stage, its wildcards beside the subject, and the subjects."""
-    yield "ingest", {}, SUBJECTS
     for experiment in [*FEATURE_EXPERIMENTS, *SPEED_EXPERIMENTS, *POPULATIONS]:
         of_all = STUDY.subjects_of(experiment)
         if experiment in FEATURE_EXPERIMENTS:

@@ -7,14 +7,14 @@ rule ingest:
     The subject's row of subjects.csv travels in the params, so editing one row touches one subject.
     """
     input:
-        recording=lambda wildcards: str(STUDY.recording(wildcards.subject)),
+        table=lambda wildcards: str(STUDY.recording(wildcards.subject)),
         subjects=ancient(str(STUDY.cohort / "subjects.csv")),
     output:
         observation=OBSERVATION,
     log:
         f"{RESULTS}/logs/ingest/{{subject}}.log",
     params:
-        stage=stage("ingest"),
+        **stage("swesbi.recording.cohort.observed:observed_curve"),
     message:
         "Recording of {wildcards.subject}: quality control and observed stiffness curve"
     script:
@@ -30,7 +30,7 @@ rule passive:
     log:
         f"{RESULTS}/logs/passive/{{subject}}.log",
     params:
-        stage=stage("passive"),
+        **stage("swesbi.measurement.baseline:calibrated_passive"),
     message:
         "Passive baseline of {wildcards.subject}"
     script:
@@ -40,7 +40,7 @@ rule passive:
 rule noise:
     """Noise between repeats, samples and sweeps, by a mixed model over all recordings."""
     input:
-        recordings=[str(STUDY.recording(subject)) for subject in SUBJECTS],
+        tables=[str(STUDY.recording(subject)) for subject in SUBJECTS],
         observations=of_subjects("cohort/{subject}/observation.h5"),
         protocol=str(STUDY.cohort / "recording.yaml"),
     output:
@@ -49,7 +49,7 @@ rule noise:
     log:
         f"{RESULTS}/logs/noise.log",
     params:
-        stage=stage("noise"),
+        **stage("swesbi.recording.cohort.observed:cohort_noise"),
     message:
         "Noise of the measured speeds, from the repeats of the cohort"
     script:

@@ -28,7 +28,7 @@ rule cohort_posterior:
     wildcard_constraints:
         experiment=EXACT,
     params:
-        stage=stage("cohort_posterior"),
+        stage=old_stage("cohort_posterior"),
     message:
         "Posterior of the cohort in '{wildcards.experiment}': its population, and each subject within it"
     script:
@@ -46,7 +46,7 @@ rule cohort_posterior_figure:
     wildcard_constraints:
         experiment=EXACT,
     params:
-        stage=stage("cohort_posterior_figure"),
+        stage=old_stage("cohort_posterior_figure"),
     message:
         "Figure: the cohort of '{wildcards.experiment}' as a posterior"
     script:

@@ -16,6 +16,7 @@ from swesbi.config.read import (
 )
 from swesbi.config.study import load_study
 from swesbi.config.slices import stage_settings
+from swesbi.config.view import View
 from swesbi.report.figures.registry import captions, figure_of, names_of
 from swesbi.report.page import FURTHER
 from swesbi.population.settings import MOST_SHOWN
@@ -23,6 +24,7 @@ from swesbi.study.running import RUN
 from swesbi.study.running import check_run, current_run, guard_run
 from swesbi.study.nulls import nulls_of
 from swesbi.study.registry import job_params
+from swesbi.study.stage import stage_params
 
 # The shipped configuration lies below what --configfile, --config or a workflow that imports this one say.
 # Paths in files from elsewhere count from their own folders.
@@ -104,6 +106,16 @@ def nulls(wildcards):
 
 
 def stage(name, **fixed):
+    """Return the params of a rule that runs a stage, ``package.module:function``.
+
+    ``fixed`` stands for wildcards that the rule does not have.
+    """
+    return stage_params(
+        name, lambda wildcards: View(STUDY, fixed | wildcards), CONFIG.seed
+    )
+
+
+def old_stage(name, **fixed):
     """Return the function that gives a stage's params.
 
     ``fixed`` stands for wildcards that the rule does not have.
@@ -120,7 +132,7 @@ def stage_of_several(name, members):
     """Return the params function of a job that serves several: the params of each, in their order."""
 
     def params(wildcards):
-        return {"name": name, "members": [stage(name)(member) for member in members]}
+        return {"name": name, "members": [old_stage(name)(member) for member in members]}
 
     return params
 

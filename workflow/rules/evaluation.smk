@@ -16,7 +16,7 @@ rule predictive:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=stage("predictive"),
+        stage=old_stage("predictive"),
     message:
         "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -38,7 +38,7 @@ rule predictive_speeds:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=stage("predictive_speeds"),
+        stage=old_stage("predictive_speeds"),
     message:
         "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -54,7 +54,7 @@ rule cmaes:
     log:
         f"{RESULTS}/logs/cmaes/{{subject}}.log",
     params:
-        stage=stage("cmaes"),
+        **stage("swesbi.checks.reference_fit:reference_fit"),
     message:
         "CMA-ES reference fit of {wildcards.subject}"
     script:
@@ -78,7 +78,7 @@ rule epochs:
     # the longest single job behind the networks
     priority: 90
     params:
-        stage=stage("epochs"),
+        stage=old_stage("epochs"),
     message:
         "Recovery and posteriors by epoch of training ('{wildcards.experiment}')"
     script:

@@ -15,7 +15,7 @@ rule pool:
         experiment=FEATURES,
     priority: 100
     params:
-        stage=stage("pool"),
+        stage=old_stage("pool"),
     message:
         "Pooled training set of the experiment '{wildcards.experiment}'"
     script:
@@ -36,7 +36,7 @@ rule train:
     # long, and the rest of the experiment waits for it: it starts as soon as it can, as do those that it needs
     priority: 100
     params:
-        stage=stage("train"),
+        stage=old_stage("train"),
     message:
         "Training the network of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
@@ -61,7 +61,7 @@ rule posterior:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=stage("posterior"),
+        stage=old_stage("posterior"),
     message:
         "Prior support and posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -88,7 +88,7 @@ rule recovery:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=stage("recovery"),
+        stage=old_stage("recovery"),
     message:
         "Synthetic recovery of the experiment '{wildcards.experiment}'"
     script:
@@ -115,7 +115,7 @@ rule recovery_acquisition:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=stage("recovery_acquisition"),
+        stage=old_stage("recovery_acquisition"),
     message:
         "Recovery from synthetic recordings, the experiment '{wildcards.experiment}'"
     script:

@@ -71,7 +71,7 @@ rule report:
     log:
         f"{RESULTS}/logs/report.log",
     params:
-        stage=stage("report"),
+        stage=old_stage("report"),
     message:
         "Pages of the results"
     script:

@@ -8,7 +8,7 @@ rule simulate:
         f"{RESULTS}/logs/simulate/{{prior}}/{{subject}}/shard-{{shard}}.log",
     priority: 80
     params:
-        stage=stage("simulate"),
+        **stage("swesbi.heart.prior_simulations:shard_of_prior"),
     message:
         "Simulations of {wildcards.subject} from the prior '{wildcards.prior}', shard {wildcards.shard}"
     script:

@@ -28,7 +28,7 @@ rule tables:
     log:
         f"{RESULTS}/logs/tables.log",
     params:
-        stage=stage("tables"),
+        stage=old_stage("tables"),
     message:
         "Tables of every experiment: table 1, features, posteriors"
     script:
@@ -53,7 +53,7 @@ rule truth:
     log:
         f"{RESULTS}/logs/truth.log",
     params:
-        stage=stage("truth"),
+        stage=old_stage("truth"),
     message:
         "Table: credible intervals beside the truth"
     script:
@@ -92,7 +92,7 @@ rule paper_comparison:
     log:
         f"{RESULTS}/logs/paper_comparison.log",
     params:
-        stage=stage("paper_comparison", experiment=MAIN),
+        stage=old_stage("paper_comparison", experiment=MAIN),
     message:
         "Table: every number of the paper beside this study's"
     script:

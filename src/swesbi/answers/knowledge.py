@@ -14,7 +14,7 @@ from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.files import load_flow
 from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.posterior.space import LogitSpace, Space
-from swesbi.recording.observation import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.verdict.context import nearest_known
 from swesbi.verdict.null_recordings import NullRecordings, read_nulls
 from swesbi.verdict.settings import SHIPPED_NULLS
@@ -86,7 +86,7 @@ def knowledge_of_study(estimator: Path, observations: Sequence[Path], null: Path
     Raises:
         ArtefactError: A file is no such artefact.
     """
-    trained = [read_observation(path).context for path in observations]
+    trained = [Observation.read(path).context for path in observations]
     read = tuple(map(stated_checksum, (estimator, *observations, null)))
     flow, nulls = load_flow(estimator)[0], read_nulls(null)
     return Knowledge(OF_STUDY, trained, flow, trained, nulls, read)

@@ -28,7 +28,7 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.noise.cohort import NoiseComparison
-from swesbi.recording.observation import KIND, SOURCES, Observation, read_observation, same_recording
+from swesbi.recording.observation import SOURCES, Observation, same_recording
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.free_predictive import draw_free_check
 from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
@@ -89,11 +89,12 @@ class ModelledRecording:
 
     def observed(self) -> Kept:
         """Return what ``observation.h5`` holds."""
-        return Kept(KIND, to_groups(self.observation))
+        return Kept(Observation.kind, to_groups(self.observation))
 
     def is_kept_in(self, path: Path) -> bool:
         """Tell whether an artefact is the observation of this recording."""
-        return hdf5_provenance(path).kind == KIND and same_recording(read_observation(path), self.observation)
+        is_observation = hdf5_provenance(path).kind == Observation.kind
+        return is_observation and same_recording(Observation.read(path), self.observation)
 
     def checked(
         self,

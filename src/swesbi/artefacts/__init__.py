@@ -1,6 +1,13 @@
 """HDF5 artefacts: named, dimensioned arrays with units and provenance, written whole or not at all."""
 
-from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, folder_made_whole
+from swesbi.artefacts.artefact import Artefact
+from swesbi.artefacts.atomic import (
+    ArtefactError,
+    DamagedArtefactError,
+    UnfitError,
+    atomic_path,
+    folder_made_whole,
+)
 from swesbi.artefacts.files import load, save, write_json
 from swesbi.artefacts.provenance import Origin, Provenance, read_provenance
 from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_dataset, register
@@ -17,12 +24,14 @@ from swesbi.artefacts.stored import (
 )
 
 __all__ = [
+    "Artefact",
     "ArtefactError",
     "DamagedArtefactError",
     "Labels",
     "Origin",
     "Part",
     "Provenance",
+    "UnfitError",
     "Variable",
     "arranged",
     "atomic_path",

@@ -32,6 +32,24 @@ class ArtefactError(ValueError):
     """A file that is not the artefact it should be; the message says which, why and what to do."""
 
 
+class UnfitError(ArtefactError):
+    """An input of a stage that does not fit the others; whoever knows its file says which it is.
+
+    Attributes:
+        name: Of the input.
+        fault: What is wrong with it.
+    """
+
+    def __init__(self, name: str, fault: str) -> None:
+        self.name = name
+        self.fault = fault
+        super().__init__(f"{name}: {fault}")
+
+    def __reduce__(self) -> tuple[type, tuple[str, str]]:
+        """Say of what another process makes it anew."""
+        return type(self), (self.name, self.fault)
+
+
 class DamagedArtefactError(ArtefactError):
     """A file that has to be made again; the message ends with the command that does it.
 

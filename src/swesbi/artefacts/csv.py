@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
 
 import pandas as pd
 
@@ -17,6 +18,46 @@ NAMES: Final = ("subject", "person", "visit", "from_visit", "to_visit", "group",
 NUMBER: Final = re.compile(r"[+-]?(inf|[\d.]+(e[+-]?\d+)?( ± [\d.]+)?)( \([\w ]+\))?", re.IGNORECASE)
 FORMULA: Final = re.compile(r"'*[=+\-@].", re.DOTALL)
 QUOTED: Final = re.compile(r"'+[=+\-@].", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Table:
+    """What is asked of a table of the project's own: ``Annotated[pd.DataFrame, Table()]`` is one.
+
+    Attributes:
+        columns: Columns that it must have; it may have others.
+        texts: Columns of texts beside those of names.
+        row: What a row is ("epoch"), where there must be one at least.
+        digits: Significant digits of its numbers; all of them where there is no such number.
+    """
+
+    columns: tuple[str, ...] = ()
+    texts: tuple[str, ...] = ()
+    row: str = ""
+    digits: int | None = 8
+
+    def read(self, path: Path) -> pd.DataFrame:
+        """Read a table.
+
+        Raises:
+            ArtefactError: It cannot be read, or a column or every row is missing.
+        """
+        try:
+            return checked(read_csv(path, self.texts), path, self.columns, self.row)
+        except ArtefactError:
+            raise
+        except (OSError, ValueError) as error:
+            raise ArtefactError(f"{path}: cannot be read as a table ({error})") from error
+
+    def write(self, table: pd.DataFrame, path: Path) -> None:
+        """Write a table, whole or not at all."""
+        write_csv(path, table, None if self.digits is None else f"%.{self.digits}g")
+
+
+PlainTable = Annotated[pd.DataFrame, Table()]
+"""Any table, its numbers to eight digits."""
+WholeTable = Annotated[pd.DataFrame, Table(digits=None)]
+"""Any table, its numbers as they are."""
 
 
 def write_csv(path: Path, table: pd.DataFrame, float_format: str | None = EIGHT_DIGITS) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from swesbi import __version__
@@ -31,6 +31,10 @@ class Provenance:
     code_hash: str = ""
     package_version: str = __version__
     schema_version: int = SCHEMA_VERSION
+
+    def of(self, kind: str) -> Provenance:
+        """Return the same of a file of this kind."""
+        return replace(self, kind=kind)
 
     def attributes(self) -> dict[str, str | int]:
         """Return the attributes as HDF5 stores them: settings as key-sorted JSON."""

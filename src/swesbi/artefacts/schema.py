@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
@@ -105,6 +105,22 @@ SCHEMAS: Final[dict[str, Schema]] = {}
 LABELS: Final[dict[str, tuple[Labels, ...]]] = {}
 
 
+class Stored(Protocol):
+    """What a class of artefacts says of its files."""
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return groups and datasets."""
+
+    @classmethod
+    def required_labels(cls) -> tuple[Labels, ...]:
+        """Return the text labels of every group that has their dimension."""
+
+
+CLASSES: Final[dict[str, type[Stored]]] = {}
+"""Classes of artefacts by kind."""
+
+
 def register(kind: str, schema: Schema, labels: Iterable[str | Labels] = ()) -> str:
     """Make a kind of artefact known to :func:`check_groups` and return it.
 
@@ -183,7 +199,7 @@ def check_group(kind: str, group: str, dataset: xr.Dataset) -> None:
     for name, expected in variables.items():
         _check_variable(f"{group.rstrip('/')}/{name}", dataset[name], expected)
     dimensions = {dimension for variable in variables.values() for dimension in variable.dims}
-    for labels in LABELS.get(kind, ()):
+    for labels in CLASSES[kind].required_labels() if kind in CLASSES else LABELS[kind]:
         name = labels.name or labels.along
         has_labels = name in dataset.coords and dataset[name].dtype.kind in TEXT
         if labels.along in dimensions and not has_labels:
@@ -192,8 +208,10 @@ def check_group(kind: str, group: str, dataset: xr.Dataset) -> None:
 
 
 def _known(kind: str) -> Schema:
+    if kind in CLASSES:
+        return CLASSES[kind].schema()
     if kind not in SCHEMAS:
-        raise ValueError(f"unknown artefact kind {kind!r}; known: {', '.join(SCHEMAS)}")
+        raise ValueError(f"unknown artefact kind {kind!r}; known: {', '.join([*CLASSES, *SCHEMAS])}")
     return SCHEMAS[kind]
 
 

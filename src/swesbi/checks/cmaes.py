@@ -9,14 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, Final
 
 import numpy as np
-import xarray as xr
 
-from swesbi.artefacts import Labels, Provenance, Variable, from_dataset, labels_of, load, register, schema_of
-from swesbi.artefacts import to_dataset as stored
+from swesbi.artefacts import Artefact, Labels, Variable
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.progress import Progress
 from swesbi.checks.scores import rmse
@@ -24,6 +21,7 @@ from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.seeds import generator
 
+PARAMETERS: Final = {"parameter": list(THETA_NAMES)}
 UNIT_CUBE: Final = {"bounds": [0.0, 1.0]}
 
 
@@ -104,7 +102,7 @@ def _correlation(curves: FloatArray, observed: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class CmaesFit:
+class CmaesFit(Artefact, kind="cmaes"):
     """R runs of at most G generations, NaN after an early stop, and the best of them."""
 
     seed: Annotated[IntArray, Variable("run", "1", "seed of each run")]
@@ -125,6 +123,8 @@ class CmaesFit:
         FloatArray, Variable("grid", "kPa", "total stiffness of the best theta, as measured")
     ]
     rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE of that curve against the observed one")]
+
+    labels = PARAMETERS
 
 
 def gather(
@@ -229,21 +229,3 @@ def _padded(
         generations=len(losses),
         stop=stop,
     )
-
-
-KIND: Final = register("cmaes", schema_of(CmaesFit), ("parameter", *labels_of(CmaesFit)))
-
-
-def to_dataset(fit: CmaesFit) -> xr.Dataset:
-    """Return a CMA-ES fit as the root group of its artefact."""
-    return stored(fit, {"parameter": list(THETA_NAMES)})
-
-
-def read_cmaes(path: Path) -> tuple[CmaesFit, Provenance]:
-    """Read a CMA-ES artefact.
-
-    Raises:
-        ArtefactError: The file is no CMA-ES artefact of this schema version.
-    """
-    root, provenance = load(path, KIND)
-    return from_dataset(CmaesFit, root), provenance

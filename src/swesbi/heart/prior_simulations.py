@@ -7,16 +7,14 @@ nor the order of jobs matter.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Final
+from dataclasses import dataclass, fields, replace
+from typing import Annotated, Any, Final
 
 import numpy as np
-import xarray as xr
 
-from swesbi.artefacts import ArtefactError, Labels, Variable, from_dataset, load, register, schema_of
-from swesbi.artefacts import to_dataset as stored
+from swesbi.artefacts import Artefact, ArtefactError, Labels, Variable
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
@@ -25,9 +23,13 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.parameters import NUISANCE_COLUMNS, THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import PriorSettings, SimulatedPrior, quantile
+from swesbi.recording.settings import ContextRow
 from swesbi.seeds import generator
 
+LOGGER = logging.getLogger("swesbi")
 MAXIMUM_ATTEMPTS = 100
+SHARED: Final = ("cycle_phase", "nuisance_names")
+"""What has no row for each simulation."""
 LABELS: Final = {"parameter": list(THETA_NAMES), "status": [status.name.lower() for status in Status]}
 
 
@@ -36,7 +38,7 @@ class SimulationFailure(RuntimeError):
 
 
 @dataclass(frozen=True)
-class PriorSimulations:
+class PriorSimulations(Artefact, kind="simulations"):
     """n successful simulations of one subject; one attempt means that none failed."""
 
     draw_index: Annotated[IntArray, Variable("simulation", "1", "number of the draw within the subject")]
@@ -54,6 +56,38 @@ class PriorSimulations:
     end_systolic_volume_ml: Annotated[FloatArray, Variable("simulation", "mL", "smallest cavity volume")]
     beats: Annotated[IntArray, Variable("simulation", "1", "beats until periodic")]
 
+    labels = LABELS
+
+    @classmethod
+    def joined(cls, parts: Sequence[PriorSimulations]) -> PriorSimulations:
+        """Return the shards of one subject together, in the order of the draws whatever that of the files.
+
+        Raises:
+            ArtefactError: A draw is missing or doubled, or the shards are of different simulations.
+        """
+        if any(
+            one.nuisance_names != parts[0].nuisance_names
+            or not np.array_equal(one.cycle_phase, parts[0].cycle_phase)
+            for one in parts
+        ):
+            raise ArtefactError("shards of different simulations are given as one; delete them and rerun")
+        draws = np.concatenate([one.draw_index for one in parts])
+        order = np.argsort(draws)
+        if not np.array_equal(draws[order], np.arange(len(draws))):
+            raise ArtefactError("draws are missing or doubled; delete these shards and rerun")
+        whole: dict[str, Any] = {
+            name: np.concatenate([getattr(one, name) for one in parts])[order]
+            for name in (field.name for field in fields(cls))
+            if name not in SHARED
+        }
+        return replace(parts[0], **whole)
+
+    def first(self, number: int) -> PriorSimulations:
+        """Return the first draws of them."""
+        names = (field.name for field in fields(self) if field.name not in SHARED)
+        rows: dict[str, Any] = {name: getattr(self, name)[:number] for name in names}
+        return replace(self, **rows)
+
 
 @dataclass(frozen=True)
 class _Round:
@@ -62,6 +96,29 @@ class _Round:
     rows: IntArray
     good: BoolArray
     beats: Beats
+
+
+def shard_of_prior(
+    *,
+    context: ContextRow,
+    prior: PriorSettings,
+    forward_model: ForwardModelSettings,
+    draw_numbers: tuple[int, int],
+    seed: int,
+) -> PriorSimulations:
+    """Simulate the draws of a subject's prior from the first number to before the second.
+
+    Raises:
+        SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
+    """
+    simulations = draw_simulations(range(*draw_numbers), context.to_context(), prior, forward_model, seed)
+    LOGGER.info(
+        "subject %s: %d simulations, %d failed attempts redrawn",
+        context.subject,
+        len(simulations.theta),
+        int(simulations.failures.sum()),
+    )
+    return simulations
 
 
 def draw_simulations(
@@ -139,41 +196,3 @@ def _gather(
         end_systolic_volume_ml=in_order("end_systolic_volume_ml"),
         beats=in_order("beats").astype(np.int64),
     )
-
-
-KIND: Final = register("simulations", schema_of(PriorSimulations), (*LABELS, "nuisance"))
-
-
-def to_dataset(simulations: PriorSimulations) -> xr.Dataset:
-    """Return the simulations as a dataset with dimensions simulation, parameter, cycle and status."""
-    return stored(simulations, LABELS)
-
-
-def read_simulations(shards: Sequence[Path]) -> PriorSimulations:
-    """Read the shards of one subject, in the order of the draws whatever the order of the files.
-
-    Raises:
-        ArtefactError: The shards belong to several subjects, or a draw is missing or doubled.
-    """
-    loaded = [load(path, KIND) for path in shards]
-    if len(subjects := {provenance.subject for _, provenance in loaded}) > 1:
-        raise ArtefactError(
-            f"{shards[0]} and others: shards of several subjects {sorted(subjects)} given as one"
-        )
-    merged = xr.concat([dataset for dataset, _ in loaded], dim="simulation", data_vars="minimal").sortby(
-        "draw_index"
-    )
-    draws = merged["draw_index"].to_numpy()
-    if not np.array_equal(draws, np.arange(len(draws))):
-        raise ArtefactError(
-            f"{shards[0]} and others: draws are missing or doubled; delete these shards and rerun"
-        )
-    return from_dataset(PriorSimulations, merged)
-
-
-def group_by_subject(shards: Sequence[Path]) -> dict[str, list[Path]]:
-    """Group shard files by the subject named in their provenance."""
-    groups: dict[str, list[Path]] = {}
-    for path in shards:
-        groups.setdefault(load(path, KIND)[1].subject, []).append(path)
-    return groups

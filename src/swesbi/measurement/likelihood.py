@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from scipy.special import logsumexp
 
-from swesbi.artefacts import ArtefactError, load
+from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
@@ -31,11 +32,9 @@ from swesbi.measurement.instants import (
     error_factors,
     likeliest_factor,
 )
-from swesbi.measurement.operator import KIND as PASSIVE
 from swesbi.measurement.operator import (
     PassiveBaseline,
     active_stiffness_map,
-    read_passive,
     total_at_phases,
     total_curves,
 )
@@ -48,9 +47,9 @@ from swesbi.measurement.shared_error import Errors, Innovations, draw_shared, in
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, OPERATOR_NAMES, STRETCHED
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
-from swesbi.recording.noise.cohort import CohortNoise, read_noise
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.noise.errors import MeanErrors
-from swesbi.recording.observation import Observation, read_observation
+from swesbi.recording.observation import Observation
 
 
 def log_speed_sd(
@@ -351,8 +350,8 @@ def read_measured_subjects(
     Raises:
         ArtefactError: Observations and passive baselines are not of the same subjects, each once.
     """
-    baselines = {load(path, PASSIVE)[1].subject: read_passive(path) for path in passives}
-    recordings = [read_observation(path) for path in observations]
+    baselines = {hdf5_provenance(path).subject: PassiveBaseline.read(path) for path in passives}
+    recordings = [Observation.read(path) for path in observations]
     names = [recording.subject for recording in recordings]
     if sorted(names) != sorted(baselines) or len(passives) != len(baselines):
         raise ArtefactError(
@@ -376,12 +375,12 @@ def read_speed_model(observation: Path, noise: Path, settings: SpeedModelSetting
         ArtefactError: A file is no such artefact.
         ValueError: The reference beat does not become periodic.
     """
-    return build_speed_model(observation, read_noise(noise), settings)
+    return build_speed_model(observation, CohortNoise.read(noise), settings)
 
 
 def build_speed_model(observation: Path, noise: CohortNoise, settings: SpeedModelSettings) -> SpeedModel:
     """Read one recording, and build its model with this noise; errors as of ``read_speed_model``."""
-    recording = read_observation(observation)
+    recording = Observation.read(observation)
     return SpeedModel(speeds.measured_speeds(recording, noise.of(recording.subject)), settings)
 
 
@@ -389,5 +388,5 @@ def read_speed_models(
     observations: Sequence[Path], noise: Path, settings: SpeedModelSettings
 ) -> tuple[SpeedModel, ...]:
     """Read the models of several recordings, in the order given."""
-    of_cohort = read_noise(noise)
+    of_cohort = CohortNoise.read(noise)
     return tuple(build_speed_model(path, of_cohort, settings) for path in observations)

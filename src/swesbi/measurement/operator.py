@@ -11,12 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
 
 import numpy as np
 
-from swesbi.artefacts import Variable, from_dataset, load, register, schema_of
+from swesbi.artefacts import Artefact, Variable
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.recording.phases import sample_cycle, to_grid
@@ -79,7 +78,7 @@ class PassiveCalibrationError(ValueError):
 
 
 @dataclass(frozen=True)
-class PassiveBaseline:
+class PassiveBaseline(Artefact, kind="passive"):
     """Passive stiffness along the reference beat, M cycle points."""
 
     scale_kpa: Annotated[float, Variable("", "kPa", "scale a_d: passive stiffness at stretch 1")]
@@ -226,15 +225,3 @@ def _cycles(active: ActiveCycles) -> tuple[FloatArray, FloatArray]:
     if isinstance(active, tuple):
         return active
     return active.cycle_phase, active.active_stiffness_kpa
-
-
-KIND: Final = register("passive", schema_of(PassiveBaseline))
-
-
-def read_passive(path: Path) -> PassiveBaseline:
-    """Read the passive baseline of one subject.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    return from_dataset(PassiveBaseline, load(path, KIND)[0])

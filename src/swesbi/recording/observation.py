@@ -5,9 +5,8 @@ The contexts are a file of their own, so that comparing a subject with the cohor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import numpy as np
@@ -15,16 +14,17 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.artefacts import (
+    Artefact,
     Part,
+    Provenance,
     Variable,
     build_dataset,
     from_groups,
     from_rows,
-    load,
-    register,
     schema_of,
     stacked_values,
 )
+from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
@@ -34,7 +34,6 @@ from swesbi.recording.speed import NoiseComponents
 
 SUBJECTS: Final = {"subject": Variable("subject", "1", "subjects of the cohort")}
 COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
-CONTEXTS: Final = register("contexts", {"/": COHORT})
 
 
 ErrorSource = Literal["repeats", "se_m_s", "fit_r2", "declared"]
@@ -47,7 +46,7 @@ SOURCES: Final[dict[str, str]] = {
 
 
 @dataclass(frozen=True)
-class Observation:
+class Observation(Artefact, kind="observation"):
     """What a recording shows at points of the cycle: gated phases (paper, Eq. 1), or single pushes.
 
     Points, P of them, are ascending in [0, 1). A gated phase whose samples failed and a push that was
@@ -96,6 +95,11 @@ class Observation:
         """Whether the points are gated phases, whose errors are estimated from repeats."""
         return self.errors_from == "repeats"
 
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> Observation:
+        """Return what the groups of a file hold, whose provenance names the subject."""
+        return from_groups(cls, groups, {"context.subject": made.subject})
+
     @property
     def subject(self) -> str:
         """The subject's name."""
@@ -128,33 +132,26 @@ class Observation:
         return {reason: int(count) for reason, count in zip(REASONS, counts, strict=True)}
 
 
-KIND: Final = register("observation", schema_of(Observation))
+@dataclass(frozen=True)
+class Contexts(Artefact, kind="contexts"):
+    """The contexts of a cohort, in the order of its subjects."""
 
+    of: tuple[Context, ...]
 
-def read_observation(path: Path) -> Observation:
-    """Read what a recording shows, with the context and the further measures of its subject.
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": COHORT}
 
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    root, provenance = load(path, KIND)
-    groups = {"/": root, **{name: load(path, KIND, name)[0] for name in ("context", "clinical")}}
-    return from_groups(Observation, groups, {"context.subject": provenance.subject})
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file."""
+        names = np.array([context.subject for context in self.of])
+        return {"/": build_dataset(COHORT, {"subject": names, **context_values(self.of)})}
 
-
-def contexts_dataset(contexts: Sequence[Context]) -> xr.Dataset:
-    """Return the contexts of a cohort as an artefact's content; subjects in the order given."""
-    names = np.array([context.subject for context in contexts])
-    return build_dataset(COHORT, {"subject": names, **context_values(contexts)})
-
-
-def read_contexts(path: Path) -> tuple[Context, ...]:
-    """Read the contexts of a cohort.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    return contexts_of(load(path, CONTEXTS)[0], "subject")
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> Contexts:
+        """Return what the group of a file holds."""
+        return cls(contexts_of(groups["/"], "subject"))
 
 
 def context_values(contexts: Sequence[Context]) -> dict[str, NDArray[np.generic]]:

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import json
 import logging
 import os
 import resource
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol, TextIO, get_type_hints
 
-from swesbi.artefacts import DamagedArtefactError, Origin
-from swesbi.artefacts.atomic import write_fault
+from pydantic import TypeAdapter
+
+from swesbi.artefacts import DamagedArtefactError, Origin, Provenance
+from swesbi.artefacts.atomic import UnfitError, write_fault
+from swesbi.artefacts.typed import read_as, write_as
 from swesbi.base.processes import exit_when_gone
 from swesbi.base.progress import Progress
 from swesbi.base.terminal import terminal
 from swesbi.study.registry import file_arguments, file_types, stage_function
 from swesbi.study.running import RUN
+from swesbi.study.stage import OF_EVERY_JOB, place_of
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
@@ -35,6 +42,8 @@ PROCESSOR_TIME = "processor time: "
 """Begins the line that says what the whole job took, with the processes that it started."""
 WALL_TIME = "wall time: "
 MEMORY = "peak memory: "
+DRAWN = ("_pdf", "_png")
+"""Endings of the outputs of a figure."""
 
 
 class SnakemakeJob(Protocol):
@@ -62,6 +71,9 @@ def run_job(snakemake: SnakemakeJob) -> None:
     began = time.monotonic() - time.process_time()  # nothing waits before this
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     stage = snakemake.params["stage"]
+    if "stage" in stage:
+        run_stage_job(snakemake, began)
+        return
     run = stage_function(stage["name"])
     files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}
     run_now = snakemake.config[RUN]
@@ -80,6 +92,104 @@ def run_job(snakemake: SnakemakeJob) -> None:
         print(f"{PROCESSOR_TIME}{sum(usage.ru_utime + usage.ru_stime for usage in used):.3f} s")
         print(f"{WALL_TIME}{time.monotonic() - began:.2f} s")
         print(f"{MEMORY}{max(usage.ru_maxrss for usage in used) / 1024.0:.0f} MB")
+
+
+def run_stage_job(snakemake: SnakemakeJob, began: float) -> None:
+    """Run the stage that params name, between its log's first and last lines."""
+    params = {name: value for param in snakemake.params for name, value in param.items()}
+    function = stage_of(params["stage"])
+    run_now = snakemake.config[RUN]
+    exit_when_gone(run_now["process"])
+    inputs, outputs = (
+        {name: _listed(value) for name, value in files.items()}
+        for files in (snakemake.input, snakemake.output)
+    )
+    with logging_to(Path(str(snakemake.log[0])), run_now["options"], inputs):
+        print(f"{START_UP}{time.process_time():.3f} s")
+        print(f"{RUN_WITH}{run_now['options']}")
+        run_stage(function, inputs, outputs, params, snakemake.config["resources"])
+        used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+        print(f"{PROCESSOR_TIME}{sum(usage.ru_utime + usage.ru_stime for usage in used):.3f} s")
+        print(f"{WALL_TIME}{time.monotonic() - began:.2f} s")
+        print(f"{MEMORY}{max(usage.ru_maxrss for usage in used) / 1024.0:.0f} MB")
+
+
+def stage_of(stage: str) -> Callable[..., Any]:
+    """Return the function of a stage; its module is imported now, with all that it needs."""
+    module, name = place_of(stage)
+    function: Callable[..., Any] = getattr(import_module(module), name)
+    return function
+
+
+def run_stage(
+    function: Callable[..., Any],
+    inputs: Mapping[str, Sequence[Path]],
+    outputs: Mapping[str, Sequence[Path]],
+    params: Mapping[str, Any],
+    resources: Mapping[str, Any] = MappingProxyType({}),
+) -> None:
+    """Read what a stage takes, call it and write what it returns, all by its annotations.
+
+    Args:
+        function: The stage. It returns what its only files hold, or a named tuple with a field an output; of
+            a field that is drawn, the files ``<field>_pdf`` and ``<field>_png``.
+        inputs: Files by the stage's arguments; one that it does not name is only waited for.
+        outputs: Files by what it returns.
+        params: By name: the settings, ``seed``, ``subject`` and ``code``.
+        resources: Of the configuration, for arguments of their names.
+
+    Raises:
+        ArtefactError: An input is missing or not what it should be, or an output cannot be written.
+        TypeError: The outputs are not those that the stage returns.
+    """
+    hints, arguments = get_type_hints(function, include_extras=True), inspect.signature(function).parameters
+    given = {name: read_as(hints[name], paths, name) for name, paths in inputs.items() if name in arguments}
+    offered = {name: value for name, value in resources.items() if name in arguments}
+    returned = function(**given, **typed_settings(function, params), **offered)
+    recorded = {name: value for name, value in params.items() if name not in OF_EVERY_JOB}
+    made = Provenance("", params["subject"], params["seed"], recorded, params["code"])
+    for hint, value, files in _shared_out(hints["return"], returned, outputs):
+        write_as(hint, value, files, made)
+
+
+def typed_settings(function: Callable[..., Any], plain: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings that a stage takes by name, of the types that it says, from plain values.
+
+    Raises:
+        KeyError: A setting is missing.
+        pydantic.ValidationError: One is not of its type.
+    """
+    hints = get_type_hints(function, include_extras=True)
+    return {
+        name: TypeAdapter(hints[name]).validate_json(json.dumps(plain[name]))
+        for name, argument in inspect.signature(function).parameters.items()
+        if argument.kind is argument.KEYWORD_ONLY and argument.default is argument.empty
+    }
+
+
+def _shared_out(
+    hint: Any,  # noqa: ANN401
+    returned: object,
+    outputs: Mapping[str, Sequence[Path]],
+) -> list[tuple[Any, Any, list[Path]]]:
+    """Return the type, the value and the files of each part of what a stage returned."""
+    if not hasattr(hint, "_fields"):
+        return [(hint, returned, [path for paths in outputs.values() for path in paths])]
+    of_field = {
+        field: [name for name in (field, *(f"{field}{ending}" for ending in DRAWN)) if name in outputs]
+        for field in hint._fields
+    }
+    if not all(of_field.values()) or {name for names in of_field.values() for name in names} != set(outputs):
+        raise TypeError(f"the rule has the outputs {', '.join(outputs)}, the stage returns {hint._fields}")
+    types = get_type_hints(hint, include_extras=True)
+    return [
+        (types[field], getattr(returned, field), [path for name in names for path in outputs[name]])
+        for field, names in of_field.items()
+    ]
+
+
+def _listed(value: Any) -> list[Path]:  # noqa: ANN401
+    return [Path(str(path)) for path in ([value] if isinstance(value, str) else value)]
 
 
 def _served(
@@ -121,12 +231,15 @@ def _as_paths(value: Any, hint: object) -> Path | tuple[Path, ...]:  # noqa: ANN
 
 
 @contextlib.contextmanager
-def logging_to(path: Path, options: str = "") -> Iterator[None]:
+def logging_to(
+    path: Path, options: str = "", inputs: Mapping[str, Sequence[Path]] = MappingProxyType({})
+) -> Iterator[None]:
     """Send log lines to a file and to the terminal; what libraries print and tracebacks go to the file alone.
 
     Args:
         path: The log file.
         options: What the study is run with beside the target, for the command that repairs an artefact.
+        inputs: Files by the names under which errors may speak of them.
 
     Raises:
         SystemExit: The block failed.
@@ -144,7 +257,7 @@ def logging_to(path: Path, options: str = "") -> Iterator[None]:
             yield
         file.flush()
     except Exception as error:
-        said = f"{type(error).__name__}: {_message(error, options, path)}\n(traceback: {path})"
+        said = f"{type(error).__name__}: {_message(error, options, path, inputs)}\n(traceback: {path})"
         with contextlib.suppress(OSError):  # a full disk has no place for it
             traceback.print_exc(file=file)
         print(said, file=shown)
@@ -164,7 +277,9 @@ def options_of(result: Path) -> str:
     return next((line.removeprefix(RUN_WITH) for line in lines if line.startswith(RUN_WITH)), "")
 
 
-def _message(error: Exception, options: str, log: Path) -> str:
+def _message(error: Exception, options: str, log: Path, inputs: Mapping[str, Sequence[Path]]) -> str:
+    if isinstance(error, UnfitError) and (files := inputs.get(error.name)):
+        return f"{files[0]}{' and others' if len(files) > 1 else ''}: {error.fault}"
     if isinstance(error, DamagedArtefactError):
         return error.message(options)
     if isinstance(error, OSError) and error.filename is None and (reason := write_fault(error)):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -12,6 +11,7 @@ import xarray as xr
 from scipy.special import chdtrc
 
 from swesbi import artefacts
+from swesbi.artefacts.schema import Schema
 from swesbi.recording.noise.components import ComponentEstimate, RepeatLevels
 from swesbi.recording.noise.sweeps import SweepLevels
 from swesbi.recording.settings import OTHERS
@@ -75,7 +75,7 @@ class GroupNoise:
 
 
 @dataclass(frozen=True)
-class CohortNoise:
+class CohortNoise(artefacts.Artefact, kind="noise"):
     """The noise of a cohort: of each group that its ``recording.yaml`` declares, or of all recordings.
 
     Attributes:
@@ -106,6 +106,56 @@ class CohortNoise:
             known = ", ".join(self.group_of)
             raise artefacts.ArtefactError(f"the noise of {subject} is not known; it is of {known}")
         return self.groups[self.group_of[subject]].pooled.components
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
+
+    @classmethod
+    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
+        """Return none: names of components, groups and subjects are datasets of the schema."""
+        return ()
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file; subjects in the order of the groups."""
+        groups = tuple(self.groups.values())
+        pooled = tuple(group.pooled for group in groups)
+        alone = tuple(own for group in groups for own in group.by_subject.values())
+        values: dict[str, Any] = {name: _table(pooled, name) for name in VALUES}
+        values |= {f"subject_{name}": _table(alone, name) for name in VALUES}
+        values |= {name: np.array([getattr(each, name) for each in pooled]) for name in COUNTS}
+        values |= {f"subject_{name}": np.array([getattr(each, name) for each in alone]) for name in COUNTS}
+        values |= {
+            "component": list(pooled[0].parts),
+            "group": list(self.groups),
+            "subject": list(self.group_of),
+            "subject_group": list(self.group_of.values()),
+            "homogeneity_p": np.array([group.homogeneity_p for group in groups]),
+        }
+        return {"/": artefacts.build_dataset(SCHEMA, values | artefacts.values_of(self)["/"])}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> CohortNoise:
+        """Return what the group of a file holds."""
+        data = groups["/"]
+        names = [name for name in data if str(name).startswith("subject_") and name != "subject_group"]
+        subjects = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
+        alone = {
+            str(name): (str(group), _estimate(subjects.isel(subject=index)))
+            for index, (name, group) in enumerate(
+                zip(subjects["subject"].to_numpy(), data["subject_group"].to_numpy(), strict=True)
+            )
+        }
+        found = {
+            str(group): GroupNoise(
+                pooled=_estimate(data.isel(group=index)),
+                by_subject={name: own for name, (of, own) in alone.items() if of == group},
+                homogeneity_p=float(data["homogeneity_p"][index]),
+            )
+            for index, group in enumerate(data["group"].to_numpy())
+        }
+        return artefacts.from_dataset(cls, data, groups=found)
 
 
 def fit_cohort(
@@ -235,52 +285,6 @@ SCHEMA: Final = {
     **artefacts.schema_of(GroupNoise)["/"],
     **artefacts.schema_of(CohortNoise)["/"],
 }
-KIND: Final = artefacts.register("noise", {"/": SCHEMA})
-
-
-def to_dataset(noise: CohortNoise) -> xr.Dataset:
-    """Return the artefact's content; subjects in the order of the groups."""
-    groups = tuple(noise.groups.values())
-    pooled = tuple(group.pooled for group in groups)
-    alone = tuple(own for group in groups for own in group.by_subject.values())
-    values: dict[str, Any] = {name: _table(pooled, name) for name in VALUES}
-    values |= {f"subject_{name}": _table(alone, name) for name in VALUES}
-    values |= {name: np.array([getattr(each, name) for each in pooled]) for name in COUNTS}
-    values |= {f"subject_{name}": np.array([getattr(each, name) for each in alone]) for name in COUNTS}
-    values |= {
-        "component": list(pooled[0].parts),
-        "group": list(noise.groups),
-        "subject": list(noise.group_of),
-        "subject_group": list(noise.group_of.values()),
-        "homogeneity_p": np.array([group.homogeneity_p for group in groups]),
-    }
-    return artefacts.build_dataset(SCHEMA, values | artefacts.values_of(noise)["/"])
-
-
-def read_noise(path: Path) -> CohortNoise:
-    """Read the noise of a cohort.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    data, _ = artefacts.load(path, KIND)
-    names = [name for name in data if str(name).startswith("subject_") and name != "subject_group"]
-    subjects = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
-    alone = {
-        str(name): (str(group), _estimate(subjects.isel(subject=index)))
-        for index, (name, group) in enumerate(
-            zip(subjects["subject"].to_numpy(), data["subject_group"].to_numpy(), strict=True)
-        )
-    }
-    groups = {
-        str(group): GroupNoise(
-            pooled=_estimate(data.isel(group=index)),
-            by_subject={name: own for name, (of, own) in alone.items() if of == group},
-            homogeneity_p=float(data["homogeneity_p"][index]),
-        )
-        for index, group in enumerate(data["group"].to_numpy())
-    }
-    return artefacts.from_dataset(CohortNoise, data, groups=groups)
 
 
 def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -13,8 +13,8 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.truncated import POSTERIOR
-from swesbi.recording.noise.cohort import read_noise
-from swesbi.recording.observation import read_observation
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 
 STREAM = "population answer"
 
@@ -47,9 +47,9 @@ def population_answers(
         NoLikelihoodError: Every simulation fails.
         ValueError: Every posterior draw failed in the simulator.
     """
-    observed = read_observation(observation)
+    observed = Observation.read(observation)
     stage = settings.exact_posterior
-    model = SpeedModel(measured_speeds(observed, read_noise(noise).of(observed.subject)), stage.model)
+    model = SpeedModel(measured_speeds(observed, CohortNoise.read(noise).of(observed.subject)), stage.model)
     recording = ModelledRecording(observed, model, stream=STREAM)
     knowledge = knowledge_of_population(estimator, null)
     answer = answered(recording, knowledge, settings, origin.seed)

@@ -23,7 +23,7 @@ from swesbi.persons.change.words import group_lines
 from swesbi.persons.cohort.result import population_groups
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import JointPriorSettings
-from swesbi.recording.observation import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.report.figures.change_groups import draw_change_groups
 from swesbi.report.figures.style import save_figure
 
@@ -73,7 +73,7 @@ def change_groups(
     members = [
         member_of_change(
             change,
-            replace(read_observation(observation).context, subject=change.person),
+            replace(Observation.read(observation).context, subject=change.person),
             settings.groups.get(change.person, ""),
             asked,
             effort.exact.interval,

@@ -15,7 +15,7 @@ from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import COLUMNS, LOCAL
 from swesbi.checks.recovery import read_truth
 from swesbi.prior import JointPriorSettings
-from swesbi.recording.noise.cohort import read_noise
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.settings import ContextRow
 from swesbi.report.figures.calibration import CalibrationCase, draw_calibration
 from swesbi.report.figures.cohort import Overview, draw_cohort
@@ -40,7 +40,7 @@ def noise_figure(
     *, noise: Path, figure_pdf: Path, figure_png: Path, settings: NoiseFigureSettings, origin: Origin
 ) -> None:
     """Draw both variance components, of each recording and of the cohort."""
-    save_figure(draw_noise(read_noise(noise), settings.cohort_title), figure_pdf, figure_png)
+    save_figure(draw_noise(CohortNoise.read(noise), settings.cohort_title), figure_pdf, figure_png)
 
 
 class MisspecificationFigureStageSettings(Settings):

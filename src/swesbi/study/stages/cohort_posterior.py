@@ -24,8 +24,8 @@ from swesbi.persons.cohort.stored import stored_form
 from swesbi.persons.cohort.table import hyperparameter_table, subject_table
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
-from swesbi.recording.noise.cohort import read_noise
-from swesbi.recording.observation import read_observation
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.study.stages.origin import by_key
 from swesbi.verdict.verdict import read_verdict
 
@@ -83,7 +83,7 @@ def cohort_posterior(
             )
         )
         progress.step()
-    of_cohort = read_noise(noise)
+    of_cohort = CohortNoise.read(noise)
 
     def redraw(subject: str, prior: PriorSettings, seed: int) -> FloatArray:
         LOGGER.info("subject %s: too few recycled draws lie where the population does; drawn anew", subject)
@@ -122,7 +122,7 @@ def _member(
     phi, log_weight = stored_draws(posterior)
     hierarchy = settings.cohort_posterior
     return make_member(
-        read_observation(observation).context,
+        Observation.read(observation).context,
         read_verdict(verdict).status,
         group,
         (phi[:, OF_THETA], np.exp(log_weight)),

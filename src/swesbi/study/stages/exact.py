@@ -27,8 +27,8 @@ from swesbi.posterior.result import exact_to_groups
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.truncated import POSTERIOR
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.noise.cohort import read_noise
-from swesbi.recording.observation import Observation, read_observation
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 
@@ -96,8 +96,8 @@ def calibration_recordings(
         ArtefactError: An input is no such artefact.
         ValueError: Ingestion refused every recording.
     """
-    observed = read_observation(observation)
-    components = read_noise(noise).of(observed.subject)
+    observed = Observation.read(observation)
+    components = CohortNoise.read(noise).of(observed.subject)
     model = likelihood.SpeedModel(measured_speeds(observed, components), settings.model)
     flow, _ = load_flow(estimator)
     sizes, subject = settings.recordings, observed.subject

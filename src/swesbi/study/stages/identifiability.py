@@ -18,8 +18,8 @@ from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.identifiability.subject import CohortIdentifiability, RecordedSubject, identify_cohort
 from swesbi.measurement.likelihood import SpeedModelSettings, read_speed_model
 from swesbi.posterior.result import read_exact_posterior
-from swesbi.recording.noise.cohort import read_noise
-from swesbi.recording.observation import read_observation
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.report.figures.identifiability import draw_identifiability
 from swesbi.report.figures.style import save_figure
 from swesbi.study.stages.origin import result_key
@@ -74,8 +74,8 @@ def read_recorded(
     Raises:
         ArtefactError: The posterior is empty, or of another subject.
     """
-    observed = read_observation(observation)
-    components = read_noise(noise).of(observed.subject)
+    observed = Observation.read(observation)
+    components = CohortNoise.read(noise).of(observed.subject)
     phi = read_exact_posterior(posterior).phi
     if result_key(posterior).subject != observed.subject:
         raise ArtefactError(

@@ -10,6 +10,7 @@ import numpy as np
 
 from swesbi.answers.settings import PredictiveSpeedsSettings
 from swesbi.artefacts import Origin, save
+from swesbi.artefacts.typed import read_as
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.checks.draws import CheckedFeatures, FeatureModel, make_target
@@ -25,17 +26,17 @@ from swesbi.checks.predictive import (
 )
 from swesbi.checks.predictive_speeds import Recorder, predictive_check, prior_recordings, stream_of
 from swesbi.checks.settings import PredictiveSettings
-from swesbi.heart.prior_simulations import PriorSimulations, read_simulations
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, read_speed_model
-from swesbi.measurement.operator import read_passive
+from swesbi.measurement.operator import PassiveBaseline
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
 from swesbi.networks.paper.pool import noise_sd
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.parameters import THETA
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import read_posterior
-from swesbi.recording.observation import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.verdict.verdict import read_verdict
 
 LOGGER = logging.getLogger("swesbi")
@@ -66,10 +67,19 @@ def predictive(
 
     The noise that the observation model puts back on curves has a stream of its own.
     """
-    subject = MeasuredSubject(read_observation(observation), read_passive(passive), settings.measurement)
+    subject = MeasuredSubject(
+        Observation.read(observation), PassiveBaseline.read(passive), settings.measurement
+    )
     readable = read_verdict(verdict).may_be_read
     theta = read_posterior(posterior).theta if readable else np.empty((0, len(THETA)))
-    check = checked(subject, read_simulations(shards), theta, settings, origin.seed, may_be_read=readable)
+    check = checked(
+        subject,
+        read_as(PriorSimulations, shards, "shards"),
+        theta,
+        settings,
+        origin.seed,
+        may_be_read=readable,
+    )
     write_check(predictive, check, settings, origin)
 
 
@@ -154,14 +164,14 @@ def predictive_speeds(
     """
     recorder = Recorder(
         read_speed_model(observation, noise, settings.model),
-        read_observation(observation),
+        Observation.read(observation),
         CheckedFeatures(settings.predictive.features, settings.summary),
     )
     number, rng = settings.predictive.draws, stream_of(recorder, origin.seed, "prior")
     check = predictive_check(
         recorder,
         read_exact_posterior(posterior).phi,
-        prior_recordings(read_simulations(shards), number, recorder, rng),
+        prior_recordings(read_as(PriorSimulations, shards, "shards"), number, recorder, rng),
         settings.predictive,
         origin.seed,
         may_be_read=read_verdict(verdict).may_be_read,

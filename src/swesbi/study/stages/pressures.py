@@ -11,8 +11,8 @@ from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import build_speed_model
 from swesbi.posterior.result import exact_to_groups, read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR
-from swesbi.recording.noise.cohort import read_noise
-from swesbi.recording.observation import read_observation
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 
 STREAM = "pressures"
 
@@ -39,8 +39,8 @@ def pressures(
         NoLikelihoodError: Every simulation fails.
         ValueError: The subject has no pressures.
     """
-    speeds = build_speed_model(observation, read_noise(noise), settings.exact_posterior.model)
-    model = with_pressures(speeds, read_observation(observation).clinical, settings.clinical)
+    speeds = build_speed_model(observation, CohortNoise.read(noise), settings.exact_posterior.model)
+    model = with_pressures(speeds, Observation.read(observation).clinical, settings.clinical)
     names = (STREAM, "pressures", origin.subject)
     known = read_exact_posterior(of_speeds).weighted
     exact = informed(model, known, settings.exact_posterior.exact, origin.seed, *names)

@@ -12,7 +12,7 @@ from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.truncated import POSTERIOR
-from swesbi.recording.observation import Observation, read_observation
+from swesbi.recording.observation import Observation
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.figures.style import save_figure
 from swesbi.report.tables.pressures import read_pressures
@@ -52,7 +52,7 @@ def pressures_table(
 
 
 def _by_subject(observations: Sequence[Path]) -> dict[str, Observation]:
-    return {observed.subject: observed for observed in map(read_observation, observations)}
+    return {observed.subject: observed for observed in map(Observation.read, observations)}
 
 
 def _compared(

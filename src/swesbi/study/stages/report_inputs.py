@@ -13,8 +13,8 @@ from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import read_csv
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.recording.cohort.recording_file import read_recording_file
-from swesbi.recording.noise.cohort import read_noise
-from swesbi.recording.observation import read_observation
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.report.figures.population import read_strata
 from swesbi.report.figures.training import read_history
 from swesbi.report.numbers import protocol_entry
@@ -60,7 +60,7 @@ def read_results(
         _experiment(name, plain, shown, verdict_of, of_experiment) for name, plain in sections.items()
     )
     return Results(
-        observations=tuple(map(read_observation, observations)),
+        observations=tuple(map(Observation.read, observations)),
         experiments=experiments,
         main=next(each for each in experiments if each.name == main),
         comparison=read_as_written(paper[0], COLUMNS),
@@ -136,7 +136,7 @@ def read_exact(
                 for key, path in posterior_of.items()
                 if key.experiment == experiment.name
             },
-            noise=read_noise(noise[0]),
+            noise=CohortNoise.read(noise[0]),
             truth=truths[truths["experiment"] == experiment.name],
             **{kind: _table(paths, kind, experiment.name) for kind, paths in tables.items()},
         )

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import fields, replace
 from pathlib import Path
 
 from pydantic import Field
 
 from swesbi.artefacts import ArtefactError, Origin, save
+from swesbi.artefacts.typed import BySubject, read_as
 from swesbi.base.settings import Settings
-from swesbi.heart.prior_simulations import KIND as SIMULATIONS
-from swesbi.heart.prior_simulations import (
-    PriorSimulations,
-    draw_simulations,
-    group_by_subject,
-    read_simulations,
-)
-from swesbi.heart.prior_simulations import to_dataset as simulations_to_dataset
-from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import MeasuredSubject, SpeedModelSettings, read_measured_subjects
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names, summary_units
 from swesbi.networks.flow.pool import KIND as SPEED_POOL
@@ -30,36 +22,10 @@ from swesbi.population.settings import PopulationSettings
 from swesbi.population.simulations import KIND as POPULATION
 from swesbi.population.simulations import simulate_population
 from swesbi.population.simulations import to_dataset as population_to_dataset
-from swesbi.prior import PriorSettings
-from swesbi.recording.observation import Observation, read_observation
-from swesbi.recording.settings import ContextRow
+from swesbi.recording.observation import Observation
 
 LOGGER = logging.getLogger("swesbi")
 SHARED = "cycle_phase"  # the one array of simulations that has no row for each
-
-
-class SimulateSettings(Settings):
-    """What a shard depends on; ``draws`` are its first draw number and the one after its last."""
-
-    context: ContextRow
-    prior: PriorSettings
-    forward_model: ForwardModelSettings
-    draws: tuple[int, int] = Field(description="first draw number, and the one after the last")
-
-
-def simulate(*, shard: Path, settings: SimulateSettings, origin: Origin) -> None:
-    """Write one shard of successful simulations from the prior, for the subject of the settings' context."""
-    context = settings.context.to_context()
-    simulations = draw_simulations(
-        range(*settings.draws), context, settings.prior, settings.forward_model, origin.seed
-    )
-    save(shard, simulations_to_dataset(simulations), origin.provenance(SIMULATIONS, settings))
-    LOGGER.info(
-        "subject %s: %d simulations, %d failed attempts redrawn",
-        context.subject,
-        len(simulations.theta),
-        int(simulations.failures.sum()),
-    )
 
 
 class PopulationSimulateStageSettings(Settings):
@@ -117,7 +83,7 @@ def pool(
         ArtefactError: A subject lacks a recording, a passive baseline or enough simulations.
     """
     subjects = read_measured_subjects(observations, passives, settings.measurement)
-    by_subject = group_by_subject(shards)
+    by_subject = read_as(BySubject[PriorSimulations], shards, "shards")
     features = [_features(subject, by_subject, settings) for subject in subjects]
     components = components_of(summary_names(settings.summary), summary_units(settings.summary))
     built = build_pool(features, components, settings.observation_model, origin.seed)
@@ -126,12 +92,11 @@ def pool(
 
 
 def _features(
-    subject: MeasuredSubject, shards: dict[str, list[Path]], settings: PoolStageSettings
+    subject: MeasuredSubject, shards: BySubject[PriorSimulations], settings: PoolStageSettings
 ) -> SubjectFeatures:
     name, wanted = subject.observation.subject, settings.simulations_per_subject
-    simulations = read_simulations(shards[name]) if name in shards else None
-    given = 0 if simulations is None else len(simulations.theta)
-    if simulations is None or given < wanted:
+    simulations = shards[name]
+    if (given := len(simulations.theta)) < wanted:
         raise ArtefactError(f"subject {name}: {given} simulations given, {wanted} wanted; simulate it first")
     return SubjectFeatures(
         context=subject.observation.context,
@@ -164,23 +129,22 @@ def speed_pool(
     Raises:
         ArtefactError: A subject has no simulations, or too few.
     """
-    by_subject = group_by_subject(shards)
+    by_subject = read_as(BySubject[PriorSimulations], shards, "shards")
     parts = []
     for path in observations:
-        observed = read_observation(path)
+        observed = Observation.read(path)
         parts.append((observed, _simulations(observed, by_subject, settings.simulations_per_subject)))
     save(pool, pool_dataset(parts, settings.measurement), origin.provenance(SPEED_POOL, settings))
     LOGGER.info("%d subjects, %d simulations each", len(parts), settings.simulations_per_subject)
 
 
-def _simulations(observed: Observation, shards: dict[str, list[Path]], wanted: int) -> PriorSimulations:
+def _simulations(observed: Observation, shards: BySubject[PriorSimulations], wanted: int) -> PriorSimulations:
     if observed.subject not in shards:
         raise ArtefactError(f"no simulations of subject {observed.subject} are given")
-    simulated = read_simulations(shards[observed.subject])
+    simulated = shards[observed.subject]
     if len(simulated.theta) < wanted:
         raise ArtefactError(
             f"subject {observed.subject}: {len(simulated.theta)} simulations, {wanted} wanted; "
             "delete its shards and rerun"
         )
-    rows = {f.name: getattr(simulated, f.name)[:wanted] for f in fields(simulated) if f.name != SHARED}
-    return replace(simulated, **rows)
+    return simulated.first(wanted)

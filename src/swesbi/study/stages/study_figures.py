@@ -13,7 +13,7 @@ from swesbi.checks.predictive import read_predictive
 from swesbi.networks.paper.pool import Pool, read_pool
 from swesbi.posterior.truncated import Posterior, read_posterior
 from swesbi.prior import PriorSettings
-from swesbi.recording.observation import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.report.figures.style import save_figure
 from swesbi.report.figures.training import draw_training, read_history
 from swesbi.report.figures.workflow import draw_workflow
@@ -58,7 +58,7 @@ def workflow_figure(
     contexts = {path.parent.name: path for path in observations}
     picture = WorkflowPicture(
         subject=key.subject,
-        context=read_observation(contexts[key.subject]).context,
+        context=Observation.read(contexts[key.subject]).context,
         prior=settings.prior,
         check=read_predictive(pick(by_key(predictives), key, "predictive check"))[0],
         components=data.components.names,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from swesbi.artefacts import Origin
 from swesbi.base.settings import Settings
-from swesbi.checks.cmaes import CmaesFit, read_cmaes
+from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth
 from swesbi.posterior.result import read_exact_posterior
@@ -47,8 +47,8 @@ def subject_figures(
 ) -> None:
     """Draw predictive check and posterior of one subject."""
     _save_predictive_check(predictive, verdict, cmaes, ppc_png, settings.cohort_title)
-    draws, (fit, provenance) = read_posterior(posterior), read_cmaes(cmaes)
-    panel = _posterior_panel(provenance.subject, draws, fit, read_verdict(verdict))
+    draws, fit = read_posterior(posterior), CmaesFit.read(cmaes)
+    panel = _posterior_panel(origin.subject, draws, fit, read_verdict(verdict))
     drawn = draw_subject_posterior(panel, settings.prior, draws.interval_mass, settings.cohort_title)
     save_figure(drawn, posterior_png)
 
@@ -58,7 +58,7 @@ def _save_predictive_check(
 ) -> None:
     """Draw the predictive check of any experiment."""
     check, provenance = read_predictive(predictive)
-    panel = PredictivePanel(provenance.subject, check, read_cmaes(cmaes)[0], read_verdict(verdict))
+    panel = PredictivePanel(provenance.subject, check, CmaesFit.read(cmaes), read_verdict(verdict))
     save_figure(draw_subject_check(panel, cohort_title), figure)
 
 
@@ -90,8 +90,8 @@ def exact_subject_figures(
     ``truth`` is the file of true parameters of a generated cohort, or nothing.
     """
     _save_predictive_check(predictive, verdict, cmaes, ppc_png, settings.cohort_title)
-    result, (fit, provenance) = read_exact_posterior(posterior), read_cmaes(cmaes)
-    subject, judged = provenance.subject, read_verdict(verdict)
+    result, fit = read_exact_posterior(posterior), CmaesFit.read(cmaes)
+    subject, judged = origin.subject, read_verdict(verdict)
     panel = ExactPanel(subject, result, fit.theta, judged, read_truth(truth).get(subject))
     save_figure(draw_exact_subject(panel, settings.prior, settings.cohort_title), posterior_png)
 
@@ -139,7 +139,7 @@ def _results(
     verdict_of, posterior_of, fit_of = by_key(verdicts), by_key(posteriors), by_subject(cmaes)
     for key, path in by_key(predictives).items():
         verdict = read_verdict(pick(verdict_of, key, "verdict"))
-        fit, _ = read_cmaes(fit_of[key.subject])
+        fit = CmaesFit.read(fit_of[key.subject])
         panel = PredictivePanel(key.subject, read_predictive(path)[0], fit, verdict)
         yield panel, fit, pick(posterior_of, key, "posterior")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from swesbi.artefacts import Origin, atomic_path
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.settings import Settings
-from swesbi.checks.cmaes import read_cmaes
+from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import read_predictive
 from swesbi.checks.recovery import read_truth
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings, RecoverySettings
@@ -18,7 +18,7 @@ from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
 from swesbi.posterior.truncated import read_posterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.cohort.recording_file import read_recording_file
-from swesbi.recording.observation import read_observation
+from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.report import study_tables
 from swesbi.report.figures.training import read_history
@@ -84,7 +84,7 @@ def read_cases(
             read_predictive(path)[0],
             read_posterior(pick(posterior_of, key, "posterior")),
             read_verdict(pick(verdict_of, key, "verdict")),
-            read_cmaes(fit_of[key.subject])[0],
+            CmaesFit.read(fit_of[key.subject]),
         )
         for key, path in by_key(predictives).items()
     ]
@@ -185,8 +185,8 @@ def paper_comparison(
         recoveries={path.parent.name: read_csv(path) for path in recoveries},
         training=read_history(training),
         pool=pool_size(read_pool(pool)),
-        observations=[read_observation(path) for path in observations],
-        fits={subject: read_cmaes(path)[0] for subject, path in by_subject(cmaes).items()},
+        observations=[Observation.read(path) for path in observations],
+        fits={subject: CmaesFit.read(path) for subject, path in by_subject(cmaes).items()},
     )
     table = comparison_table(numbers, study)
     write_csv(comparison_csv, table)

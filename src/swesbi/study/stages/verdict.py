@@ -14,7 +14,7 @@ from swesbi.population.recordings import FreshSettings
 from swesbi.population.settings import NullSettings
 from swesbi.posterior.result import read_exact_posterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.recording.observation import read_contexts, read_observation
+from swesbi.recording.observation import Contexts, Observation
 from swesbi.verdict.null_recordings import KIND, draw_nulls, null_groups, read_nulls
 from swesbi.verdict.with_null import VerdictSettings, judge
 
@@ -68,7 +68,7 @@ def verdict(
     """
     others, nulls = _others(contexts, origin.subject), read_nulls(null)
     model = read_speed_model(observation, noise, settings.model)
-    clinical, exact = read_observation(observation).clinical, read_exact_posterior(posterior)
+    clinical, exact = Observation.read(observation).clinical, read_exact_posterior(posterior)
     beats = model.simulate(exact.phi)
     result = judge(exact, model, beats, nulls, others, settings, origin.seed, clinical)
     write_json(verdict, result.to_json())
@@ -77,7 +77,7 @@ def verdict(
 
 def _others(path: Path, subject: str) -> list[Context]:
     """Return the contexts of the other subjects."""
-    contexts = read_contexts(path)
+    contexts = Contexts.read(path).of
     others = [context for context in contexts if context.subject != subject]
     if len(others) != len(contexts) - 1:
         names = ", ".join(context.subject for context in contexts)

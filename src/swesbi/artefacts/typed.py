@@ -1,0 +1,152 @@
+"""Files read and written as a type says: what a stage takes and returns, by its annotations.
+
+A type is a class with ``read`` and ``write`` (every :class:`Artefact`), or ``Annotated[type, format]`` with a
+format that has both (:class:`~swesbi.artefacts.csv.Table`). An input may also be a ``Path``, a tuple of such
+types, one of the mappings below, or ``None`` where no file is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from types import NoneType
+from typing import Any, Final, Generic, NamedTuple, TypeVar, get_args, get_origin
+
+from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, UnfitError
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts.provenance import Provenance
+
+Item = TypeVar("Item")
+Key = TypeVar("Key")
+FOLDER: Final = "subjects"
+
+
+class Place(NamedTuple):
+    """Where a result of a subject lies: ``<experiment>/subjects/<subject>/<file>``."""
+
+    experiment: str
+    subject: str
+
+
+class Files(Mapping[Key, Item], Generic[Key, Item]):
+    """Files of many by whose they are, each read when it is asked for, so that one is in memory at a time.
+
+    Attributes:
+        name: Of the input, for messages.
+        paths: The files of each, in the order in which they are given.
+    """
+
+    def __init__(self, name: str, paths: Sequence[Path], read: Callable[[Sequence[Path]], Item]) -> None:
+        self.name, self._read = name, read
+        self.paths: dict[Key, list[Path]] = {}
+        for path in paths:
+            self.paths.setdefault(self.key(path), []).append(path)
+
+    @staticmethod
+    def key(path: Path) -> Key:
+        """Return whose file one is."""
+        raise NotImplementedError
+
+    def __getitem__(self, key: Key) -> Item:
+        if key not in self.paths:
+            raise UnfitError(self.name, f"no file of {_words(key)} is given; make it first")
+        return self._read(self.paths[key])
+
+    def __contains__(self, key: object) -> bool:
+        """Tell whether there is a file, without reading it."""
+        return key in self.paths
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self.paths)
+
+    def __len__(self) -> int:
+        return len(self.paths)
+
+
+class BySubject(Files[str, Item]):
+    """Artefacts by the subjects that they name."""
+
+    @staticmethod
+    def key(path: Path) -> str:
+        """Return the subject that an artefact names, or in whose folder another file lies."""
+        return hdf5_provenance(path).subject if path.suffix == ".h5" else path.parent.name
+
+
+class ByPlace(Files[Place, Item]):
+    """Results of subjects in several experiments."""
+
+    @staticmethod
+    def key(path: Path) -> Place:
+        """Return the experiment and the subject in whose folder a file lies."""
+        folders = path.parts[-4:-1]
+        if len(folders) < 3 or folders[1] != FOLDER:
+            raise ArtefactError(f"{path}: expected <experiment>/{FOLDER}/<subject>/{path.name}")
+        return Place(folders[0], folders[2])
+
+
+class ByExperiment(Files[str, Item]):
+    """Files of whole experiments."""
+
+    @staticmethod
+    def key(path: Path) -> str:
+        """Return the experiment in whose folder a file lies."""
+        return path.parent.name
+
+
+def read_as(hint: Any, paths: Sequence[Path], name: str) -> Any:  # noqa: ANN401
+    """Read files as a type says.
+
+    Args:
+        hint: The type.
+        paths: The files.
+        name: Of the input, for messages.
+
+    Raises:
+        ArtefactError: A file is missing, or not what the type says.
+    """
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is tuple:
+        return tuple(read_as(arguments[0], [path], name) for path in paths)
+    if isinstance(origin, type) and issubclass(origin, Files):
+        return origin(name, paths, lambda some: read_as(arguments[-1], some, name))
+    if NoneType in arguments:
+        return read_as(arguments[0], paths, name) if paths else None
+    if hint is Path:
+        (path,) = paths
+        return path
+    if not hasattr(hint, "joined"):
+        (path,) = paths
+        return _format(hint).read(path)
+    try:
+        if len(subjects := {hdf5_provenance(path).subject for path in paths}) > 1:
+            raise ArtefactError(f"files of several subjects, {', '.join(sorted(subjects))}, are given as one")
+        return hint.joined([hint.read(path) for path in paths])
+    except DamagedArtefactError:
+        raise
+    except ArtefactError as error:
+        raise UnfitError(name, str(error)) from error
+
+
+def write_as(hint: Any, value: Any, paths: Sequence[Path], made: Provenance) -> None:  # noqa: ANN401
+    """Write a value to files as its type says: to one, or to each in the format of its name.
+
+    Raises:
+        ArtefactError: A file cannot be written.
+    """
+    form = _format(hint)
+    for path in paths:
+        if form is hint:
+            value.write(path, made)
+        else:
+            form.write(value, path)
+
+
+def _format(hint: Any) -> Any:  # noqa: ANN401
+    """Return what reads and writes a type."""
+    return get_args(hint)[1] if hasattr(hint, "__metadata__") else hint
+
+
+def _words(key: object) -> str:
+    if isinstance(key, Place):
+        return f"subject {key.subject} in experiment {key.experiment!r}"
+    return f"{key}"

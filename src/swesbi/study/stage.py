@@ -1,0 +1,93 @@
+"""A stage is a function, ``package.module:function``: what it depends on, and the params of its jobs.
+
+What it takes before the ``*`` are artefacts, what follows are settings; one with a default is a resource, on
+which no result depends. Light: Snakefiles read it, so a stage's module is parsed and not imported.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+from swesbi.study.code import stage_hash
+
+
+class Named(Protocol):
+    """Values by name, a view of the study say."""
+
+    def __getitem__(self, name: str, /) -> Any:  # noqa: ANN401
+        """Return one."""
+
+
+Values = Callable[[dict[str, str]], Named]
+"""Returns the plain settings by name that hold under a job's wildcards."""
+OF_EVERY_JOB: Final = ("stage", "code", "seed", "subject")
+"""Params beside the settings: function, hash of what it runs, seed of the study, subject if there is one."""
+
+
+def stage_params(stage: str, values: Values, seed: int) -> dict[str, Any]:
+    """Return the params of a rule that runs a stage.
+
+    Each carries its name, since Snakemake compares the values of params without theirs and prints those that
+    differ.
+
+    Args:
+        stage: ``package.module:function``.
+        values: Gives the settings of a job.
+        seed: Of the study.
+
+    Raises:
+        As ``settings_of``.
+    """
+
+    def setting(name: str) -> Callable[[Any], dict[str, Any]]:
+        return lambda wildcards: {name: values(dict(wildcards.items()))[name]}
+
+    return {
+        "stage": {"stage": stage},
+        "code": lambda _: {"code": stage_code(stage)},
+        "seed": {"seed": seed},
+        "subject": lambda wildcards: {"subject": wildcards.get("subject", "")},
+    } | {name: setting(name) for name in settings_of(stage) if name not in OF_EVERY_JOB}
+
+
+def plain_settings(stage: str, values: Named) -> dict[str, Any]:
+    """Return the plain settings that a stage depends on, out of many by name."""
+    return {name: values[name] for name in settings_of(stage)}
+
+
+@cache
+def settings_of(stage: str) -> tuple[str, ...]:
+    """Return the names of the settings that a stage depends on.
+
+    Raises:
+        ModuleNotFoundError, AttributeError: There is no such module, or it has no such function.
+    """
+    module, name = place_of(stage)
+    spec = find_spec(module)
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError(f"there is no module {module!r}")
+    for node in ast.parse(Path(spec.origin).read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            named = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
+            return tuple(argument.arg for argument, default in named if default is None)
+    raise AttributeError(f"{module} has no function {name!r}")
+
+
+def stage_code(stage: str) -> str:
+    """Return the hash of the code that a stage runs.
+
+    Raises:
+        As ``swesbi.study.code.Packages.hash``.
+    """
+    return stage_hash(*place_of(stage))
+
+
+def place_of(stage: str) -> tuple[str, str]:
+    """Return module and name of a stage's function."""
+    module, _, name = stage.partition(":")
+    return module, name
