@@ -30,7 +30,6 @@ include: "workflow/rules/evaluation.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/batches.smk"
 
 
 if EXPLORER.is_file():

@@ -21,19 +21,22 @@ from typing import TypeVar
 
 import numpy as np
 
-from swesbi.answers.settings import ExactPosteriorSettings
+from swesbi.artefacts import Provenance
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.measurement.likelihood import SpeedModel, read_speed_model
-from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.config.view import View
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import weight_failures
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import k_hat_limit
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
 from swesbi.posterior.settings import ExactSettings, asking
+from swesbi.posterior.subject import posterior_of_subject
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 
 SEED = 1
 Result = TypeVar("Result")
@@ -108,18 +111,10 @@ def print_rows(rows: list[Row]) -> None:
     print(f"median efficiency {median:.2f}; processor time of one core")
 
 
-def seconds_of_a_subject(arguments: argparse.Namespace, subject: str) -> float:
+def seconds_of_a_subject(subject: str) -> float:
     """Return the wall time (s) of one subject's exact posterior in a process of its own."""
-    results, experiment = arguments.results, arguments.experiment
     with tempfile.TemporaryDirectory() as folder:
-        command = [
-            *(sys.executable, "-m", "swesbi", "stages", "exact_posterior"),
-            *("--config", str(arguments.config), "--subject", subject, "--experiment", experiment),
-            *("--observation", str(results / "cohort" / subject / "observation.h5")),
-            *("--noise", str(results / "cohort" / "noise.h5")),
-            *("--estimator", str(results / experiment / "flow.h5")),
-            *("--posterior", str(Path(folder) / "posterior.h5")),
-        ]
+        command = [sys.executable, *sys.argv, "--alone", subject, str(Path(folder) / "posterior.h5")]
         begin = time.perf_counter()
         subprocess.run(command, check=True, capture_output=True)
         return time.perf_counter() - begin
@@ -134,20 +129,27 @@ def main() -> None:
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of a finished study")
     parser.add_argument("--experiment", default="calibrated", help="an experiment of kind speeds")
     parser.add_argument("--seconds", action="store_true", help="time a process for each subject too")
+    parser.add_argument("--alone", nargs=2, metavar=("SUBJECT", "FILE"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     study = load_study(read_merged(arguments.config), str(arguments.config))
-    plain = stage_settings(study, "exact_posterior", experiment=arguments.experiment)
-    settings = ExactPosteriorSettings.from_plain(plain)
-    flow, _ = load_flow(arguments.results / arguments.experiment / "flow.h5")
-    noise = arguments.results / "cohort" / "noise.h5"
-    rows = []
-    for subject in study.subjects_of(arguments.experiment):
-        observation = arguments.results / "cohort" / subject / "observation.h5"
-        rows.append(compare(read_speed_model(observation, noise, settings.model), flow, settings.exact))
-    print_rows(rows)
+    model = SpeedModelSettings.from_plain(View(study, {"experiment": arguments.experiment})["model"])
+    exact = study.config.speed_experiments[arguments.experiment].exact
+    flow = TrainedFlow.read(arguments.results / arguments.experiment / "flow.h5")
+    noise = CohortNoise.read(arguments.results / "cohort" / "noise.h5")
+
+    def observation(subject: str) -> Observation:
+        return Observation.read(arguments.results / "cohort" / subject / "observation.h5")
+
+    if arguments.alone:
+        subject, path = arguments.alone
+        found = posterior_of_subject(observation(subject), noise, flow, model=model, exact=exact, seed=SEED)
+        found.write(Path(path), Provenance("", subject, SEED))
+        return
+    subjects = study.subjects_of(arguments.experiment)
+    print_rows([compare(speed_model(observation(name), noise, model), flow, exact) for name in subjects])
     if arguments.seconds:
-        for subject in study.subjects_of(arguments.experiment):
-            taken = seconds_of_a_subject(arguments, subject)
+        for subject in subjects:
+            taken = seconds_of_a_subject(subject)
             print(f"{subject}: {taken:.1f} s for its exact posterior, imports and writing included")
 
 

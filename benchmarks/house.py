@@ -38,7 +38,6 @@ from typing import Final
 import swesbi
 from swesbi.__main__ import COMMANDS
 from swesbi.study.code import Packages, Place
-from swesbi.study.registry import STAGES, stage_place
 
 SOURCE: Final = Path(swesbi.__file__).parent
 PLUMBING: Final = (
@@ -152,7 +151,7 @@ def _size(_: argparse.Namespace) -> Iterator[Row]:
 
 
 def _reruns(_: argparse.Namespace) -> Iterator[Row]:
-    entries = [stage_place(stage) for stage in STAGES]
+    entries = list(PLACES.values())
     label = f"stages of {len(entries)} that an edited line reruns"
     for of, counts in (("of science", _is_science), ("outside stages and config", _is_no_stage)):
         yield f"{label}, {of}", f"{stages_an_edited_line_reruns(SOURCE, entries, counts):.1f}"

@@ -31,22 +31,24 @@ import pandas as pd
 from generated import generate, write
 
 from swesbi.checks.calibration.local import classifier_accuracy
+from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.config.view import View
 from swesbi.context import Context
-from swesbi.measurement.likelihood import SpeedModel, read_speed_model
-from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.synthetic import own_recordings
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
-from swesbi.posterior.result import read_exact_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.study.answering import Answerer
-from swesbi.study.finished import finished_study
-from swesbi.study.stages.calibration import CalibrationLocalStageSettings
+from swesbi.study.results import answering
 from swesbi.verdict.context import nearest_known
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
@@ -68,15 +70,15 @@ def answer(
     return time.perf_counter() - begin, done
 
 
-def accuracy(folder: Path, model: SpeedModel, settings: CalibrationLocalStageSettings) -> float:
+def accuracy(folder: Path, model: SpeedModel, sizes: LocalSettings) -> float:
     """Return the accuracy of telling the reported draws from long Markov chains; NaN if these fail."""
-    exact, mcmc = read_exact_posterior(folder / "posterior.h5"), settings.local.mcmc
+    exact, mcmc = ExactPosterior.read(folder / "posterior.h5"), sizes.mcmc
     rng = np.random.default_rng(SEED)
     heart = HeartModel(model)
     chains = sample_mcmc(heart, starting_points(heart, exact.weighted, mcmc.start_points, rng), mcmc, SEED)
     if not chains.converged:
         return float("nan")
-    draws = settings.local.two_sample_draws
+    draws = sizes.two_sample_draws
     phi = heart.evaluated(chains.thinned(draws, rng)).phi
     return classifier_accuracy(exact.phi[:draws], phi, model.settings.prior, SEED)
 
@@ -86,9 +88,7 @@ def answered(study: Study, experiment: str, count: int, folder: Path) -> None:
     cohort = folder / "unseen"
     made = generate(study.config, range(FIRST_UNSEEN, FIRST_UNSEEN + count))
     write(cohort, made, study.config)
-    first = study.subjects_of(experiment)[0]
-    plain = stage_settings(study, "calibration_local", experiment=experiment, subject=first)
-    settings = CalibrationLocalStageSettings.from_plain(plain)
+    sizes = study.config.speed_experiments[experiment].calibration.local
     asked = Answerer(
         load_study(study.config.to_plain(), new_cohort=cohort), (experiment,), "", from_prior=True
     )
@@ -105,7 +105,7 @@ def answered(study: Study, experiment: str, count: int, folder: Path) -> None:
         verdict = json.loads((folder / subject / "verdict.json").read_text(encoding="utf-8"))
         recording = asked.asked(subject).recording
         assert recording.observation.is_gated
-        told = accuracy(folder / subject, recording.model, settings)
+        told = accuracy(folder / subject, recording.model, sizes)
         print(
             f"{subject:8}{seconds:8.1f}  {verdict['status']:12}{verdict['k_hat']:6.2f}"
             f"{verdict['efficiency']:11.2f}  {verdict['sampler']:12}{told:6.3f}"
@@ -185,12 +185,11 @@ def network_alone(
 
 def network(study: Study, results: Path, experiment: str, count: int) -> None:
     """Print how the network alone does at contexts that it does not know."""
-    files = finished_study(results, experiment, study.subjects_of(experiment))
-    first = study.subjects_of(experiment)[0]
-    plain = stage_settings(study, "calibration_local", experiment=experiment, subject=first)
-    settings = CalibrationLocalStageSettings.from_plain(plain).model
-    models = [read_speed_model(path, files.noise, settings) for path in files.pooled_observations]
-    flow, _ = load_flow(files.estimator)
+    files = answering(study, experiment)
+    settings = SpeedModelSettings.from_plain(View(study, {"experiment": experiment})["model"])
+    noise = CohortNoise.read(results / "cohort" / "noise.h5")
+    models = [speed_model(Observation.read(path), noise, settings) for path in files.observations]
+    flow = TrainedFlow.read(files.network)
     table = network_alone(models, flow, study.config.speed_experiments[experiment].exact, count)
     print(f"efficiency of the network's draws, {count} recordings a line")
     print(table.round({"median": 4, "smallest": 4, "largest": 4}).to_string(index=False))

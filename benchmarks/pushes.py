@@ -19,8 +19,8 @@ import numpy as np
 import pandas as pd
 
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
+from swesbi.config.view import View
 from swesbi.population.recordings import FreshSettings, record_pushes
 
 PUSHES: Final = (60, 1000)
@@ -66,10 +66,10 @@ def answered(recording: Path) -> tuple[float, float]:
 def main() -> None:
     """Print the measured times and their ratio."""
     study = load_study(read_merged(Path("config.yaml")))
-    plain = stage_settings(study, "population_null", experiment="amortised")
+    fresh = FreshSettings.from_plain(View(study, {"experiment": "amortised"})["fresh"])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "cohort"
-        write_cohort(folder, FreshSettings.from_plain(plain["fresh"]))
+        write_cohort(folder, fresh)
         few, many = (answered(folder / "swe" / f"P{count}.csv") for count in PUSHES)
     for count, (seconds, memory_gb) in zip(PUSHES, (few, many), strict=True):
         print(f"{count} pushes: {seconds:.1f} s of processor time, {memory_gb:.2f} GB")

@@ -22,10 +22,9 @@ import yaml
 from threadpoolctl import threadpool_limits
 
 from swesbi.report.figures.style import new_figure, save_figure, style
-from swesbi.study.job import MEMORY, PROCESSOR_TIME, SERVED, START_UP, WALL_TIME
+from swesbi.study.job import MEMORY, PROCESSOR_TIME, START_UP, WALL_TIME
 
 SAID = {
-    "runs": SERVED,
     "start_up_s": START_UP,
     "cpu_s": PROCESSOR_TIME,
     "wall_s": WALL_TIME,
@@ -38,7 +37,7 @@ MATRIX, PRODUCTS, VALUES = 400, 150, 400_000
 
 
 def read_jobs(folder: Path) -> pd.DataFrame:
-    """Return one row a job: stage, runs of it, wall, processor and start-up time (s), largest memory (MB).
+    """Return one row a job: stage, wall, processor and start-up time (s), largest memory (MB).
 
     Args:
         folder: Results of a study.
@@ -84,13 +83,11 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
     """Add up the jobs of each stage, most expensive first."""
     table = jobs.groupby("stage").agg(
         jobs=("cpu_s", "size"),
-        runs=("runs", "sum"),
         cpu_s=("cpu_s", lambda times: times.sum(skipna=False)),
         wall_s=("wall_s", "sum"),
         memory_mb=("memory_mb", "max"),
         start_up_s=("start_up_s", lambda times: times.sum(skipna=False)),
     )
-    table["runs"] = table["runs"].astype(int)
     table["share"] = table["cpu_s"] / table["cpu_s"].sum()
     table["start_up_share"] = table["start_up_s"] / table["cpu_s"].sum()
     table[BENCHMARK] = min(benchmark_s() for _ in range(3))

@@ -28,19 +28,23 @@ from sbi.inference import NPE_C
 from sbi.neural_nets import posterior_nn
 from torch import Tensor
 
+from swesbi.checks.synthetic_recovery import own_recovery, synthetic_recordings
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
-from swesbi.config.study import load_study
-from swesbi.measurement.likelihood import read_measured_subjects
+from swesbi.config.study import Study, load_study
+from swesbi.config.view import View
+from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
+from swesbi.measurement.operator import PassiveBaseline
+from swesbi.measurement.settings import MeasurementSettings
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.paper.pool import read_pool
-from swesbi.networks.paper.training import trainer_of
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.paper.training import trained_network, trainer_of
 from swesbi.networks.settings import EstimatorSettings, Procedure
 from swesbi.networks.torch_prior import torch_prior
 from swesbi.prior import PriorSettings
+from swesbi.recording.observation import Observation
 from swesbi.seeds import integer_seed
-from swesbi.study.stages.inference import RecoveryStageSettings, synthetic_recordings
-from swesbi.study.stages.training import TrainStageSettings
+from swesbi.study.job import typed_settings
+from swesbi.study.stage import plain_settings
 
 STEPS_BELOW: Final = (0.0, 0.5, 1.0, 2.0)
 """Levels of log q at which times are compared, in nats below the one that every procedure reached."""
@@ -195,19 +199,38 @@ def print_times(runs: Mapping[str, Sequence[Epoch]]) -> None:
     print(f"ratio: time of {first} over time of the other")
 
 
+def settings_of(study: Study, experiment: str) -> dict[str, Any]:
+    """Return by name what training and recovery of an experiment depend on."""
+    found: dict[str, Any] = {}
+    for stage in (trained_network, own_recovery):
+        place = f"{stage.__module__}:{stage.__name__}"
+        found |= typed_settings(stage, plain_settings(place, View(study, {"experiment": experiment})))
+    return found
+
+
+def read_measured(
+    results: Path, subjects: Sequence[str], measurement: MeasurementSettings
+) -> tuple[MeasuredSubject, ...]:
+    """Read subjects of a finished study."""
+    paths = [results / "cohort" / subject for subject in subjects]
+    return measured_subjects(
+        [Observation.read(path / "observation.h5") for path in paths],
+        {path.name: PassiveBaseline.read(path / "passive.h5") for path in paths},
+        measurement,
+    )
+
+
 def read_held_out(
-    results: Path, study_seed: int, subjects: Sequence[str], settings: RecoveryStageSettings, each: int
+    results: Path, subjects: Sequence[str], asked: Mapping[str, Any], each: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate fresh theta (n, 3) for each subject, and raw conditioning vectors (n, C)."""
-    paths = [results / "cohort" / subject for subject in subjects]
-    measured = read_measured_subjects(
-        [path / "observation.h5" for path in paths],
-        [path / "passive.h5" for path in paths],
-        settings.measurement,
+    names = ("prior", "forward_model", "summary", "observation_model")
+    return synthetic_recordings(
+        read_measured(results, subjects, asked["measurement"]),
+        each * len(subjects),
+        **{name: asked[name] for name in names},
+        seed=integer_seed(asked["seed"], "training benchmark"),
     )
-    recovery = settings.recovery.model_copy(update={"recordings": each * len(subjects)})
-    seed = integer_seed(study_seed, "training benchmark")
-    return synthetic_recordings(measured, settings.model_copy(update={"recovery": recovery}), seed)
 
 
 def _tensors(theta: np.ndarray, z: np.ndarray) -> Rows:
@@ -237,14 +260,11 @@ def main() -> None:
     arguments = _arguments()
     study = load_study(read_merged(arguments.config), str(arguments.config))
     experiment = arguments.experiment
-    training = TrainStageSettings.from_plain(stage_settings(study, "train", experiment=experiment))
-    recovery = RecoveryStageSettings.from_plain(stage_settings(study, "recovery", experiment=experiment))
-    data = read_pool(arguments.results / experiment / "pool.h5")
-    truth, raw = read_held_out(
-        arguments.results, study.config.seed, data.subjects, recovery, arguments.recordings
-    )
+    asked = settings_of(study, experiment)
+    data = Pool.read(arguments.results / experiment / "pool.h5")
+    truth, raw = read_held_out(arguments.results, data.subjects, asked, arguments.recordings)
     held_out, pool = _tensors(truth, data.standardisation.apply(raw)), _tensors(data.theta, data.z)
-    settings = training.estimator
+    settings, prior = asked["estimator"], asked["prior"]
     if arguments.epochs is not None:
         settings = settings.model_copy(update={"max_num_epochs": arguments.epochs - 1})
     few = settings.model_copy(update={"max_num_epochs": 1})
@@ -253,10 +273,8 @@ def main() -> None:
     print(f"{experiment}: {shape}, {len(truth)} recordings never seen")
     for procedure in arguments.procedures:
         some = Rows(pool.theta[:1000], pool.z[:1000])
-        run(procedure, some, held_out, training.prior, few, 0, arguments.device)  # imports, caches
-        runs[procedure] = run(
-            procedure, pool, held_out, training.prior, settings, arguments.seed, arguments.device
-        )
+        run(procedure, some, held_out, prior, few, 0, arguments.device)  # imports, caches
+        runs[procedure] = run(procedure, pool, held_out, prior, settings, arguments.seed, arguments.device)
         print_speed({procedure: runs[procedure]})
     if arguments.traces is not None:
         frame = pd.DataFrame([{"procedure": name} | asdict(e) for name, es in runs.items() for e in es])

@@ -14,30 +14,26 @@ import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pandas as pd
-from training import read_held_out
+from training import read_held_out, read_measured, settings_of
 
 from swesbi.artefacts import Provenance
 from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import recover, score_recovery
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
-from swesbi.networks.paper.estimator import ESTIMATOR as KIND
-from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator, save_estimator
+from swesbi.measurement.likelihood import MeasuredSubject
+from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.maf import draw_candidates, losses
-from swesbi.networks.paper.pool import Pool, read_pool
+from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import train
 from swesbi.networks.settings import Procedure
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import in_bounds
-from swesbi.study.stages.inference import RecoveryStageSettings
-from swesbi.study.stages.training import TrainStageSettings
-from swesbi.verdict.verdict import read_verdict
+from swesbi.verdict.verdict import Verdict
 
 DRAWS = 2000
 LEVEL = 0.9
@@ -49,8 +45,7 @@ class Case:
 
     name: str
     pool: Pool
-    training: TrainStageSettings
-    recovery: RecoveryStageSettings
+    asked: dict[str, Any]
     supported: tuple[MeasuredSubject, ...]
     truth: np.ndarray
     z: np.ndarray
@@ -58,46 +53,40 @@ class Case:
 
 def read_case(study: Study, name: str, results: Path, each: int) -> Case:
     """Read pool and supported subjects, and simulate recordings of fresh theta."""
-    training = TrainStageSettings.from_plain(stage_settings(study, "train", experiment=name))
-    recovery = RecoveryStageSettings.from_plain(stage_settings(study, "recovery", experiment=name))
-    pool = read_pool(results / name / "pool.h5")
+    asked = settings_of(study, name)
+    pool = Pool.read(results / name / "pool.h5")
     verdicts = {s: results / name / "subjects" / s / "verdict.json" for s in pool.subjects}
-    supported = [s for s, path in verdicts.items() if read_verdict(path).may_be_read]
-    paths = [results / "cohort" / subject for subject in supported]
-    measured = read_measured_subjects(
-        [path / "observation.h5" for path in paths],
-        [path / "passive.h5" for path in paths],
-        recovery.measurement,
-    )
-    truth, raw = read_held_out(results, study.config.seed, pool.subjects, recovery, each)
-    return Case(name, pool, training, recovery, tuple(measured), truth, pool.standardisation.apply(raw))
+    supported = [s for s, path in verdicts.items() if Verdict.read(path).may_be_read]
+    measured = read_measured(results, supported, asked["measurement"])
+    truth, raw = read_held_out(results, pool.subjects, asked, each)
+    return Case(name, pool, asked, measured, truth, pool.standardisation.apply(raw))
 
 
 def network(case: Case, procedure: str, seed: int, folder: Path) -> TrainedEstimator:
     """Return the network of this seed, trained now if the folder does not hold it."""
     path = folder / f"{case.name}-{procedure}-{seed}.pt"
     if not path.exists():
-        settings = case.training.estimator.model_copy(update={"procedure": procedure})
+        settings = case.asked["estimator"].model_copy(update={"procedure": procedure})
         pool = case.pool
         result = train(
-            pool.theta, pool.z, pool.components.names, case.training.prior, settings, seed, label=path.stem
+            pool.theta, pool.z, pool.components.names, case.asked["prior"], settings, seed, label=path.stem
         )
-        save_estimator(path, result.estimator, Provenance(KIND, seed=seed))
-    return load_estimator(path)[0]
+        result.estimator.write(path, Provenance("", seed=seed))
+    return TrainedEstimator.read(path)
 
 
 def quantities(case: Case, net: TrainedEstimator) -> Iterator[tuple[str, float]]:
     """Yield what the study reports of a network, by name."""
     yield "held-out log q", -float(losses(net, case.truth, case.z).mean())
     yield "best validation loss", net.best_validation_loss
-    settings = case.recovery.recovery
+    settings = case.asked["recovery"]
     some = np.linspace(0, len(case.truth) - 1, settings.recordings).astype(int)
     candidates = draw_candidates(net, case.z[some], settings.candidate_draws, seed=1)
-    recovered = recover(case.truth[some], candidates, case.training.prior, settings)
-    for row in score_recovery(recovered, case.training.prior, settings):
+    recovered = recover(case.truth[some], candidates, case.asked["prior"], settings)
+    for row in score_recovery(recovered, case.asked["prior"], settings):
         if row.nominal == LEVEL:
             yield f"recovery of {row.parameter} (%)", 100 * row.coverage
-    for subject in case.may_be_read:
+    for subject in case.supported:
         yield from _subject(case, net, subject)
 
 
@@ -105,8 +94,8 @@ def _subject(case: Case, net: TrainedEstimator, subject: MeasuredSubject) -> Ite
     observation = subject.observation
     z = case.pool.observed_z(observation.subject)
     draws = draw_candidates(net, z[None], DRAWS, seed=1)[0]
-    theta = draws[in_bounds(draws, case.training.prior)]
-    scores = score_theta(theta[:1000], subject, case.recovery.forward_model, LEVEL).grid
+    theta = draws[in_bounds(draws, case.asked["prior"])]
+    scores = score_theta(theta[:1000], subject, case.asked["forward_model"], LEVEL).grid
     yield f"{observation.subject} RMSE (kPa)", scores.rmse_kpa
     yield f"{observation.subject} R2", scores.r2
     low, median, high = np.quantile(theta, [0.05, 0.5, 0.95], axis=0)

@@ -2,8 +2,6 @@
 
 sys.path.insert(0, str(PROJECT))
 
-from explorer.settings import STAGE, page_settings
-
 # The page is of the first experiment on speeds, if there is one; its name does not say of which.
 if SPEED_EXPERIMENTS:
     EXPLORED = SPEED_EXPERIMENTS[0]
@@ -23,9 +21,7 @@ if SPEED_EXPERIMENTS:
         log:
             f"{RESULTS}/logs/explorer.log",
         params:
-            stage=lambda _: job_params(
-                STAGE, page_settings(STUDY, EXPLORED), CONFIG.seed
-            ),
+            **stage("explorer.stages:explorer", experiment=EXPLORED),
         message:
             f"Page on which the model of '{EXPLORED}' is moved by hand"
         script:

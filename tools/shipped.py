@@ -15,11 +15,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from swesbi.artefacts import Provenance, save
+from swesbi.artefacts import Provenance
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.networks.flow.files import SHIPPED_NETWORK, load_flow, save_flow
+from swesbi.networks.flow.trained import SHIPPED_NETWORK, TrainedFlow
 from swesbi.study.model_version import MODEL_VERSION
-from swesbi.verdict.null_recordings import null_groups, read_nulls
+from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.settings import SHIPPED_NULLS
 
 VERSION: Final = "model_version"
@@ -33,10 +33,10 @@ def main(arguments: Sequence[str]) -> int:
         ArtefactError: The folder holds no network, or no null recordings.
     """
     (folder,) = map(Path, arguments)
-    flow, trained = load_flow(folder / "flow.h5")
-    null, drawn = read_nulls(folder / "null.h5"), hdf5_provenance(folder / "null.h5")
-    save_flow(SHIPPED_NETWORK, flow, _shipped(trained))
-    save(SHIPPED_NULLS, null_groups(null), _shipped(drawn))
+    flow, trained = TrainedFlow.read(folder / "flow.h5"), hdf5_provenance(folder / "flow.h5")
+    null, drawn = NullRecordings.read(folder / "null.h5"), hdf5_provenance(folder / "null.h5")
+    flow.write(SHIPPED_NETWORK, _shipped(trained))
+    null.write(SHIPPED_NULLS, _shipped(drawn))
     counts = f"{len(null.contexts)} gated and {len(null.pushes)} free-running recordings"
     print(f"wrote {SHIPPED_NETWORK} and {SHIPPED_NULLS}: {counts}, version {MODEL_VERSION} of the model")
     return 0

@@ -9,7 +9,7 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.virtual.hearts.recorded import VALIDATION_STREAM
-from swesbi.virtual.hearts.stored import FILES, StoredHeart, load_hearts
+from swesbi.virtual.hearts.stored import FILES, HeartsOfLetter, StoredHeart
 
 FOLDER = Path(__file__).parent
 WEAK = 0.35
@@ -57,7 +57,7 @@ def _range(values: FloatArray, digits: int) -> str:
 def main() -> None:
     """Print both files of the validation."""
     for letter in OF_VALIDATION:
-        hearts = load_hearts(FOLDER / FILES[letter][0])[0]
+        hearts = HeartsOfLetter.read(FOLDER / FILES[letter][0]).hearts
         print(*counts(letter, hearts), sep="\n")
         print(*ranges([heart for heart in hearts if heart.stream == VALIDATION_STREAM]), sep="\n")
 

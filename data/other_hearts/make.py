@@ -24,10 +24,11 @@ from data.other_hearts.drawn import People, Source, draw_heart
 from data.other_hearts.emulated import EmulatedHearts
 from data.other_hearts.land_population import LandHearts
 from data.other_hearts.physioblocks import PhysioBlocksHearts, Program
+from swesbi.artefacts import Provenance
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.parameters import THETA_NAMES
-from swesbi.virtual.hearts.stored import StoredHeart, Stream, load_hearts, save_hearts
+from swesbi.virtual.hearts.stored import HeartsOfLetter, StoredHeart, Stream
 
 LOGGER = logging.getLogger("swesbi")
 COUNTS: Final[dict[str, dict[Stream, int]]] = {
@@ -87,7 +88,7 @@ def all_hearts(source: Source, people: People, seed: int, kept: Sequence[StoredH
     return hearts
 
 
-def kept_hearts(path: Path, seed: int, settings: dict[str, Any]) -> list[StoredHeart]:
+def kept_hearts(path: Path, made: Provenance) -> Sequence[StoredHeart]:
     """Return the hearts of a file, none where there is no file.
 
     Raises:
@@ -95,10 +96,11 @@ def kept_hearts(path: Path, seed: int, settings: dict[str, Any]) -> list[StoredH
     """
     if not path.exists():
         return []
-    hearts, provenance = load_hearts(path)
-    if (provenance.seed, without_nuisances(provenance.settings)) != (seed, without_nuisances(settings)):
+    kept = HeartsOfLetter.read(path)
+    there = kept.made.seed, without_nuisances(kept.made.settings)
+    if there != (made.seed, without_nuisances(made.settings)):
         raise SystemExit(f"{path}: its hearts are of another seed or of other settings; give another path")
-    return hearts
+    return kept.hearts
 
 
 def main() -> None:
@@ -120,8 +122,9 @@ def main() -> None:
             "lvesv_fraction": people.lvesv_fraction,
             **source.settings,
         }
-        hearts = all_hearts(source, people, config.seed, kept_hearts(arguments.path, config.seed, settings))
-    save_hearts(hearts, arguments.path, config.seed, settings)
+        made = Provenance("", seed=config.seed, settings=settings)
+        hearts = all_hearts(source, people, config.seed, kept_hearts(arguments.path, made))
+    HeartsOfLetter(hearts, made).write(arguments.path, made)
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ import pytest
 from study_copy import ROOT, copy_tree
 
 import swesbi
-from explorer.settings import STAGE
 from swesbi.study.code import Packages
-from swesbi.study.registry import stage_code
+from swesbi.study.stage import stage_code
 
+STAGE = "explorer.stages:explorer"
 STUDY = Path(swesbi.__file__).parent
 
 

@@ -7,13 +7,18 @@ from typing import Any, cast
 import pytest
 from study_copy import ROOT
 
-from explorer.settings import page_settings
 from swesbi.config.read import ConfigError, read_merged
-from swesbi.config.study import load_study
+from swesbi.config.study import Study, load_study
+from swesbi.config.view import View
+from swesbi.study.stage import plain_settings
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 STUDY = load_study(SHIPPED)
 OWN = "experiments.calibrated"
+
+
+def page_settings(study: Study, experiment: str) -> dict[str, Any]:
+    return plain_settings("explorer.stages:explorer", View(study, {"experiment": experiment}))
 
 
 def settings_with(key: str, value: object) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The command line: commands around recordings, and the stages of the study.
+"""The command line: commands around recordings, and around finished studies.
 
 A command's options are parsed before its module is imported, which takes seconds.
 """
@@ -69,11 +69,6 @@ COMMANDS: Final = {
         "swesbi.study.inspect",
         "Summarise result files, verify their checksums, or compare two runs.",
         "swesbi inspect --check results",
-    ),
-    "stages": Command(
-        "swesbi.study.stages_command",
-        "List the stages of the study by phase, or run one of them without Snakemake.",
-        "swesbi stages",
     ),
 }
 

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from swesbi.answers.answer import answered
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.extras import missing
+from swesbi.config.cohort import Cohort
 from swesbi.config.read import found_configuration, parse_config, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
@@ -237,7 +238,7 @@ def _in_memory(
         reason = ": ".join([*map(str, wrong["loc"]), wrong["msg"].removeprefix("Value error, ")])
         raise RecordingError(Problem(f"the context of {name}", reason, "check its unit")) from None
     said = described_in_memory(described, config.recording)
-    study = Study(config, {}, new_rows={name: row}, new_described={name: said})
+    study = Study(config, outside=Cohort(rows={name: row}, described={name: said}))
     folder = observe_table(study, name, table)
     answerer = Answerer(study, experiments_to_ask(study, None), "", from_prior, in_memory=folder)
     return Recording(answerer.asked(name))

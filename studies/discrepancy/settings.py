@@ -9,7 +9,7 @@ from pydantic import Field
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import Cycle, Fraction
 from swesbi.config.read import ConfigError
-from swesbi.config.slices import fields_of
+from swesbi.config.view import View
 from swesbi.config.study import Study
 from swesbi.measurement.settings import DiscrepancySettings
 
@@ -69,6 +69,8 @@ def choice_settings(study: Study, choice: ChoiceSettings) -> dict[str, Any]:
         )
     section = choice.to_plain()
     none = {"speed_fraction": 0.0, "timing_cycle": 0.0}  # what is chosen already must not matter
-    settings = fields_of(study, {"experiment": section.pop("experiment")}, "model acquisition recording")
+    settings = View(study, {"experiment": section.pop("experiment")}).together(
+        "model", "acquisition", "recording"
+    )
     settings["model"]["discrepancy"] = none
     return settings | {"study": section}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from pydantic import Field, JsonValue, model_validator
 
@@ -10,8 +10,11 @@ from swesbi.base.settings import Settings
 from swesbi.checks.settings import BASE
 from swesbi.config.experiments import Name
 from swesbi.config.read import ConfigError
-from swesbi.config.slices import fields_of, stage_settings
+from swesbi.config.view import View
 from swesbi.config.study import Study
+
+RUN: Final = ("model", "summary", "estimator", "exact", "simulations_per_subject", "seed")
+"""What the posteriors of a variant depend on."""
 
 
 class Variant(Settings):
@@ -66,16 +69,14 @@ def run_settings(study: Study, sensitivity: SensitivitySettings, variant: str) -
         )
     choice = sensitivity.variants[variant]
     changed = study.with_changes(choice.changes, f"sensitivity.variants.{variant}.changes")
-    training = stage_settings(changed, "train_flow", experiment=sensitivity.experiment)
+    own = View(changed, {"experiment": sensitivity.experiment}).together(*RUN)
     if not choice.full_training:
-        training["estimator"]["epochs"] = sensitivity.short_training_epochs
-    chosen = {"experiment": sensitivity.experiment}
-    own = fields_of(changed, chosen, "experiment.exact experiment.simulations_per_subject seed")
-    return own | {"fix_passive_scale": choice.fix_passive_scale, "train": training}
+        own["estimator"]["epochs"] = sensitivity.short_training_epochs
+    return own | {"fix_passive_scale": choice.fix_passive_scale}
 
 
 def table_settings(study: Study, sensitivity: SensitivitySettings) -> dict[str, Any]:
     """Return what table and figure depend on."""
     labels = {name: variant.label for name, variant in sensitivity.variants.items()}
-    shown = fields_of(study, {"experiment": sensitivity.experiment}, "cohort_title experiment.exact.interval")
+    shown = View(study, {"experiment": sensitivity.experiment}).together("cohort_title", "interval")
     return shown | {"labels": labels}

@@ -9,30 +9,29 @@ from pathlib import Path
 from typing import Final
 
 from studies.sensitivity.figure import draw_sensitivity
-from studies.sensitivity.variants import (
-    KIND,
-    VariantPosterior,
-    read_posteriors,
-    sensitivity_table,
-    to_dataset,
-)
-from swesbi.artefacts import Origin, save
+from studies.sensitivity.variants import VariantPosterior, VariantPosteriors, sensitivity_table
+from swesbi.artefacts import Origin
 from swesbi.artefacts.csv import write_csv
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.settings import Settings
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement import likelihood
 from swesbi.measurement.operator import PassiveBaseline
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.measurement.settings import SummarySettings
+from swesbi.networks.flow.conditioning import conditioning_of
+from swesbi.networks.flow.flow import flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
+from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.settings import SplineSettings
 from swesbi.parameters import REPORTED
 from swesbi.posterior import exact as posteriors
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import ParameterPrior
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.report.figures.style import save_figure
 from swesbi.seeds import integer_seed
-from swesbi.study.stages.flow_training import TrainFlowStageSettings
 
 LOGGER = logging.getLogger("swesbi")
 FIXED_LOG_SD: Final = 1e-3  # a passive scale taken for granted: a prior of no width to speak of
@@ -44,7 +43,9 @@ class SensitivityRunStageSettings(Settings):
 
     seed: int
     simulations_per_subject: int
-    train: TrainFlowStageSettings
+    model: likelihood.SpeedModelSettings
+    summary: SummarySettings
+    estimator: SplineSettings
     exact: ExactSettings
     fix_passive_scale: bool
 
@@ -67,16 +68,18 @@ def sensitivity_run(
         train_over_subjects,  # torch, of which the other stages need nothing
     )
 
-    models = likelihood.read_speed_models(observations, noise, settings.train.model)
+    of_cohort = CohortNoise.read(noise)
+    models = [
+        likelihood.speed_model(Observation.read(path), of_cohort, settings.model) for path in observations
+    ]
     simulated = [_simulations(model, settings) for model in models]
     seed = integer_seed(settings.seed, "flow training")
     label = f"variant {posteriors.stem}"
-    flow = train_over_subjects(
-        simulated, settings.train.conditioning, settings.train.estimator, seed, label
-    ).flow
+    conditioning = conditioning_of(settings.summary, settings.model)
+    flow = train_over_subjects(simulated, conditioning, settings.estimator, seed, label).flow
     scales = {hdf5_provenance(path).subject: stretched_kpa(PassiveBaseline.read(path)) for path in passives}
     inferred = [_infer(model, flow, scales, settings) for model in models]
-    save(posteriors, to_dataset(inferred), origin.provenance(KIND, settings))
+    VariantPosteriors(tuple(inferred)).write(posteriors, origin.provenance("", settings))
     for posterior in inferred:
         subject, efficiency = posterior.subject, posterior.efficiency
         LOGGER.info("%s, subject %s: %s, efficiency %.2f", label, subject, posterior.sampler, efficiency)
@@ -140,7 +143,7 @@ def sensitivity(
 ) -> None:
     """Write how far medians and intervals move under each variant; each file is named by its variant."""
     files = {path.stem: path for path in variants}
-    posteriors = {name: read_posteriors(files[name]) for name in settings.labels}
+    posteriors = {name: VariantPosteriors.read(files[name]).of for name in settings.labels}
     frame = sensitivity_table(posteriors, settings.labels, settings.interval)
     write_csv(table, frame)
     save_figure(draw_sensitivity(frame, settings.cohort_title), figure_pdf, figure_png)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -12,7 +11,17 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import Variable, build_dataset, from_rows, load, register, schema_of, stacked_values
+from swesbi.artefacts import (
+    Artefact,
+    Labels,
+    Provenance,
+    Variable,
+    build_dataset,
+    from_rows,
+    schema_of,
+    stacked_values,
+)
+from swesbi.artefacts.schema import Schema
 from swesbi.checks.settings import BASE
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_COLUMNS, PHI_NAMES, THETA_NAMES
@@ -42,24 +51,34 @@ class VariantPosterior:
 
 
 SCHEMA: Final = schema_of(VariantPosterior, along="subject")["/"]
-KIND: Final = register("sensitivity", {"/": SCHEMA}, ("subject", "parameter"))
 
 
-def to_dataset(posteriors: Sequence[VariantPosterior]) -> xr.Dataset:
-    """Return the posteriors of all subjects with dimensions subject, draw and parameter."""
-    labels = {"subject": [posterior.subject for posterior in posteriors], "parameter": list(PHI_NAMES)}
-    return build_dataset(SCHEMA, stacked_values(posteriors)["/"], labels)
+@dataclass(frozen=True)
+class VariantPosteriors(Artefact, kind="sensitivity"):
+    """The posteriors of all subjects under one variant."""
 
+    of: tuple[VariantPosterior, ...]
 
-def read_posteriors(path: Path) -> tuple[VariantPosterior, ...]:
-    """Read the posteriors of one variant.
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
 
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    dataset = load(path, KIND)[0]
-    names = [str(name) for name in dataset["subject"].to_numpy()]
-    return tuple(from_rows(VariantPosterior, dataset, "subject", subject=names))
+    @classmethod
+    def required_labels(cls) -> tuple[Labels, ...]:
+        """Return the names of the subjects and of the parameters."""
+        return (Labels("subject"), Labels("parameter"))
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file, with dimensions subject, draw and parameter."""
+        labels = {"subject": [posterior.subject for posterior in self.of], "parameter": list(PHI_NAMES)}
+        return {"/": build_dataset(SCHEMA, stacked_values(self.of)["/"], labels)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> VariantPosteriors:
+        """Return what the group of a file holds."""
+        names = [str(name) for name in groups["/"]["subject"].to_numpy()]
+        return cls(tuple(from_rows(VariantPosterior, groups["/"], "subject", subject=names)))
 
 
 def sensitivity_table(

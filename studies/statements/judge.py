@@ -9,11 +9,13 @@ import pandas as pd
 from pydantic import JsonValue
 
 from studies.statements.recorded import RecordedSettings, Rerecorded
-from studies.statements.recovery import known_recordings
+from studies.statements.recovery import ExperimentSettings, known_recordings
 from studies.statements.settings import Reading
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.predictive_features import check_of_features
 from swesbi.checks.reference_fit import reference_fit
+from swesbi.checks.synthetic_recovery import posterior_seed, recovery_table
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.networks.paper.estimator import Checkpoint
@@ -25,23 +27,8 @@ from swesbi.report.paper.measured import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 from swesbi.seeds import integer_seed
 from swesbi.study.job import typed_settings
-from swesbi.study.stages.inference import (
-    PosteriorStageSettings,
-    RecoveryStageSettings,
-    posterior_seed,
-    recovery_table,
-)
-from swesbi.study.stages.predictive import PredictiveStageSettings, checked
 from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.verdict import Verdict
-
-
-class ExperimentSettings(Settings):
-    """What the stages of one experiment depend on."""
-
-    posterior: PosteriorStageSettings
-    predictive: PredictiveStageSettings
-    recovery: RecoveryStageSettings
 
 
 class JudgedSettings(Settings):
@@ -89,7 +76,7 @@ def recoveries(
     """Return the recovery of each experiment's network, as ``recovery.csv`` has it."""
     found = {}
     for name, network in networks.items():
-        own = settings.experiments[name].recovery
+        own = settings.experiments[name]
         how, exponent_b = settings.reading.recovery, settings.recorded.passive.exponent_b
         truth, z = known_recordings(subjects, network.pool, own, how, exponent_b, seed)
         candidates = draw_candidates(network.net, z, own.recovery.candidate_draws, posterior_seed(seed))
@@ -147,14 +134,18 @@ def _case(
     """Return one subject in one experiment: what the stages posterior and predictive find."""
     network, own = networks[experiment], settings.experiments[experiment]
     verdict, posterior = _inferred(recorded, network, own, seed)
-    theta = posterior.theta if verdict.may_be_read else posterior.theta[:0]
-    check = checked(
-        recorded.subject,
+    check = check_of_features(
+        posterior,
+        verdict,
+        recorded.subject.observation,
+        recorded.subject.passive,
         network.simulations[recorded.name],
-        theta,
-        own.predictive,
-        seed,
-        may_be_read=verdict.may_be_read,
+        predictive=own.predictive,
+        forward_model=own.forward_model,
+        measurement=own.measurement,
+        summary=own.summary,
+        observation_model=own.observation_model,
+        seed=seed,
     )
     return Case(experiment, recorded.name, check, posterior, verdict, fits[recorded.name])
 
@@ -163,18 +154,18 @@ def _inferred(
     recorded: Rerecorded, network: Network, own: ExperimentSettings, seed: int
 ) -> tuple[Verdict, Posterior]:
     """Draw candidates until the posterior has its draws; under the shipped recording they are the study's."""
-    observation, asked = recorded.subject.observation, own.posterior
+    observation = recorded.subject.observation
     features = features_under(
         recorded.trained.passive,
         observation,
         recorded.subject.passive,
-        own.predictive.measurement,
-        own.predictive.summary,
+        own.measurement,
+        own.summary,
     )
     z = network.pool.standardisation.apply(with_context(features[None], observation.context))[0]
-    names, prior = network.pool.components.names, asked.prior
-    enough = max(asked.support.min_in_prior_draws, asked.posterior.draws)
+    names, prior = network.pool.components.names, own.prior
+    enough = max(own.support.min_in_prior_draws, own.posterior.draws)
     drawn_by = integer_seed(seed, "posterior", recorded.name)
-    candidates = draw_until(network.net, z, enough, asked.support.candidate_draws, prior, drawn_by)
-    verdict = diagnose(z, names, candidates, prior, asked.support)
-    return verdict, summarise_posterior(candidates, z, names, prior, asked.posterior)
+    candidates = draw_until(network.net, z, enough, own.support.candidate_draws, prior, drawn_by)
+    verdict = diagnose(z, names, candidates, prior, own.support)
+    return verdict, summarise_posterior(candidates, z, names, prior, own.posterior)

@@ -7,23 +7,44 @@ from collections.abc import Sequence
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.base.settings import Settings
 from swesbi.checks.recovery import fresh_simulations, shares
+from swesbi.checks.settings import PredictiveSettings, RecoverySettings
+from swesbi.checks.synthetic_recovery import synthetic_recordings
 from swesbi.heart.prior_simulations import PriorSimulations
+from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import active_stiffness_map, passive_shape
-from swesbi.measurement.settings import summary_names
+from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
 from swesbi.measurement.summary import summarise
 from swesbi.networks.paper.pool import Pool, augment, noise_sd, with_context
+from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
+from swesbi.posterior.settings import PosteriorSettings
+from swesbi.prior import PriorSettings
 from swesbi.recording.phases import sample_cycle, to_grid
 from swesbi.seeds import generator
-from swesbi.study.stages.inference import RecoveryStageSettings, synthetic_recordings
+from swesbi.verdict.settings import SupportSettings
+
+
+class ExperimentSettings(Settings):
+    """What posterior, predictive check and recovery of an experiment depend on."""
+
+    prior: PriorSettings
+    forward_model: ForwardModelSettings
+    measurement: MeasurementSettings
+    summary: SummarySettings
+    observation_model: ObservationModelSettings
+    support: SupportSettings
+    posterior: PosteriorSettings
+    predictive: PredictiveSettings
+    recovery: RecoverySettings
 
 
 def known_recordings(
     subjects: Sequence[MeasuredSubject],
     pool: Pool,
-    own: RecoveryStageSettings,
+    own: ExperimentSettings,
     how: str,
     exponent_b: float,
     seed: int,
@@ -33,7 +54,7 @@ def known_recordings(
     Args:
         subjects: In whose contexts, shared evenly.
         pool: By which they are standardised.
-        own: Of the experiment's recovery.
+        own: Of the experiment.
         how: As ``Reading.recovery`` says.
         exponent_b: Of the passive stiffness along a beat.
         seed: Of the study.
@@ -41,13 +62,21 @@ def known_recordings(
     if how == "own_beat":
         truth, raw = _along_own_beats(subjects, own, exponent_b, seed)
     else:
-        truth, raw = synthetic_recordings(subjects, own, seed)
+        truth, raw = synthetic_recordings(
+            subjects,
+            own.recovery.recordings,
+            prior=own.prior,
+            forward_model=own.forward_model,
+            summary=own.summary,
+            observation_model=own.observation_model,
+            seed=seed,
+        )
     return truth, _scale(raw, pool, own).apply(
         raw
     ) if how == "own_statistics" else pool.standardisation.apply(raw)
 
 
-def _scale(raw: FloatArray, pool: Pool, own: RecoveryStageSettings) -> Standardisation:
+def _scale(raw: FloatArray, pool: Pool, own: ExperimentSettings) -> Standardisation:
     """Return mean and sd of these recordings' features; contexts keep those of training."""
     features, known = len(summary_names(own.summary)), pool.standardisation
     of_these = fit_standardisation(raw)
@@ -58,7 +87,7 @@ def _scale(raw: FloatArray, pool: Pool, own: RecoveryStageSettings) -> Standardi
 
 
 def _along_own_beats(
-    subjects: Sequence[MeasuredSubject], own: RecoveryStageSettings, exponent_b: float, seed: int
+    subjects: Sequence[MeasuredSubject], own: ExperimentSettings, exponent_b: float, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return theta and raw vectors of recordings whose passive stiffness runs along their own stretch."""
     counts = shares(own.recovery.recordings, len(subjects))
@@ -72,7 +101,7 @@ def _along_own_beats(
 
 
 def _of_subject(
-    subject: MeasuredSubject, count: int, own: RecoveryStageSettings, exponent_b: float, seed: int
+    subject: MeasuredSubject, count: int, own: ExperimentSettings, exponent_b: float, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     context = subject.observation.context
     simulations = fresh_simulations(count, context, own.prior, own.forward_model, seed)

@@ -10,7 +10,6 @@ from pydantic import Field, JsonValue, model_validator
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import CurveLossSettings
 from swesbi.config.read import ConfigError, overlay
-from swesbi.config.slices import fields_of, stage_settings
 from swesbi.config.study import Study
 from swesbi.config.view import View
 from swesbi.seeds import integer_seed
@@ -20,13 +19,19 @@ TRAINING: Final = "training-"
 READING: Final = "reading-"
 OTHER_EXPERIMENTS: Final = ("scalar_only", "wide_prior")
 """Experiments beside the main one that statements ask for."""
-RECORDED: Final = "measurement passive recording reference_prior forward_model acquisition"
+RECORDED: Final = ("measurement", "passive", "recording", "reference_prior", "forward_model", "acquisition")
 """What recordings are made, read and calibrated with."""
-SIMULATED: Final = "prior forward_model"
+SIMULATED: Final = ("prior", "forward_model")
 """What the simulations of an experiment depend on."""
 FIT: Final = "swesbi.checks.reference_fit:reference_fit"
-STAGES: Final = ("posterior", "predictive", "recovery")
-"""Stages of the study that a judgement repeats in memory."""
+OF_EXPERIMENT: Final = (
+    "prior", "forward_model", "measurement", "summary", "observation_model", "support", "posterior",
+    "predictive", "recovery",
+)  # fmt: skip
+"""What posterior, predictive check and recovery depend on, which a judgement repeats in memory."""
+POOL: Final = "swesbi.networks.paper.pool:pool_of_features"
+TRAIN: Final = "swesbi.networks.paper.training:trained_network"
+"""Stages that a variant runs anew."""
 Epoch = Literal["best", "last"] | int
 
 
@@ -106,7 +111,7 @@ def changed(study: Study, statements: StatementsSettings, variant: str) -> Study
     source = f"statements.readings.{variant.removeprefix(READING)}.changes"
     other = study.with_changes(changes, source)
     for name in experiments_of(study):
-        own, known = (fields_of(each, {"experiment": name}, SIMULATED) for each in (other, study))
+        own, known = (View(each, {"experiment": name}).together(*SIMULATED) for each in (other, study))
         if own != known:
             raise ConfigError(
                 f"{source}: changes the prior or the forward model, but readings are judged on the study's "
@@ -118,7 +123,7 @@ def changed(study: Study, statements: StatementsSettings, variant: str) -> Study
 def own_pool(study: Study, statements: StatementsSettings, variant: str, experiment: str) -> bool:
     """Tell whether a variant has another training set of an experiment than the study."""
     other = changed(study, statements, variant)
-    own, known = (stage_settings(each, "pool", experiment=experiment) for each in (other, study))
+    own, known = (plain_settings(POOL, View(each, {"experiment": experiment})) for each in (other, study))
     return own != known
 
 
@@ -142,8 +147,7 @@ def judged_settings(study: Study, statements: StatementsSettings, variant: str) 
     """
     other = changed(study, statements, variant)
     of_experiment: Mapping[str, Any] = {
-        name: {stage: stage_settings(other, stage, experiment=name) for stage in STAGES}
-        for name in experiments_of(study)
+        name: View(other, {"experiment": name}).together(*OF_EXPERIMENT) for name in experiments_of(study)
     }
     reading = statements.reading(variant)
     search: dict[str, Any] = {"seeds": list(statements.cmaes_seeds)}
@@ -157,7 +161,7 @@ def judged_settings(study: Study, statements: StatementsSettings, variant: str) 
         "experiments": of_experiment,
         "priors": {name: study.config.experiments[name].prior for name in of_experiment},
         "cmaes": overlay(plain_settings(FIT, View(other, {})), {"search": search}),
-        "recorded": fields_of(other, {}, RECORDED),
+        "recorded": View(other, {}).together(*RECORDED),
         "acquisitions": list(acquisitions),
         "reading": reading.to_plain(),
     }

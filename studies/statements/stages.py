@@ -16,12 +16,13 @@ from swesbi.artefacts import Origin
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.artefacts.typed import BySubject, read_as
 from swesbi.heart.prior_simulations import PriorSimulations
-from swesbi.measurement.likelihood import read_measured_subjects
-from swesbi.networks.paper.estimator import load_checkpoints
-from swesbi.networks.paper.pool import read_pool
+from swesbi.measurement.likelihood import measured_subjects
+from swesbi.measurement.operator import PassiveBaseline
+from swesbi.networks.paper.estimator import Checkpoints
+from swesbi.networks.paper.pool import Pool
+from swesbi.recording.observation import Observation
 from swesbi.report.paper.comparison import score_in_words, statements_table
 from swesbi.report.paper.values import read_paper
-from swesbi.study.stages.inference import check_components
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -54,7 +55,11 @@ def judged(
         RecordingError: A new recording does not pass quality control.
         PassiveCalibrationError: A new recording's late diastole admits no positive passive scale.
     """
-    subjects = read_measured_subjects(observations, passives, settings.recorded.measurement)
+    subjects = measured_subjects(
+        [Observation.read(path) for path in observations],
+        read_as(BySubject[PassiveBaseline], passives, "passives"),
+        settings.recorded.measurement,
+    )
     networks = {
         name: _network(pool, checkpoint, shards, name, settings)
         for name, pool, checkpoint in zip(settings.experiments, pools, checkpoints, strict=True)
@@ -74,10 +79,10 @@ def _network(
     pool: Path, checkpoints: Path, shards: Sequence[Path], experiment: str, settings: JudgedSettings
 ) -> Network:
     """Read one experiment's network; a reading's epoch is that of the main experiment alone."""
-    data, (nets, _) = read_pool(pool), load_checkpoints(checkpoints)
+    data, nets = Pool.read(pool), Checkpoints.read(checkpoints)
     best = settings.reading.model_copy(update={"epoch": "best"})
-    net = chosen(nets, settings.reading if experiment == settings.main else best)
-    check_components(data, net, checkpoints)
+    net = chosen(nets.of_epochs, settings.reading if experiment == settings.main else best)
+    data.check_components(net.components, "checkpoints")
     prior = settings.priors[experiment]
     own = [path for path in shards if path.parent.parent.name == prior]
     return Network(data, net, read_as(BySubject[PriorSimulations], own, "shards"))

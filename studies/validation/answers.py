@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pydantic import Field
+from pydantic import Field, JsonValue
 
 from studies.validation.score import HeartAnswer, intervals, refusal, truths
 from studies.validation.settings import answers_settings, configured
@@ -27,7 +27,6 @@ from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import RecordingSettings, Repeats
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.verdict.answers import SEPARATOR, label_of_test
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.generators import all_generators, generator_of
@@ -50,7 +49,7 @@ class HeartAnswersSettings(AnswerSettings):
     recording: RecordingSettings
     grid_points: int
     population: PopulationSettings
-    train_population: TrainPopulationStageSettings
+    train_population: dict[str, JsonValue]
     noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is the cohort's")
 
     @property
@@ -151,7 +150,7 @@ def recorded_as_answered(
     levels = levels_by(repeats, samples, rejection(samples, settings.recording) == ACCEPTED)
     test = noise_test(compare_noise(levels, noise), noise, "the cohort", settings.noise_level)
     speeds = measured_speeds(observation, noise)
-    return ModelledRecording(observation, SpeedModel(speeds, settings.exact_posterior.model), (test,))
+    return ModelledRecording(observation, SpeedModel(speeds, settings.model), (test,))
 
 
 def scored(

@@ -18,14 +18,14 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from studies.validation.score import HeartAnswer, read_answers
+from studies.validation.score import HeartAnswer, HeartAnswers
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.parameters import SHOWN, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.virtual.hearts.generators import STORED
 from swesbi.virtual.hearts.heart import K_SR
-from swesbi.virtual.hearts.stored import FILES, StoredHeart, load_hearts
+from swesbi.virtual.hearts.stored import FILES, HeartsOfLetter, StoredHeart
 
 LETTER: Final = "p"
 STREAM: Final = "filling"
@@ -99,10 +99,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--answers", type=Path, default=ANSWERS, help=f"their folder; default: {ANSWERS}")
     parser.add_argument("--csv", type=Path, help="where the table goes")
     options = parser.parse_args(arguments)
-    answers = [answer for path in sorted(options.answers.glob("*.h5")) for answer in read_answers(path)]
+    files = sorted(options.answers.glob("*.h5"))
+    answers = [answer for path in files for answer in HeartAnswers.read(path).of]
     if not answers:
         raise SystemExit(f"{options.answers}: holds no answers; answer the hearts first, see --help")
-    stored = load_hearts(STORED / FILES[LETTER][0])[0]
+    stored = HeartsOfLetter.read(STORED / FILES[LETTER][0]).hearts
     table = filling_table({heart.number: heart for heart in stored if heart.stream == STREAM}, answers)
     print(table.to_string(index=False, float_format="%.3f"))
     if options.csv is not None:

@@ -40,7 +40,7 @@ from swesbi.recording.noise.sweeps import levels_by
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 from swesbi.report.tables.validation_outcomes import QUANTITIES
-from swesbi.study.finished import finished_population
+from swesbi.study.results import Results, answering_population
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.recorded import RecordedHeart
 
@@ -86,7 +86,7 @@ def answer_folder(
         noise = noises.noise(name)
         test = noise_test(noises.compared(name), noise.components, "the folder", level)
         model = SpeedModel(
-            measured_speeds(made.observation, noise.components), settings.exact_posterior.model
+            measured_speeds(made.observation, noise.components), settings.model
         )
         recording = ModelledRecording(made.observation, model, (test,), noise.in_words)
         answer = answered(recording, knowledge, settings, study.config.seed)
@@ -135,7 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     study = load_study(read_merged(Path("config.yaml")))
     results = options.results or Path(study.config.results)
-    knowledge = finished_population(results, configured().experiment).knowledge()
+    knowledge = answering_population(Results(results), configured().experiment).knowledge()
     asked = {
         times: noisy(asked_of(study, GENERATOR, options.hearts, f"folder {times:g}"), times)
         for times in (1.0, *TIMES)

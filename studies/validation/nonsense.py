@@ -39,14 +39,13 @@ from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.settings import asking
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.tables.columns import SPEED, STATUS_OK
 from swesbi.seeds import generator
-from swesbi.study.finished import check_finished, finished_population
+from swesbi.study.results import Results, answering_population
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.heart import OtherHeart
 from swesbi.virtual.push_trains import record_train
@@ -225,10 +224,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     study = load_study(read_merged(Path("config.yaml")))
     results = options.results or Path(study.config.results)
-    finished = finished_population(results, configured().experiment)
-    check_finished(finished)
+    finished = answering_population(Results(results), configured().experiment)
+    finished.check()
     settings = with_fewer_draws(asked_of(study, "a", options.hearts, STREAM))
-    cohort = CohortNoise.read(finished.noise).usual
+    cohort = Results(results).noise.usual
     asked = Questions(finished.knowledge(), cohort, settings, study.config.seed)
     rows: list[dict[str, object]] = []
     for number in settings.numbers:

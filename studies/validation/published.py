@@ -46,7 +46,7 @@ from studies.validation.published_values import (
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
-from swesbi.config.slices import fields_of
+from swesbi.config.view import View
 from swesbi.config.study import Study, load_study
 from swesbi.context import Context
 from swesbi.heart.intervals import systolic_intervals
@@ -57,11 +57,11 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.population.contexts import draw_contexts
 from swesbi.population.settings import of_group
-from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import sample
 from swesbi.recording.speed import squared_speed_m2_s2
 from swesbi.report.figures.style import save_figure
 from swesbi.seeds import generator
+from swesbi.study.results import Results
 from swesbi.virtual.volunteers import VOLUNTEERS, Truth, simulate_truth
 
 STREAM: Final = "published"
@@ -187,12 +187,12 @@ def posterior_hearts(study: Study, settings: SpeedModelSettings, results: Path) 
     frames, parameters = [], len(settings.prior.names)
     for volunteer in VOLUNTEERS:
         subject = volunteer.context.subject
-        phi = read_exact_posterior(results / EXPERIMENT / "subjects" / subject / "posterior.h5").phi
+        phi = Results(results).of(EXPERIMENT, subject).posterior.phi
         if phi.shape[1] != parameters:
             raise ValueError(f"{subject}: {phi.shape[1]} parameters, but the model has {parameters}; rerun")
         rng = generator(study.config.seed, STREAM, "posterior", subject)
         rows = rng.choice(len(phi), min(POSTERIOR_DRAWS, len(phi)), replace=False)
-        frames.append(quantities_of_draws(settings, study.context_rows[subject].to_context(), phi[rows]))
+        frames.append(quantities_of_draws(settings, study.cohort.rows[subject].to_context(), phi[rows]))
     return pd.concat(frames, ignore_index=True)
 
 
@@ -291,7 +291,7 @@ def main() -> None:
     parser.add_argument("--figure", type=Path, help="figure to write, .png or .pdf")
     options = parser.parse_args()
     study = load_study(read_merged(options.config), str(options.config))
-    plain = fields_of(study, {"experiment": EXPERIMENT}, "model")["model"]
+    plain = View(study, {"experiment": EXPERIMENT})["model"]
     settings = SpeedModelSettings.from_plain(plain)
     simulated = Simulated(
         prior_hearts(study, settings),

@@ -35,8 +35,8 @@ from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.context import Context
-from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
@@ -49,8 +49,8 @@ from swesbi.recording.tables.columns import SPEED
 from swesbi.recording.tables.frame import table_of_frame
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
-from swesbi.study.finished import finished_population
 from swesbi.study.other_network import check_network
+from swesbi.study.results import Results, answering_population
 from swesbi.virtual.hearts.recorded import RecordedHeart
 from swesbi.virtual.push_trains import ERROR, ERROR_LOG_SD, record_train
 
@@ -103,11 +103,11 @@ def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSetting
     table = record_train(heart.curve, context, rng)
     table[SPEED] *= np.exp(settings.acquisition.scale_fraction * rng.standard_normal())
     model = recording_of_table(table, context, DECLARED, settings).model
-    sizes, of_heart = settings.exact_posterior.exact, HeartModel(model)
+    sizes, of_heart = settings.exact, HeartModel(model)
     exact, _ = exact_posterior(
         of_heart, flow_proposal(flow, model.recording), sizes, seed, STREAM, context.subject
     )
-    found = intervals(model, exact.phi, settings.exact_posterior.exact.interval)
+    found = intervals(model, exact.phi, settings.exact.interval)
     return Answered(truths(heart), found, exact.efficiency, exact.sampler == "mcmc")
 
 
@@ -148,11 +148,11 @@ def main() -> None:
     parser.add_argument("--csv", type=Path, help="table to write, a row a generator and quantity")
     options = parser.parse_args()
     study = load_study(read_merged(options.config), str(options.config))
-    finished = finished_population(options.results, configured().experiment)
-    flow, tables = load_flow(finished.estimator)[0], []
+    finished = answering_population(Results(options.results), configured().experiment)
+    flow, tables = TrainedFlow.read(finished.network), []
     for letter in options.generators:
         settings = asked_of(study, letter, options.number, STREAM)
-        check_network(finished.estimator, settings.train_population.to_plain())
+        check_network(finished.network, settings.train_population)
         answered = list(answers(flow, settings, study.config.seed))
         tables.append(scores(letter, answered, options.number - len(answered)))
     table = pd.concat(tables)
@@ -177,4 +177,4 @@ def recording_of_table(
     in_memory = table_of_frame(table, context.subject)
     samples = samples_in(in_memory, quality.phases, quality.density_kg_m3)
     observed = ingest_pushes(samples, context, quality, declared)
-    return modelled_pushes(observed, settings.exact_posterior.model)
+    return modelled_pushes(observed, settings.model)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
 
 from swesbi import artefacts
+from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
@@ -143,26 +143,34 @@ def refusal(number: int, heart: OtherHeart, redrawn: int, reason: str) -> HeartA
 
 
 SCHEMA: Final = artefacts.schema_of(HeartAnswer, ALONG)["/"]
-KIND: Final = artefacts.register(
-    "validation_answers", {"/": SCHEMA}, (artefacts.Labels(ALONG, "subject"), artefacts.Labels("quantity"))
-)
 
 
-def to_dataset(answers: Sequence[HeartAnswer]) -> xr.Dataset:
-    """Return the answers to the hearts of one generator, at least one."""
-    labels = {
-        "subject": (ALONG, [answer.context.subject for answer in answers]),
-        "quantity": list(QUANTITIES),
-    }
-    return artefacts.build_dataset(SCHEMA, artefacts.stacked_values(answers)["/"], labels)
+@dataclass(frozen=True)
+class HeartAnswers(artefacts.Artefact, kind="validation_answers"):
+    """The answers to some hearts of one generator, at least one."""
 
+    of: tuple[HeartAnswer, ...]
 
-def read_answers(path: Path) -> list[HeartAnswer]:
-    """Read the answers to the hearts of one generator.
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
 
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    dataset = artefacts.load(path, KIND)[0]
-    names = {"context.subject": [str(name) for name in dataset["subject"].to_numpy()]}
-    return artefacts.from_rows(HeartAnswer, dataset, ALONG, **names)
+    @classmethod
+    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
+        """Return the names of the hearts and of the quantities."""
+        return (artefacts.Labels(ALONG, "subject"), artefacts.Labels("quantity"))
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file."""
+        labels = {
+            "subject": (ALONG, [answer.context.subject for answer in self.of]),
+            "quantity": list(QUANTITIES),
+        }
+        return {"/": artefacts.build_dataset(SCHEMA, artefacts.stacked_values(self.of)["/"], labels)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> HeartAnswers:
+        """Return what the group of a file holds."""
+        names = {"context.subject": [str(name) for name in groups["/"]["subject"].to_numpy()]}
+        return cls(tuple(artefacts.from_rows(HeartAnswer, groups["/"], ALONG, **names)))

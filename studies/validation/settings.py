@@ -9,10 +9,17 @@ from pydantic import Field, model_validator
 
 from swesbi.base.settings import Settings
 from swesbi.config.read import ConfigError, parse_section, read_yaml
-from swesbi.config.slices import fields_of
+from swesbi.answers.settings import AnswerSettings
 from swesbi.config.study import Study
+from swesbi.config.view import View
+from swesbi.study.results import OF_POPULATION
+from swesbi.study.stage import plain_settings
 from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM
 
+ANSWERED: Final = (
+    *AnswerSettings.model_fields, "prior", "noise_level", "population", "acquisition", "recording", "grid_points",
+)  # fmt: skip
+"""What answers depend on beside whose hearts are asked for."""
 CONFIGURED: Final = Path(__file__).with_name("config.yaml")
 Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "p", "u", "v", "w", "x", "y", "z"]
 Hearts = Annotated[int, Field(ge=1)]
@@ -101,16 +108,12 @@ def answers_settings(
             f"known: {', '.join(known) or 'none'}"
         )
     asked = {"generator": generator, "stream": stream, "first": numbers.start, "hearts": len(numbers)}
-    return asked | fields_of(
-        study,
-        {"experiment": experiment},
-        "prior stage.exact_posterior stage.verdict stage.predictive_speeds "
-        "new_subjects.noise_level new_subjects.uninformative "
-        "stage.train_population population.population acquisition recording measurement.grid_points",
-    )
+    view = View(study, {"experiment": experiment})
+    trained = plain_settings(OF_POPULATION, view)
+    return asked | view.together(*ANSWERED) | {"train_population": trained}
 
 
 def table_settings(study: Study, validation: ValidationSettings) -> dict[str, Any]:
     """Return what tables and figure depend on."""
-    shown = fields_of(study, {"experiment": validation.experiment}, "experiment.exact.interval")
+    shown = View(study, {"experiment": validation.experiment}).together("interval")
     return shown | {"score": validation.score.to_plain()}

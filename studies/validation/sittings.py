@@ -18,7 +18,7 @@ from typing import Final
 import pandas as pd
 
 from swesbi.artefacts.csv import read_csv, write_csv
-from swesbi.report.tables.validation import OF_SITTING, compared_width, read_sittings, read_validation
+from swesbi.report.tables.validation import OF_SITTING, SITTINGS, VALIDATION, compared_width
 from swesbi.report.tables.validation_outcomes import in_brief
 
 STORED: Final = Path(__file__).with_name("tables") / "sittings.csv"
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     given = parser.parse_args(arguments)
     add(given.table, given.stored, {"sitting": given.sitting, "date": given.date, "model": given.model})
-    sittings = read_sittings(given.stored)
+    sittings = SITTINGS.read(given.stored)
     added = sittings[sittings["sitting"] == given.sitting]
     print("\n".join(in_brief(added, compared_width(sittings, given.sitting))))
 
@@ -53,10 +53,10 @@ def add(table: Path, stored: Path, of_sitting: Mapping[str, object]) -> None:
 
     Raises:
         ArtefactError: The table is none of the validation.
-        FileNotFoundError: There is no such file.
+        FileNotFoundError: No other table lies beside it.
         ValueError: A sitting of this number is stored already.
     """
-    pairs = {stored: read_validation(table), _samplers(stored): read_csv(_samplers(table))}
+    pairs = {stored: VALIDATION.read(table), _samplers(stored): read_csv(_samplers(table))}
     before = {path: read_csv(path) for path in pairs}
     if (before[stored]["sitting"] == of_sitting["sitting"]).any():
         raise ValueError(f"{stored}: holds a sitting {of_sitting['sitting']} already")

@@ -9,12 +9,13 @@ from pydantic import Field
 
 from studies.validation.answers import HeartAnswersSettings, Questioner
 from studies.validation.figure import draw_validation
-from studies.validation.score import KIND, HeartAnswer, read_answers, to_dataset
+from studies.validation.score import HeartAnswer, HeartAnswers
 from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
 from swesbi.answers.knowledge import knowledge_of_population
-from swesbi.artefacts import Origin, load, save
+from swesbi.artefacts import Origin
 from swesbi.artefacts.csv import write_csv
+from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.recording.noise.cohort import CohortNoise
@@ -45,7 +46,7 @@ def validation_answers(
         ArtefactError: An input is no such artefact.
         ValueError: No generator has this letter.
     """
-    check_network(estimator, settings.train_population.to_plain())
+    check_network(estimator, settings.train_population)
     components = CohortNoise.read(noise).usual
     questioner = Questioner(knowledge_of_population(estimator, null), components, settings, origin.seed)
     label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
@@ -54,7 +55,7 @@ def validation_answers(
     for number in settings.numbers:
         answered.append(questioner.answer(number))
         progress.step(note=f"{answered[-1].context.subject} {answered[-1].status}")
-    save(answers, to_dataset(answered), origin.provenance(KIND, settings))
+    HeartAnswers(tuple(answered)).write(answers, origin.provenance("", settings))
 
 
 class ValidationStageSettings(Settings):
@@ -99,10 +100,10 @@ def _by_letter(answers: Sequence[Path]) -> tuple[Mapping[str, list[HeartAnswer]]
     titles: dict[str, str] = {}
     read = [(_settings_of(path), path) for path in answers]
     for settings, path in sorted(read, key=lambda item: (item[0].generator, item[0].first)):
-        found.setdefault(settings.generator, []).extend(read_answers(path))
+        found.setdefault(settings.generator, []).extend(HeartAnswers.read(path).of)
         titles[settings.generator] = settings.source.title
     return found, titles
 
 
 def _settings_of(path: Path) -> HeartAnswersSettings:
-    return HeartAnswersSettings.from_plain(dict(load(path, KIND)[1].settings))
+    return HeartAnswersSettings.from_plain(dict(hdf5_provenance(path).settings))

@@ -1,47 +1,36 @@
-"""From parts of subjects to the joined artefact, the tables and the figure."""
+"""From recordings of single subjects to the calibration of the cohort, its tables and its figure."""
 
 from __future__ import annotations
 
 import copy
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 import speed_case
-import xarray as xr
 from calibration_case import PRIOR, Sampler, prior_variances, simulate
 from comparison_case import CONFIG, observation
 from study_copy import ROOT
 
-from swesbi.artefacts import ArtefactError, Origin, Provenance, load, save
+from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.artefacts.typed import read_as
 from swesbi.base.arrays import rows_of
-from swesbi.checks.calibration.dataset import (
-    KIND,
-    LOCAL_KIND,
-    RECORDINGS_KIND,
-    diagnostics_of,
-    ranked_of,
-    recordings_dataset,
-    two_samples_dataset,
-)
-from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked
+from swesbi.checks.calibration.cohort import CohortCalibration, calibration_of_cohort
+from swesbi.checks.calibration.dataset import Calibration, CalibrationLocal, CalibrationRecordings
+from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked, TwoSamples
 from swesbi.checks.calibration.settings import JudgementSettings
-from swesbi.checks.calibration.table import COLUMNS, POOLED
+from swesbi.checks.calibration.subject import acquisition_of
+from swesbi.checks.calibration.table import COLUMNS, POOLED, CalibrationTable
 from swesbi.config.read import ConfigError, parse_config, read_merged
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.stages import calibration, check_figures
-from swesbi.study.stages.calibration import CalibrationStageSettings
-from swesbi.study.stages.check_figures import CalibrationFigureSettings
-from swesbi.study.stages.exact import acquisition_of
+from swesbi.report.figures.calibration import draw_calibration
+from swesbi.report.figures.style import save_figure
 from swesbi.verdict.checks import WITH_STRIPS, Checks
-from swesbi.verdict.null_recordings import KIND as NULL
-from swesbi.verdict.null_recordings import NullRecordings, null_groups
+from swesbi.verdict.null_recordings import NullRecordings
 
 SUBJECTS = ("A", "B")
 RECORDINGS = 120
@@ -83,86 +72,72 @@ def checks(surprising: int = 0) -> Checks:
 
 
 @pytest.fixture(scope="module")
-def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Path], list[Path]]:
-    """Parts of two subjects; the network's posteriors are too narrow."""
-    folder, narrow = tmp_path_factory.mktemp("parts"), Sampler(noise_factor=0.6)
-    recordings, local_parts = [], []
+def results() -> CohortCalibration:
+    """Of two subjects; the network's posteriors are too narrow."""
+    narrow, recordings, local_parts = Sampler(noise_factor=0.6), [], []
     for index, subject in enumerate(SUBJECTS):
-        groups = {
-            name: recordings_dataset(
-                Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics(), checks(SURPRISING))
-            )
-            for shift, name in enumerate(("own", "acquired"))
-        }
-        recordings.append(folder / f"recordings-{subject}.h5")
-        save(recordings[-1], groups, Provenance(RECORDINGS_KIND, subject))
-        pairs = {"npe mcmc": 0.6, "weighted mcmc": 0.51, "npe weighted": float("nan")}
-        groups = {
-            "local": recordings_dataset(ranked(subject, Sampler(), 30 + index)),
-            "two_samples": two_samples_dataset(subject, pairs, 5000),
-        }
-        local_parts.append(folder / f"local-{subject}.h5")
-        save(local_parts[-1], groups, Provenance(LOCAL_KIND, subject))
-    return recordings, local_parts
-
-
-@pytest.fixture(scope="module")
-def results(parts: tuple[list[Path], list[Path]], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("calibration")
-    null, context = folder / "null.h5", speed_case.model().recording.context
+        own, acquired = (
+            Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics(), checks(SURPRISING))
+            for shift in range(2)
+        )
+        recordings.append(CalibrationRecordings(own, acquired))
+        accuracy, draws = np.array([[0.6, 0.51, np.nan]]), np.full((1, 3), 5000.0)
+        pairs = ("npe mcmc", "weighted mcmc", "npe weighted")
+        local = ranked(subject, Sampler(), 30 + index)
+        local_parts.append(CalibrationLocal(local, TwoSamples((subject,), pairs, accuracy, draws)))
+    context = speed_case.model().recording.context
     hearts = tuple(replace(context, subject=f"H{number}") for number in range(RECORDINGS))
-    save(null, null_groups(NullRecordings(hearts, checks(), checks())), Provenance(NULL))
-    calibration.calibration(
-        recordings=parts[0],
-        local_parts=parts[1],
-        null=null,
-        alarms=folder / "alarms.csv",
-        calibration=folder / "calibration.h5",
-        table=folder / "calibration.csv",
-        recovery=folder / "recovery.csv",
-        recovery_acquisition=folder / "recovery_acquisition.csv",
-        settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT, rule=speed_case.rule()),
-        origin=Origin(1),
+    return calibration_of_cohort(
+        tuple(recordings),
+        tuple(local_parts),
+        NullRecordings(hearts, checks(), checks()),
+        prior=PRIOR.theta,
+        judgement=JUDGEMENT,
+        rule=speed_case.rule(),
     )
-    return folder
 
 
-def group(results: Path, name: str) -> xr.Dataset:
-    return load(results / "calibration.h5", KIND, name)[0]
-
-
-def test_the_parts_come_back_joined_and_unchanged(
-    parts: tuple[list[Path], list[Path]], results: Path
-) -> None:
-    joined = ranked_of(group(results, "own"))
-    assert joined.subject.tolist() == ["A"] * RECORDINGS + ["B"] * RECORDINGS
-    second = ranked_of(load(parts[0][1], RECORDINGS_KIND, "own")[0])
+def test_recordings_of_all_subjects_are_kept(results: CohortCalibration, tmp_path: Path) -> None:
+    results.calibration.write(tmp_path / "calibration.h5", Provenance(""))
+    read = Calibration.read(tmp_path / "calibration.h5")
+    assert read.own.ranked.subject.tolist() == ["A"] * RECORDINGS + ["B"] * RECORDINGS
+    second = ranked("B", Sampler(noise_factor=0.6), 10)
     for name in ("level", "tarp", "mean", "sd"):
         for sampler in ("npe", "weighted"):
-            of_both = getattr(rows_of(joined, joined.subject == "B").of(sampler), name)
+            of_both = getattr(rows_of(read.own.ranked, read.own.ranked.subject == "B").of(sampler), name)
             np.testing.assert_array_equal(of_both, getattr(second.of(sampler), name))
-    found, made = diagnostics_of(group(results, "own")), diagnostics()
+    found, made = read.own.diagnostics, diagnostics()
     np.testing.assert_array_equal(found.k_hat[:RECORDINGS], made.k_hat)
     assert found.by_mcmc.dtype == bool and found.by_mcmc.sum() == 2
-    assert group(results, "two_samples")["subject"].to_numpy().tolist() == list(SUBJECTS)
+    assert read.two_samples.subject == SUBJECTS
 
 
-def test_recovery_is_that_of_the_weighted_posterior(results: Path) -> None:
-    for name, recordings in (("recovery", "own"), ("recovery_acquisition", "acquired")):
-        table = pd.read_csv(results / f"{name}.csv")
+def test_a_subject_without_long_chains_is_not_compared_with_them() -> None:
+    both, one = ("npe mcmc", "weighted mcmc", "npe weighted"), ("npe weighted",)
+    with_chains = TwoSamples(("A",), both, np.array([[0.6, 0.5, 0.7]]), np.full((1, 3), 50.0))
+    without = TwoSamples(("B",), one, np.array([[0.8]]), np.full((1, 1), 50.0))
+    joined = TwoSamples.joined([with_chains, without])
+    assert (joined.subject, joined.pair) == (("A", "B"), tuple(sorted(both)))
+    np.testing.assert_array_equal(joined.accuracy, [[0.6, 0.7, 0.5], [np.nan, 0.8, np.nan]])
+    np.testing.assert_array_equal(np.isnan(joined.draws), np.isnan(joined.accuracy))
+
+
+def test_recovery_is_that_of_the_weighted_posterior(results: CohortCalibration) -> None:
+    whole = results.calibration
+    for table, of in ((results.recovery, whole.own), (results.recovery_acquisition, whole.acquired)):
         assert list(table.columns) == [
             "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "bias", "contraction",
         ]  # fmt: skip
         assert len(table) == 3 * len(JUDGEMENT.nominal_levels)
         assert (table["n"] == 2 * RECORDINGS).all()
-        level = ranked_of(group(results, recordings)).weighted.level
+        level = of.ranked.weighted.level
         covered = np.abs(2.0 * level[:, 2] - 1.0) <= 0.9
         row = table[(table["parameter"] == "k_sr_per_s") & (table["nominal"] == 0.9)]
         assert row["coverage"].item() == pytest.approx(covered.mean())
 
 
-def test_alarms_are_counted_by_test_and_kind_of_recordings(results: Path) -> None:
-    table = pd.read_csv(results / "alarms.csv").set_index(["recordings", "alarm"])
+def test_alarms_are_counted_by_test_and_kind_of_recordings(results: CohortCalibration) -> None:
+    table = results.alarms.set_index(["recordings", "alarm"])
     assert set(table["n"]) == {2 * RECORDINGS}
     for kind in ("own", "acquired"):
         rate = table.loc[kind, "rate"]
@@ -172,8 +147,10 @@ def test_alarms_are_counted_by_test_and_kind_of_recordings(results: Path) -> Non
         assert (table.loc[kind, "ci_low"] <= rate).all() and (rate <= table.loc[kind, "ci_high"]).all()
 
 
-def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(results: Path) -> None:
-    table = pd.read_csv(results / "calibration.csv")
+def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(
+    results: CohortCalibration,
+) -> None:
+    table = results.table
     assert list(table.columns) == list(COLUMNS)
     pooled = table[(table["subject"] == POOLED) & (table["recordings"] == "own")]
     narrow = pooled[(pooled["sampler"] == "npe") & (pooled["test"] == "coverage")]
@@ -182,8 +159,8 @@ def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(resul
     assert (pooled["n"] == 2 * RECORDINGS).all()
 
 
-def test_limits_are_shared_where_several_are_looked_at(results: Path) -> None:
-    table = pd.read_csv(results / "calibration.csv")
+def test_limits_are_shared_where_several_are_looked_at(results: CohortCalibration) -> None:
+    table = results.table
     sbc = table[table["test"] == "sbc"]
     pooled = sbc["subject"] == POOLED
     assert sbc[pooled]["limit"].unique() == pytest.approx([0.05 / 6])
@@ -191,8 +168,8 @@ def test_limits_are_shared_where_several_are_looked_at(results: Path) -> None:
     assert not ((table["recordings"] == "local") & (table["subject"] == POOLED)).any()
 
 
-def test_contraction_by_a_second_recording_need_only_be_some(results: Path) -> None:
-    table = pd.read_csv(results / "calibration.csv")
+def test_contraction_by_a_second_recording_need_only_be_some(results: CohortCalibration) -> None:
+    table = results.table
     limits = table[table["test"] == "contraction"].groupby("recordings")["limit"].unique()
     assert {name: list(values) for name, values in limits.items()} == {
         "own": [0.2],
@@ -201,28 +178,11 @@ def test_contraction_by_a_second_recording_need_only_be_some(results: Path) -> N
     }
 
 
-def test_a_classifier_that_finds_a_difference_or_nothing_is_flagged(results: Path) -> None:
-    table = pd.read_csv(results / "calibration.csv")
+def test_a_classifier_that_finds_a_difference_or_nothing_is_flagged(results: CohortCalibration) -> None:
+    table = results.table
     c2st = table[table["test"] == "c2st"].set_index(["subject", "sampler"])["flagged"]
     for subject in SUBJECTS:
         assert c2st.loc[subject].to_dict() == {"npe mcmc": 1, "weighted mcmc": 0, "npe weighted": 1}
-
-
-def test_a_part_of_another_kind_is_refused(parts: tuple[list[Path], list[Path]], tmp_path: Path) -> None:
-    with pytest.raises(ArtefactError, match="local-A.h5"):
-        calibration.calibration(
-            recordings=parts[1],
-            local_parts=parts[1],
-            **{name: tmp_path / name for name in ("null", "calibration", "table", "alarms", "recovery")},
-            recovery_acquisition=tmp_path / "last",
-            settings=CalibrationStageSettings(prior=PRIOR.theta, judgement=JUDGEMENT, rule=speed_case.rule()),
-            origin=Origin(1),
-        )
-
-
-FIGURE = CalibrationFigureSettings(
-    judgement=JUDGEMENT, max_k_hat=0.7, experiment="calibrated", cohort_title="virtual volunteers"
-)
 
 
 @pytest.mark.parametrize(
@@ -239,39 +199,32 @@ def test_more_draws_than_a_posterior_keeps_are_refused(key: str, value: int, num
         parse_config(plain)
 
 
-def test_the_figure_is_written_from_the_results(results: Path, tmp_path: Path) -> None:
-    check_figures.calibration_figure(
-        calibration=results / "calibration.h5",
-        table=results / "calibration.csv",
-        figure_pdf=tmp_path / "figure.pdf",
-        figure_png=tmp_path / "figure.png",
-        settings=FIGURE,
-        origin=Origin(1),
+def test_the_figure_is_drawn_from_the_results(results: CohortCalibration, tmp_path: Path) -> None:
+    figure = draw_calibration(
+        results.calibration,
+        results.table,
+        judgement=JUDGEMENT,
+        max_k_hat=0.7,
+        experiment="calibrated",
+        cohort_title="virtual volunteers",
     )
+    save_figure(figure, tmp_path / "figure.pdf", tmp_path / "figure.png")
     assert (tmp_path / "figure.pdf").read_bytes().startswith(b"%PDF")
     assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_table_without_its_columns_is_refused(results: Path, tmp_path: Path) -> None:
-    pd.read_csv(results / "calibration.csv").drop(columns="limit").to_csv(tmp_path / "table.csv")
+def test_a_table_without_its_columns_is_refused(results: CohortCalibration, tmp_path: Path) -> None:
+    results.table.drop(columns="limit").to_csv(tmp_path / "table.csv")
     with pytest.raises(ArtefactError, match="lacks the columns limit"):
-        check_figures.calibration_figure(
-            calibration=results / "calibration.h5",
-            table=tmp_path / "table.csv",
-            figure_pdf=tmp_path / "figure.pdf",
-            figure_png=tmp_path / "figure.png",
-            settings=FIGURE,
-            origin=Origin(1),
-        )
+        read_as(CalibrationTable, [tmp_path / "table.csv"], "table")
 
 
 def test_recordings_like_a_subject_s_have_the_errors_of_its_group() -> None:
     """Those of ``acquisition`` are another laboratory's: errors told by the group would be wrong for them."""
     quality = RecordingSettings.from_plain(CONFIG["recording"])
-    measured = SimpleNamespace(measurement=MeasurementSettings.from_plain(CONFIG["measurement"]))
-    settings = SimpleNamespace(acquisition=ACQUISITION, recording=quality, model=measured)
+    measurement = MeasurementSettings.from_plain(CONFIG["measurement"])
     quiet = NoiseComponents(0.004, 0.06, 0.002)
-    found = acquisition_of(observation("A"), quiet, settings)  # type: ignore[arg-type]
+    found = acquisition_of(observation("A"), quiet, ACQUISITION, quality, measurement)
     made = found.protocol
     assert (made.repeat_sd_fraction, made.sample_sd_fraction, made.sweep_fraction) == (0.004, 0.06, 0.002)
     assert found.noise is quiet and found.missing_phases == (7,)

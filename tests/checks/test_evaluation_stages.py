@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -14,9 +15,8 @@ import xarray as xr
 from evaluation_study import (
     EXPERIMENT,
     FORWARD_MODEL,
-    PREDICTIVE,
     PRIOR,
-    SEED,
+    SUMMARY,
     TRUE_THETA,
     Files,
     make_model,
@@ -24,31 +24,30 @@ from evaluation_study import (
     run_predictive,
     write_study,
 )
+from rules import PLACES
 
-from swesbi.artefacts import Origin
-from swesbi.checks.cmaes import read_cmaes
+from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts.typed import ByPlace, Place, write_as
+from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.draws import simulated_curves
-from swesbi.checks.predictive import read_predictive
+from swesbi.checks.predictive import PredictiveCheck
 from swesbi.heart.model import activation_duration_s
 from swesbi.measurement.settings import SCALAR_NAMES
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import THETA_NAMES
-from swesbi.study.stages import subject_figures, tables
-from swesbi.study.stages.subject_figures import CohortFiguresSettings, SubjectFiguresSettings
-from swesbi.study.stages.tables import TablesSettings
+from swesbi.posterior.truncated import Posterior
+from swesbi.report.figures.style import Drawing
+from swesbi.report.figures.subjects import cohort_figures, subject_figures
+from swesbi.report.study_tables import StudyTables, study_tables
+from swesbi.verdict.verdict import Verdict
 
 TITLE = "virtual volunteers"
-LIGHT_STAGES = ("predictive", "subject_figures", "cohort_figures", "tables")
-LIGHT_STAGES += ("workflow_figure", "paper_comparison", "predictive_speeds")
-LIGHT_STAGES += (
-    "exact_subject_figures",
-    "exact_figures",
-    "truth",
-    "report",
-    "pressures_table",
-    "pressures_figure",
-    "cohort_posterior_figure",
-)
+LIGHT_RULES = (
+    "predictive", "subject_figures", "cohort_figures", "tables", "workflow_figure", "paper_comparison",
+    "predictive_speeds", "exact_subject_figures", "exact_figures", "truth", "report", "pressures_table",
+    "pressures_figure", "cohort_posterior_figure", "training_figure",
+)  # fmt: skip
 
 PPC_COLUMNS = (
     "experiment", "subject", "may_be_read", "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse",
@@ -67,31 +66,25 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Files]:
     return files
 
 
-def cohort_inputs(study: dict[str, Files]) -> dict[str, list[Path]]:
+def cohort_inputs(study: dict[str, Files]) -> dict[str, dict[Any, Any]]:
+    by_place = {Place(EXPERIMENT, name): files.folder for name, files in study.items()}
     return {
-        "predictives": [files.folder / "predictive.h5" for files in study.values()],
-        "posteriors": [files.folder / "posterior.h5" for files in study.values()],
-        "verdicts": [files.folder / "verdict.json" for files in study.values()],
-        "cmaes": [files.cmaes for files in study.values()],
+        "predictives": {at: PredictiveCheck.read(path / "predictive.h5") for at, path in by_place.items()},
+        "posteriors": {at: Posterior.read(path / "posterior.h5") for at, path in by_place.items()},
+        "verdicts": {at: Verdict.read(path / "verdict.json") for at, path in by_place.items()},
+        "cmaes": {name: CmaesFit.read(files.cmaes) for name, files in study.items()},
     }
 
 
 @pytest.fixture(scope="module")
-def table_files(study: dict[str, Files], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("tables")
-    names = {"ppc_csv": "ppc.csv", "features_csv": "features.csv", "posterior_csv": "posterior.csv"}
-    files = {
-        key: folder / name
-        for key, name in {**names, "ppc_tex": "ppc.tex", "posterior_tex": "posterior.tex"}.items()
-    }
-    settings = TablesSettings(cohort_title=TITLE)
-    tables.tables(**cohort_inputs(study), **files, settings=settings, origin=Origin(SEED))
-    return files
+def tables(study: dict[str, Files]) -> StudyTables:
+    return study_tables(**cohort_inputs(study), cohort_title=TITLE)
 
 
 def test_posterior_about_the_truth_predicts_the_recording_within_its_noise(study: dict[str, Files]) -> None:
-    check, provenance = read_predictive(study["A"].folder / "predictive.h5")
-    assert check.may_be_read and provenance.subject == "A"
+    path = study["A"].folder / "predictive.h5"
+    check = PredictiveCheck.read(path)
+    assert check.may_be_read and hdf5_provenance(path).subject == "A"
     assert check.posterior.scores.rmse_kpa < 0.3 * check.prior.scores.rmse_kpa
     assert check.posterior.scores.r2 > 0.97
     assert check.posterior.coverage_recording_noise > max(0.6, check.posterior.phase_scores.coverage)
@@ -100,7 +93,7 @@ def test_posterior_about_the_truth_predicts_the_recording_within_its_noise(study
 
 
 def test_excluded_subject_keeps_its_prior_prediction_and_has_no_posterior(study: dict[str, Files]) -> None:
-    check, _ = read_predictive(study["E"].folder / "predictive.h5")
+    check = PredictiveCheck.read(study["E"].folder / "predictive.h5")
     assert not check.may_be_read
     assert check.posterior.draws.curve_kpa.shape == (0, 100)
     assert np.isnan(check.posterior.scores.rmse_kpa) and np.isnan(check.posterior.curve.median).all()
@@ -109,16 +102,16 @@ def test_excluded_subject_keeps_its_prior_prediction_and_has_no_posterior(study:
 
 
 def test_predictive_curves_pass_the_operator_of_the_observed_one(study: dict[str, Files]) -> None:
-    check, _ = read_predictive(study["A"].folder / "predictive.h5")
+    check = PredictiveCheck.read(study["A"].folder / "predictive.h5")
     model = make_model("A")
     simulated = simulated_curves(check.posterior.draws.theta[:3], model, FORWARD_MODEL)
     np.testing.assert_allclose(check.posterior.draws.curve_kpa[:3], simulated, rtol=1e-9)
-    observed = summarise(model.observation.curve_kpa[None], PREDICTIVE.summary)[0]
+    observed = summarise(model.observation.curve_kpa[None], SUMMARY)[0]
     assert check.target.features[0] == observed[SCALAR_NAMES.index("maximum_kpa")]
 
 
 def test_derived_quantities_are_physiological(study: dict[str, Files]) -> None:
-    draws = read_predictive(study["A"].folder / "predictive.h5")[0].posterior.draws
+    draws = PredictiveCheck.read(study["A"].folder / "predictive.h5").posterior.draws
     assert np.all((draws.ejection_fraction > 0.4) & (draws.ejection_fraction < 0.8))
     duration_s = activation_duration_s(make_model("A").observation.context.period_s, FORWARD_MODEL)
     expected = draws.theta[:, 0] * (1.0 - np.exp(-draws.theta[:, 1] * duration_s))
@@ -155,7 +148,7 @@ def test_same_inputs_give_the_same_bytes(study: dict[str, Files], tmp_path: Path
 
 
 def test_cmaes_history_is_complete_and_within_the_bounds(study: dict[str, Files]) -> None:
-    fit, _ = read_cmaes(study["E"].cmaes)
+    fit = CmaesFit.read(study["E"].cmaes)
     assert fit.seed.tolist() == [200, 201]
     assert fit.evaluations[:, -1].tolist() == (8 * fit.generations).tolist()
     for run, length in enumerate(fit.generations):
@@ -165,33 +158,37 @@ def test_cmaes_history_is_complete_and_within_the_bounds(study: dict[str, Files]
 
 
 @pytest.mark.slow
-def test_figures_of_one_subject(study: dict[str, Files], tmp_path: Path) -> None:
+def test_figures_of_one_subject(study: dict[str, Files]) -> None:
     for files in study.values():
-        ppc, marginals = (tmp_path / f"{name}-{files.subject}.png" for name in ("ppc", "posterior"))
-        subject_figures.subject_figures(
-            predictive=files.folder / "predictive.h5",
-            posterior=files.folder / "posterior.h5",
-            verdict=files.folder / "verdict.json",
-            cmaes=files.cmaes,
-            ppc_png=ppc,
-            posterior_png=marginals,
-            settings=SubjectFiguresSettings(cohort_title=TITLE, prior=PRIOR),
-            origin=Origin(SEED),
+        drawn = subject_figures(
+            PredictiveCheck.read(files.folder / "predictive.h5"),
+            Posterior.read(files.folder / "posterior.h5"),
+            Verdict.read(files.folder / "verdict.json"),
+            CmaesFit.read(files.cmaes),
+            subject=files.subject,
+            cohort_title=TITLE,
+            prior=PRIOR,
         )
-        assert ppc.read_bytes()[:4] == marginals.read_bytes()[:4] == b"\x89PNG"
+        assert all(figure.axes for figure in drawn)
 
 
 @pytest.mark.slow
 def test_cohort_figures_in_both_formats(study: dict[str, Files], tmp_path: Path) -> None:
-    names = ("ppc_pdf", "ppc_png", "posterior_pdf", "posterior_png")
-    outputs = {name: tmp_path / name.replace("_", ".") for name in names}
-    settings = CohortFiguresSettings(cohort_title=TITLE, prior=PRIOR)
-    subject_figures.cohort_figures(**cohort_inputs(study), **outputs, settings=settings, origin=Origin(SEED))
-    assert all(path.stat().st_size > 10_000 for path in outputs.values())
+    drawn = cohort_figures(**cohort_inputs(study), cohort_title=TITLE, prior=PRIOR)
+    for name, figure in zip(drawn._fields, drawn, strict=True):
+        paths = [tmp_path / f"{name}.{ending}" for ending in ("pdf", "png")]
+        write_as(Drawing, figure, paths, Provenance(""))
+        assert all(path.stat().st_size > 10_000 for path in paths)
 
 
-def test_ppc_table_has_the_agreed_columns_and_blanks(table_files: dict[str, Path]) -> None:
-    table = pd.read_csv(table_files["ppc_csv"])
+def test_a_subject_whose_posterior_is_missing_is_named(study: dict[str, Files]) -> None:
+    given = cohort_inputs(study) | {"posteriors": ByPlace("posteriors", (), Posterior.joined)}
+    with pytest.raises(ArtefactError, match="posteriors: no file of subject A in experiment 'paper'"):
+        study_tables(**given, cohort_title=TITLE)
+
+
+def test_ppc_table_has_the_agreed_columns_and_blanks(tables: StudyTables) -> None:
+    table = tables.ppc_csv
     assert tuple(table.columns) == PPC_COLUMNS
     assert table["subject"].tolist() == list(TRUE_THETA) and set(table["experiment"]) == {EXPERIMENT}
     assert table["may_be_read"].tolist() == [True, False]
@@ -206,8 +203,8 @@ def test_ppc_table_has_the_agreed_columns_and_blanks(table_files: dict[str, Path
     assert (ceiling.iloc[:, 0] <= ceiling.iloc[:, 1]).all() and (ceiling <= 1.0).all(axis=None)
 
 
-def test_features_table(table_files: dict[str, Path]) -> None:
-    table = pd.read_csv(table_files["features_csv"])
+def test_features_table(tables: StudyTables) -> None:
+    table = tables.features_csv
     predicted = ["prior_median", "prior_pi_low", "prior_pi_high", "median", "pi_low", "pi_high", "inside"]
     assert list(table.columns) == [*PPC_COLUMNS[:3], "feature", "observed", "noise_sd", *predicted]
     assert table.groupby("subject").size().tolist() == [5, 5]
@@ -218,8 +215,8 @@ def test_features_table(table_files: dict[str, Path]) -> None:
     assert supported["noise_sd"].tolist() == [1.0, 0.5, 0.5, 5.0, 0.03]
 
 
-def test_posterior_table(table_files: dict[str, Path]) -> None:
-    table = pd.read_csv(table_files["posterior_csv"])
+def test_posterior_table(tables: StudyTables) -> None:
+    table = tables.posterior_csv
     answer = ("parameter", "unit", "median", "ci_low", "ci_high", "measured")
     correlations = (f"correlation_{name}" for name in THETA_NAMES)
     assert tuple(table) == (*PPC_COLUMNS[:3], *answer, *correlations, "unfiltered_median", "cmaes")
@@ -240,8 +237,8 @@ def test_posterior_table(table_files: dict[str, Path]) -> None:
 
 
 def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
-    names = (*LIGHT_STAGES, "training_figure")
-    load = f"from swesbi.study.registry import stage_function; [stage_function(n) for n in {names}]"
+    modules = sorted({PLACES[rule][0] for rule in LIGHT_RULES})
+    load = f"from importlib import import_module; [import_module(name) for name in {modules}]"
     code = f"{load}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

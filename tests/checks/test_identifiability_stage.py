@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,7 +13,7 @@ import speed_case
 import xarray as xr
 from identifiability_case import tiny
 
-from swesbi.artefacts import Origin, load, save
+from swesbi.artefacts import Provenance
 from swesbi.checks.identifiability.information import QUANTITY_NAMES
 from swesbi.checks.identifiability.noise import MeanNoise
 from swesbi.checks.identifiability.subject import (
@@ -22,12 +23,10 @@ from swesbi.checks.identifiability.subject import (
     identify_cohort,
 )
 from swesbi.checks.identifiability.tables import (
-    KIND,
-    SCHEMA,
+    Identifiability,
     design_table,
     information_table,
     summary_table,
-    to_groups,
 )
 
 MISSING = 7
@@ -56,8 +55,8 @@ def _found() -> CohortIdentifiability:
 
 
 @cache
-def _groups() -> dict[str, xr.Dataset]:
-    return to_groups(_found(), tiny())
+def _groups() -> Mapping[str, xr.Dataset]:
+    return Identifiability.of(_found(), tiny()).groups
 
 
 def test_an_empty_cohort_is_refused() -> None:
@@ -78,9 +77,9 @@ def test_draws_depend_on_seed_subject_and_purpose_alone() -> None:
 
 def test_the_artefact_is_read_back(tmp_path: Path) -> None:
     path = tmp_path / "identifiability.h5"
-    save(path, _groups(), Origin(1).provenance(KIND, tiny()))
-    for name in SCHEMA:
-        xr.testing.assert_equal(load(path, KIND, name)[0], _groups()[name])
+    Identifiability(_groups()).write(path, Provenance(""))
+    for name, group in Identifiability.read(path).groups.items():
+        xr.testing.assert_equal(group, _groups()[name])
 
 
 def test_a_missing_phase_has_no_information() -> None:

@@ -4,35 +4,31 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 import speed_case
 from evaluation_study import make_model
-from exact_shown import write_posterior, write_verdict
+from exact_shown import verdict
+from posterior_case import exact_of
 
-from swesbi.artefacts import Origin, save, to_groups
 from swesbi.checks.draws import CheckedFeatures
-from swesbi.checks.predictive import read_predictive
 from swesbi.checks.predictive_speeds import (
     Recorder,
     Replicates,
+    check_of_speeds,
     feature_noise_sd,
     new_recordings,
     predict_recordings,
     prior_recordings,
     withheld,
 )
-from swesbi.heart import prior_simulations as simulations_dataset
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.noise.cohort import CohortNoise, GroupNoise, NoiseEstimate
-from swesbi.recording.noise.cohort import to_dataset as noise_dataset
 from swesbi.recording.noise.components import ComponentEstimate
 from swesbi.recording.speed import youngs_modulus_kpa
-from swesbi.study.stages import predictive
 
 DRAWS = 4000
 MISSING = 12
@@ -133,45 +129,25 @@ def test_withheld_scores_leave_the_curves() -> None:
     assert np.isfinite(found.curve.low).all()
 
 
-def write_inputs(folder: Path, subject: str) -> dict[str, Path]:
-    origin, observation = Origin(7, "A"), recorder().observation
-    settings = speed_case.settings()
-    paths = {name: folder / f"{name}.h5" for name in ("posterior", "observation", "noise", "shard")}
-    paths["verdict"] = folder / "verdict.json"
+@pytest.mark.parametrize(("subject", "scored"), [("A", True), ("D", True), ("F", False)])
+def test_the_stage_scores_who_is_not_contradicted(subject: str, scored: bool) -> None:
     rng = np.random.default_rng(1)
     phi = np.array([58.0, 6.0, 28.0, 4.4]) * np.exp(0.03 * rng.standard_normal((300, 4)))
-    write_posterior(paths["posterior"], phi, "A")
-    write_verdict(paths["verdict"], subject)
-    groups = to_groups(observation)
-    save(paths["observation"], groups, origin.provenance("observation", settings))
     parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.04, 0.08)]
     estimate = NoiseEstimate(*parts, repeats=60, samples=700)
     noise = CohortNoise({"others": GroupNoise(estimate, {"A": estimate}, float("nan"))}, 0.9)
-    save(paths["noise"], noise_dataset(noise), origin.provenance("noise", settings))
-    shard = simulations_dataset.to_dataset(prior_simulations())
-    save(paths["shard"], shard, origin.provenance("simulations", settings))
-    return paths
-
-
-@pytest.mark.parametrize(("subject", "scored"), [("A", True), ("D", True), ("F", False)])
-def test_the_stage_scores_who_is_not_contradicted(tmp_path: Path, subject: str, scored: bool) -> None:
-    paths = write_inputs(tmp_path, subject)
     experiment = speed_case.shipped().speed_experiments["calibrated"]
-    predictive.predictive_speeds(
-        posterior=paths["posterior"],
-        verdict=paths["verdict"],
-        observation=paths["observation"],
-        noise=paths["noise"],
-        shards=[paths["shard"]],
-        predictive=tmp_path / "predictive.h5",
-        settings=predictive.PredictiveSpeedsSettings(
-            model=speed_case.settings(),
-            summary=experiment.summary,
-            predictive=experiment.predictive.model_copy(update={"draws": 200}),
-        ),
-        origin=Origin(7, "A"),
+    check = check_of_speeds(
+        exact_of(phi, k_hat=0.2, efficiency=0.8),
+        verdict(subject),
+        recorder().observation,
+        noise,
+        prior_simulations(),
+        model=speed_case.settings(),
+        summary=experiment.summary,
+        predictive=experiment.predictive.model_copy(update={"draws": 200}),
+        seed=7,
     )
-    check, _ = read_predictive(tmp_path / "predictive.h5")
     assert check.may_be_read == scored
     assert np.isfinite(check.posterior.scores.rmse_kpa) == scored
     assert np.isfinite(check.posterior.curve.median).all() and len(check.posterior.draws.theta) == 200

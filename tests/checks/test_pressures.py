@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,8 +12,9 @@ from numpy.typing import NDArray
 from posterior_case import exact_of
 from recordings import RECORDING, make_samples
 
-from swesbi.artefacts import ArtefactError, Origin
-from swesbi.checks.pressures import COLUMNS, Compared, pressures_table_of, quantities
+from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.typed import ByPlace, Place
+from swesbi.checks.pressures import COLUMNS, Compared, pressures_table, pressures_table_of, quantities
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import SHOWN
@@ -23,12 +23,7 @@ from swesbi.prior import log_centre
 from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
-from swesbi.study.stages.pressures_shown import (
-    PressuresFigureSettings,
-    PressuresTableSettings,
-    pressures_figure,
-    pressures_table,
-)
+from swesbi.report.figures.pressures import draw_pressures
 
 MODEL: SpeedModelSettings = speed_case.settings("calibrated")
 RESISTANCE = "distal_resistance_pa_s_m3"
@@ -90,29 +85,31 @@ def test_compliance_and_attained_stiffness_follow_from_the_draws() -> None:
     assert list(found)[1:5] == ["k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_stiffness_kpa"]
 
 
-def test_a_missing_posterior_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "amortised" / "subjects" / "T" / "with_pressures.h5"
-    with pytest.raises(ArtefactError, match="no posterior on speeds of subject T in experiment 'amortised'"):
+def test_a_missing_posterior_is_named() -> None:
+    one = compared()
+    with pytest.raises(ArtefactError, match="posteriors: no file of subject T in experiment 'amortised'"):
         pressures_table(
-            observations=[],
-            posteriors=[],
-            with_pressures=[path],
-            table=tmp_path / "pressures.csv",
-            settings=PressuresTableSettings(),
-            origin=Origin(1, "", ""),
+            {"T": one.observation},
+            ByPlace("posteriors", (), ExactPosterior.joined),
+            {Place("amortised", "T"): one.with_them},
+            population_models={"amortised": one.model},
         )
 
 
-def test_the_figure_is_of_one_experiment(tmp_path: Path) -> None:
-    path = tmp_path / "pressures.csv"
-    pressures_table_of([compared()]).to_csv(path, index=False)
-    files = {f"figure_{kind}": tmp_path / f"figure.{kind}" for kind in ("pdf", "png")}
-    shown = PressuresFigureSettings(experiment="amortised", cohort_title="virtual volunteers")
-    pressures_figure(table=path, **files, settings=shown, origin=Origin(1, "", ""))
-    assert files["figure_png"].read_bytes().startswith(b"\x89PNG")
-    other = shown.model_copy(update={"experiment": "other"})
-    with pytest.raises(ArtefactError, match="holds no other"):
-        pressures_figure(table=path, **files, settings=other, origin=Origin(1, "", ""))
-    pd.read_csv(path).drop(columns="width_ratio").to_csv(path, index=False)
-    with pytest.raises(ArtefactError, match="lacks the columns width_ratio"):
-        pressures_figure(table=path, **files, settings=shown, origin=Origin(1, "", ""))
+def test_a_row_is_told_by_experiment_and_subject() -> None:
+    one, place = compared(), Place("amortised", "T")
+    table = pressures_table(
+        {"T": one.observation},
+        {place: one.without},
+        {place: one.with_them},
+        population_models={"amortised": one.model},
+    )
+    pd.testing.assert_frame_equal(table, pressures_table_of([one]))
+
+
+def test_the_figure_is_of_one_experiment() -> None:
+    table = pressures_table_of([compared()])
+    shown = draw_pressures(table, experiment="amortised", cohort_title="virtual volunteers")
+    assert len(shown.axes) == 8
+    with pytest.raises(ArtefactError, match="table: holds no other"):
+        draw_pressures(table, experiment="other", cohort_title="virtual volunteers")

@@ -9,21 +9,14 @@ import exact_case
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from population_case import CONFIG, EXPERIMENT, FRESH, trained
+from population_case import EXPERIMENT, FRESH, trained
 from scipy.stats import kstest
 from speed_case import shipped
 
-from swesbi.artefacts import Origin, save
+from swesbi.artefacts import Provenance
+from swesbi.artefacts.typed import read_as
 from swesbi.base.arrays import rows_of
-from swesbi.checks.calibration.pushes import (
-    KIND,
-    STREAM,
-    InferredPushes,
-    by_pushes,
-    infer_pushes,
-    pushes_dataset,
-    read_pushes,
-)
+from swesbi.checks.calibration.pushes import STREAM, InferredPushes, by_pushes, infer_pushes
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.recordings import record_pushes
 from swesbi.posterior.settings import asking
@@ -40,7 +33,15 @@ def recorded(number: int, pushes: int) -> tuple[SpeedModel, NDArray[np.float64]]
 @pytest.fixture(scope="module")
 def inferred() -> InferredPushes:
     asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": (3, 20)})
-    return infer_pushes(range(2), trained().flow, FRESH, asked, SIZES, SMALL, seed=11)
+    return infer_pushes(
+        trained().flow,
+        pushes_numbers=(0, 2),
+        fresh=FRESH,
+        free_running=asked,
+        recordings=SIZES,
+        exact=SMALL,
+        seed=11,
+    )
 
 
 def test_recordings_have_the_errors_that_their_model_says() -> None:
@@ -63,9 +64,8 @@ def test_a_recording_depends_on_its_own_number_alone() -> None:
 
 def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None:
     for number in range(2):
-        made = Origin(1, "", "0" * 64).provenance(KIND, CONFIG.acquisition)
-        save(tmp_path / f"{number}.h5", {"/": pushes_dataset(inferred)}, made)
-    read = read_pushes([tmp_path / "0.h5", tmp_path / "1.h5"])
+        inferred.write(tmp_path / f"{number}.h5", Provenance(""))
+    read = read_as(InferredPushes, [tmp_path / "0.h5", tmp_path / "1.h5"], "parts")
     assert read.checks.points.tolist() == [3, 20, 3, 20] * 2
     np.testing.assert_array_equal(read.ranked.truth[:4], inferred.ranked.truth)
     assert read.contexts[:4] == inferred.contexts

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+import rules
 from study_copy import ROOT
 
-from swesbi.config import slices
 from swesbi.config.models import Config
 from swesbi.config.read import (
     ConfigError,
@@ -28,13 +28,12 @@ from swesbi.config.read import (
     read_yaml,
     relocate,
 )
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.noise.errors import relative_se
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.registry import STAGES
+from swesbi.study.answering import answer_settings
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 TRIAL = ROOT / "data" / "virtual_trial"
@@ -52,22 +51,17 @@ HEAVY = {
     "xarray",
 }
 WILDCARDS = {"subject": "A", "experiment": "paper", "prior": "paper"}
-OF_OTHERS = (
-    "person_change",
-    "change_groups",
-    "plan_bank",
-)
-"""Stages of subjects outside the study."""
 WILDCARDS |= {"shard": "0", "part": "0", "batch": "0"}
 
 
-def settings_of(study: Study, stage: str) -> dict[str, Any]:
-    """Return the settings of a stage for the first kind of experiment that has it."""
+def settings_of(study: Study, rule: str) -> dict[str, Any]:
+    """Return the settings of a rule for the first kind of experiment that has it."""
     # those of features have all that the pool on speeds is made of, too
-    for experiment in ("calibrated",) if stage == "speed_pool" else ("paper", "calibrated"):
+    wildcards = {name: value for name, value in WILDCARDS.items() if name != "prior" or rule == "simulate"}
+    for experiment in ("calibrated",) if rule == "speed_pool" else ("paper", "calibrated"):
         with contextlib.suppress(ConfigError):
-            return stage_settings(study, stage, **(WILDCARDS | {"experiment": experiment}))
-    return stage_settings(study, stage, **(WILDCARDS | {"experiment": "amortised"}))
+            return rules.settings_of(rule, study, **(wildcards | {"experiment": experiment}))
+    return rules.settings_of(rule, study, **(wildcards | {"experiment": "amortised"}))
 
 
 def changed(**changes: object) -> dict[str, Any]:
@@ -246,7 +240,7 @@ def test_a_restriction_of_the_study_restricts_every_experiment() -> None:
 def test_an_experiment_over_a_population_has_the_subjects_of_its_base() -> None:
     study = load_study(changed(experiments__calibrated__subjects=["H", "A"]))
     assert study.subjects_of("amortised") == study.answered("amortised") == ("A", "H")
-    contexts = stage_settings(study, "population_cohort", experiment="amortised")["contexts"]
+    contexts = rules.settings_of("population_cohort", study, experiment="amortised")["cohort_contexts"]
     assert [row["subject"] for row in contexts] == ["A", "H"]
 
 
@@ -294,24 +288,25 @@ def test_an_experiment_that_does_not_run_may_have_no_subject() -> None:
 
 def test_a_subject_that_an_experiment_does_not_have_is_refused_by_its_stages() -> None:
     study = load_study(SHIPPED)
-    assert stage_settings(study, "verdict", experiment="calibrated", subject="G")
+    assert rules.settings_of("verdict", study, experiment="calibrated", subject="G")
     with pytest.raises(
         ConfigError, match=r"'G': not one of the experiment 'paper', which has A, B, .*F; exp"
     ):
-        stage_settings(study, "posterior", experiment="paper", subject="G")
+        rules.settings_of("posterior", study, experiment="paper", subject="G")
     narrow = "population_experiments__amortised__population__declared_range__hr_bpm"
     refusing = load_study(changed(**{narrow: [60.0, 130.0]}))
     with pytest.raises(ConfigError, match=r"'A': refused by 'amortised': hr_bpm = 57"):
-        stage_settings(refusing, "exact_subject_figures", experiment="amortised", subject="A")
+        rules.settings_of("exact_subject_figures", refusing, experiment="amortised", subject="A")
 
 
 def test_persons_and_groups_reach_the_posterior_of_the_cohort() -> None:
     visits = {"A": Visit("P", "before", "treated"), "B": Visit("P", "after", "treated"), "C": Visit()}
-    study = replace(load_study(SHIPPED), visit_rows=visits)
-    settings = stage_settings(study, "cohort_posterior", experiment="calibrated")
+    shipped = load_study(SHIPPED)
+    study = replace(shipped, cohort=replace(shipped.cohort, told_visits=visits))
+    settings = rules.settings_of("cohort_posterior", study, experiment="calibrated")
     told = {"person": "P", "group": "treated"}
     assert settings["visits"] == {"A": told, "B": told}
-    assert stage_settings(load_study(SHIPPED), "cohort_posterior", experiment="amortised")["visits"] == {}
+    assert rules.settings_of("cohort_posterior", load_study(SHIPPED), experiment="amortised")["visits"] == {}
 
 
 def test_the_acquisition_is_that_of_the_virtual_volunteers() -> None:
@@ -353,6 +348,7 @@ OF_A_RECORDING = {  # the stages that hold the model of a recording's speeds
     "population_null",
     "population_answers",
     "pressures",
+    "pressures_table",
     "cohort_posterior",
 }
 OF_THE_PRIOR = {"exact_figures", "exact_subject_figures", "population_agreement", "population_cohort"}
@@ -464,83 +460,19 @@ def test_a_value_reaches_the_stages_that_use_it_and_no_other(key: str) -> None:
     for part in key.split("__"):
         value = value[part]
     before, after = load_study(SHIPPED), load_study(changed(**{key: another(value)}))
-    # those that answer a subject outside the study have the settings of most, see below
-    single = {stage for stage in STAGES if not stage.startswith(OF_OTHERS)}
-    differing = {stage for stage in single if settings_of(before, stage) != settings_of(after, stage)}
+    differing = {stage for stage in rules.STAGES if settings_of(before, stage) != settings_of(after, stage)}
     assert differing - SHOWING == AFFECTED[key]
     assert AFFECTED[key] or not differing
 
 
 def test_an_answer_has_the_settings_that_the_stages_have_for_a_subject_of_the_cohort() -> None:
     study = load_study(SHIPPED, new_cohort=Path(SHIPPED["cohort"]))
-    parts = settings_of(study, "one_answer")
-    for stage in ("ingest", "exact_posterior", "verdict", "predictive_speeds"):
-        assert parts[stage] == settings_of(study, stage)
-    shown = settings_of(study, "exact_subject_figures")
-    title = {"cohort_title": SHIPPED["new_subjects"]["cohort_title"]}
-    assert parts["shown"] == parts["shown"] | shown | title
-    assert parts["uninformative"] == SHIPPED["new_subjects"]["uninformative"]
-
-
-def test_a_person_s_change_has_the_model_of_the_experiment_and_what_visits_share() -> None:
-    study = load_study(SHIPPED, new_cohort=TRIAL)
-    chosen = {"experiment": "amortised", "person": "P01"}
-    parts = stage_settings(study, "person_change", **chosen)
-    assert parts["visits"] == ["before", "after"]
-    assert (
-        parts["model"]
-        == stage_settings(study, "exact_posterior", subject="A", experiment="amortised")["model"]
-    )
-    shares = changed(changes__shares__passive_ratio=0.5)
-    other = stage_settings(load_study(shares, new_cohort=TRIAL), "person_change", **chosen)
-    assert other["changes"]["shares"]["passive_ratio"] == 0.5
-    assert other | {"changes": 0} == parts | {"changes": 0}
-    with pytest.raises(ConfigError, match="say which person: --person NAME"):
-        stage_settings(study, "person_change", experiment="amortised")
-
-
-@pytest.mark.parametrize(
-    ("stage", "command"),
-    [("one_answer", "infer"), ("change_groups", "compare")],
-)
-def test_stages_of_others_are_run_by_commands_that_name_their_folder(stage: str, command: str) -> None:
-    with pytest.raises(ConfigError, match=f"{stage}: no folder .* `swesbi {command} --cohort FOLDER` runs"):
-        settings_of(load_study(SHIPPED), stage)
-
-
-def test_the_change_in_groups_has_groups_hyperpriors_and_who_is_left_out() -> None:
-    study = load_study(SHIPPED, new_cohort=TRIAL)
-    parts = stage_settings(study, "change_groups", experiment="amortised")
-    assert set(parts["groups"].values()) == {"control", "treated"}
-    assert len(parts["groups"]) == 24
-    assert parts["left_out"] == []
-    assert parts["change_groups"] == SHIPPED["change_groups"]
-    narrow = "population_experiments__amortised__population__declared_range__hr_bpm"
-    rows = {name: row.hr_bpm for name, row in study.new_rows.items()}
-    slowest = min(rows, key=lambda name: rows[name])
-    refusing = load_study(changed(**{narrow: [rows[slowest] + 0.5, 130.0]}), new_cohort=TRIAL)
-    left = stage_settings(refusing, "change_groups", experiment="amortised")
-    assert any(f"(recording {slowest}) is refused, hr_bpm = " in sentence for sentence in left["left_out"])
-    assert slowest.split("-")[0] not in left["groups"]
-
-
-def test_those_who_came_once_are_named() -> None:
-    study = load_study(SHIPPED, new_cohort=Path(SHIPPED["cohort"]))
-    left = stage_settings(study, "change_groups", experiment="amortised")["left_out"]
-    assert left == ["left out with one visit, since a change needs two: A, B, C, D, E, F, G, H"]
-
-
-def test_a_bank_depends_on_what_is_planned_and_on_what_answers_do() -> None:
-    study = load_study(SHIPPED)
-    asked = {"design": "paired", "parameter": "k_sr_per_s", "change": "-0.2", "repeats": "3"}
-    parts = stage_settings(study, "plan_bank", repeat_noise="0.03", **asked)
-    assert (parts["change"], parts["repeats"], parts["repeat_noise"]) == (-0.2, 3, 0.03)
-    assert parts["exact"] == SHIPPED["experiments"]["calibrated"]["exact"]
-    assert parts["persons"] == SHIPPED["plan"]["persons"]
-    with pytest.raises(
-        ConfigError, match="plan_bank: repeat_noise is not said; banks are made by `python -m swesbi plan`"
-    ):
-        stage_settings(study, "plan_bank", **asked)
+    found = answer_settings(study, "calibrated", "A").to_plain()
+    for rule in ("ingest", "exact_posterior", "verdict", "predictive_speeds"):
+        settings = rules.settings_of(rule, study, experiment="calibrated", subject="A")
+        assert all(found[name] == value for name, value in settings.items() if name != "grid_points")
+    assert found["cohort_title"] == SHIPPED["new_subjects"]["cohort_title"]
+    assert found["uninformative"] == SHIPPED["new_subjects"]["uninformative"]
 
 
 @pytest.mark.parametrize(
@@ -567,7 +499,7 @@ def test_who_has_pressures_is_answered_with_them(tmp_path: Path) -> None:
     table.to_csv(cohort / "subjects.csv")
     fewer = load_study(changed(cohort=str(cohort)), new_cohort=cohort)
     assert fewer.with_pressures("amortised") == tuple("ACDEFGH")
-    measured = {name: fewer.outside.clinical_of(name).to_measures() for name in fewer.new_rows}
+    measured = {name: fewer.outside.clinical_of(name).to_measures() for name in fewer.outside.rows}
     assert [name for name, clinical in measured.items() if clinical.has_pressures] == list("ACDEFGH")
 
 
@@ -576,19 +508,12 @@ def test_the_cohort_of_new_subjects_is_checked_with_the_configuration(tmp_path: 
         load_study(SHIPPED, new_cohort=tmp_path)
 
 
-def test_every_stage_has_settings_and_the_table_no_other() -> None:
-    named = {*slices.SOURCES, *slices.COMPOSED}
-    assert named - {slices.ONE_ANSWER, "person_change"} <= set(STAGES)
-    assert all(stage.endswith(slices.FIGURE) for stage in set(STAGES) - named)
-    assert not slices.SOURCES.keys() & slices.COMPOSED.keys()
-
-
 def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:
     study = load_study(SHIPPED)
     with pytest.raises(ConfigError, match="subject = 'Z': unknown; the study has A, B"):
-        stage_settings(study, "ingest", subject="Z")
-    with pytest.raises(ConfigError, match="--experiment NAME"):
-        stage_settings(study, "pool")
+        rules.settings_of("ingest", study, subject="Z")
+    with pytest.raises(ConfigError, match="say which experiment"):
+        rules.settings_of("pool", study)
 
 
 def test_reading_the_configuration_and_the_workflow_loads_no_heavy_library() -> None:
@@ -596,8 +521,8 @@ def test_reading_the_configuration_and_the_workflow_loads_no_heavy_library() -> 
     modules = re.findall(r"^from (swesbi[\w.]*) import", COMMON.read_text(encoding="utf-8"), re.MULTILINE)
     assert {
         "swesbi.config.study",
-        "swesbi.config.slices",
-        "swesbi.study.registry",
+        "swesbi.config.view",
+        "swesbi.study.stage",
         "swesbi.study.running",
     } <= set(modules)
     script = f"import sys, {', '.join(modules)}; print(sorted({HEAVY} & set(sys.modules)))"

@@ -4,19 +4,12 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
 
-from swesbi.artefacts import ArtefactError, Provenance, load, save
-from swesbi.config.parts import shard_draws
+from swesbi.artefacts import ArtefactError, Provenance, load
+from swesbi.artefacts.typed import BySubject, read_as
+from swesbi.config.view import shard_draws
 from swesbi.heart import prior_simulations as draw
 from swesbi.heart.periodic import Status
-from swesbi.heart.prior_simulations import (
-    KIND,
-    PriorSimulations,
-    SimulationFailure,
-    draw_simulations,
-    group_by_subject,
-    read_simulations,
-    to_dataset,
-)
+from swesbi.heart.prior_simulations import PriorSimulations, SimulationFailure, draw_simulations
 from swesbi.prior import ParameterPrior, PriorSettings, in_bounds
 
 PRIOR = PriorSettings(
@@ -82,23 +75,28 @@ def test_a_draw_that_always_fails_ends_with_an_explanation(monkeypatch: pytest.M
 
 
 def write(path: Path, draws: range, subject: str = "A") -> Path:
-    save(path, to_dataset(simulate(draws)), Provenance(KIND, subject))
+    simulate(draws).write(path, Provenance("", subject))
     return path
+
+
+def read(paths: list[Path]) -> PriorSimulations:
+    return read_as(PriorSimulations, paths, "shards")
+
 
 
 def test_shards_are_read_in_the_order_of_the_draws(tmp_path: Path) -> None:
     files = [write(tmp_path / "0.h5", range(4)), write(tmp_path / "1.h5", range(4, 9))]
     for order in (files, files[::-1]):
-        np.testing.assert_array_equal(read_simulations(order).theta, simulate(range(9)).theta)
-    assert load(files[0], KIND)[0]["theta"].attrs["units"] == "kPa, s-1, s-1"
+        np.testing.assert_array_equal(read(order).theta, simulate(range(9)).theta)
+    assert load(files[0], PriorSimulations.kind)[0]["theta"].attrs["units"] == "kPa, s-1, s-1"
 
 
 def test_missing_doubled_or_foreign_shards_are_refused(tmp_path: Path) -> None:
     first = write(tmp_path / "0.h5", range(4))
     for wrong in ([first, first], [write(tmp_path / "2.h5", range(5, 9)), first]):
         with pytest.raises(ArtefactError, match="missing or doubled"):
-            read_simulations(wrong)
+            read(wrong)
     other = write(tmp_path / "other.h5", range(4, 9), subject="B")
     with pytest.raises(ArtefactError, match="several subjects"):
-        read_simulations([first, other])
-    assert group_by_subject([first, other]) == {"A": [first], "B": [other]}
+        read([first, other])
+    assert BySubject("shards", [first, other], read).paths == {"A": [first], "B": [other]}

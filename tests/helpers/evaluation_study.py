@@ -13,29 +13,27 @@ import numpy as np
 from forward_model_cases import COHORT, CONFIG
 from numpy.typing import NDArray
 
-from swesbi.artefacts import Origin, save, to_dataset, to_groups, write_json
+from swesbi.artefacts import Provenance
+from swesbi.checks import predictive_features, reference_fit
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings
 from swesbi.config.read import read_merged
-from swesbi.heart import prior_simulations as simulations_dataset
-from swesbi.heart.prior_simulations import draw_simulations
+from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
-from swesbi.measurement.operator import calibrate_passive
+from swesbi.measurement.operator import PassiveBaseline, calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.posterior.settings import PosteriorSettings
-from swesbi.posterior.truncated import posterior_to_groups, summarise_posterior
+from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.prior import PriorSettings, log_centre
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.stages import cmaes, predictive
-from swesbi.study.stages.cmaes import CmaesStageSettings
-from swesbi.study.stages.predictive import PredictiveStageSettings
 from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
+from swesbi.verdict.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
 PLAIN: dict[str, Any] = read_merged(CONFIG)
@@ -48,21 +46,23 @@ TRUE_THETA = {"A": (58.0, 6.0, 28.0), "E": (58.0, 38.0, 30.0)}
 SEED = 7
 PRIOR_DRAWS = 40
 EXPERIMENT = "paper"
-PREDICTIVE = PredictiveStageSettings(
-    predictive=PredictiveSettings.from_plain(PAPER["predictive"] | {"draws": PRIOR_DRAWS}),
-    forward_model=FORWARD_MODEL,
-    measurement=MEASUREMENT,
-    summary=SummarySettings.from_plain(PAPER["summary"]),
-    observation_model=ObservationModelSettings.from_plain(PAPER["observation_model"]),
-)
-CMAES = CmaesStageSettings(
-    search=CmaesSettings.from_plain(
+SUMMARY = SummarySettings.from_plain(PAPER["summary"])
+PREDICTIVE = {
+    "predictive": PredictiveSettings.from_plain(PAPER["predictive"] | {"draws": PRIOR_DRAWS}),
+    "forward_model": FORWARD_MODEL,
+    "measurement": MEASUREMENT,
+    "summary": SUMMARY,
+    "observation_model": ObservationModelSettings.from_plain(PAPER["observation_model"]),
+    "seed": SEED,
+}
+CMAES = {
+    "search": CmaesSettings.from_plain(
         PLAIN["cmaes"]["search"] | {"seeds": [200, 201], "population_size": 8, "generations": 25}
     ),
-    prior=PRIOR,
-    forward_model=FORWARD_MODEL,
-    measurement=MEASUREMENT,
-)
+    "cmaes_prior": PRIOR,
+    "forward_model": FORWARD_MODEL,
+    "measurement": MEASUREMENT,
+}
 
 
 @dataclass(frozen=True)
@@ -138,24 +138,16 @@ def write_study(results: Path) -> dict[str, Files]:
 
 
 def _write_subject(files: Files) -> Files:
-    origin, model = Origin(SEED, files.subject), make_model(files.subject)
-    save(
-        files.observation,
-        to_groups(model.observation),
-        origin.provenance("observation", FORWARD_MODEL),
-    )
-    save(files.passive, to_dataset(model.passive), origin.provenance("passive", PASSIVE))
-    simulations = draw_simulations(range(PRIOR_DRAWS), model.observation.context, PRIOR, FORWARD_MODEL, SEED)
-    save(
-        files.shard,
-        simulations_dataset.to_dataset(simulations),
-        origin.provenance("simulations", FORWARD_MODEL),
-    )
-    _write_posterior(files, origin)
+    made, model = Provenance("", files.subject, SEED, {"a": 1}, "c"), make_model(files.subject)
+    model.observation.write(files.observation, made)
+    model.passive.write(files.passive, made)
+    context = model.observation.context
+    draw_simulations(range(PRIOR_DRAWS), context, PRIOR, FORWARD_MODEL, SEED).write(files.shard, made)
+    _write_posterior(files, made)
     return files
 
 
-def _write_posterior(files: Files, origin: Origin) -> None:
+def _write_posterior(files: Files, made: Provenance) -> None:
     """A posterior about the truth, k_0 against k_ATP at -0.85, judged by the real criteria."""
     z = np.random.default_rng(5).multivariate_normal(
         np.zeros(3), [[1.0, -0.85, 0.1], [-0.85, 1.0, 0.0], [0.1, 0.0, 1.0]], 3000
@@ -164,33 +156,24 @@ def _write_posterior(files: Files, origin: Origin) -> None:
     z_obs, names = np.array([0.4, -1.9]), ("maximum_kpa", "hr_bpm")
     support = SupportSettings(max_abs_z=3.0, min_in_prior_draws=1000, candidate_draws=3000)
     settings = PosteriorSettings(draws=1000, unfiltered_draws=500, interval=0.9)
-    write_json(files.folder / "verdict.json", diagnose(z_obs, names, candidates, PRIOR, support).to_json())
+    diagnose(z_obs, names, candidates, PRIOR, support).write(files.folder / "verdict.json", made)
     posterior = summarise_posterior(candidates, z_obs, names, PRIOR, settings)
-    save(
-        files.folder / "posterior.h5",
-        posterior_to_groups(posterior),
-        origin.provenance("posterior", settings),
-    )
+    posterior.write(files.folder / "posterior.h5", made)
 
 
 def run_predictive(files: Files, output: Path) -> None:
-    predictive.predictive(
-        posterior=files.folder / "posterior.h5",
-        verdict=files.folder / "verdict.json",
-        observation=files.observation,
-        passive=files.passive,
-        shards=[files.shard],
-        predictive=output,
-        settings=PREDICTIVE,
-        origin=Origin(SEED, files.subject),
+    check = predictive_features.check_of_features(
+        Posterior.read(files.folder / "posterior.h5"),
+        Verdict.read(files.folder / "verdict.json"),
+        Observation.read(files.observation),
+        PassiveBaseline.read(files.passive),
+        PriorSimulations.read(files.shard),
+        **PREDICTIVE,
     )
+    check.write(output, Provenance("", files.subject, SEED, {"a": 1}, "c"))
 
 
 def run_cmaes(files: Files, output: Path) -> None:
-    cmaes.cmaes(
-        observation=files.observation,
-        passive=files.passive,
-        cmaes=output,
-        settings=CMAES,
-        origin=Origin(SEED, files.subject),
-    )
+    subject = Observation.read(files.observation), PassiveBaseline.read(files.passive)
+    fit = reference_fit.reference_fit(*subject, **CMAES)
+    fit.write(output, Provenance("", files.subject, SEED, {"a": 1}, "c"))

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from posterior_case import exact_of
 
-from swesbi.artefacts import Origin, save, write_json
+from swesbi.artefacts import Origin
 from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.predictive_speeds import withheld
-from swesbi.posterior.result import ExactPosterior, exact_to_groups
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.predictive import ExactPanel, PredictivePanel
@@ -115,10 +115,5 @@ def predictive_panel(subject: str) -> PredictivePanel:
 
 def write_posterior(path: Path, draws: FloatArray, subject: str) -> None:
     """Write ``posterior.h5`` of an experiment on speeds."""
-    groups = exact_to_groups(exact_of(draws, k_hat=0.2, efficiency=0.8), PRIOR)
-    save(path, groups, Origin(7, subject).provenance("posterior", SETTINGS))
-
-
-def write_verdict(path: Path, subject: str) -> None:
-    """Write ``verdict.json`` of an experiment on speeds."""
-    write_json(path, verdict(subject).to_json())
+    exact = replace(exact_of(draws, k_hat=0.2, efficiency=0.8), parameters=PRIOR.names)
+    exact.write(path, Origin(7, subject).provenance("", SETTINGS))

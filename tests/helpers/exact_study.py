@@ -1,21 +1,17 @@
-"""A recording, its noise and the smallest network on disk: what stages with an exact likelihood read."""
+"""A recording, its noise and the smallest network: what stages with an exact likelihood take."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import speed_case
 import spline_case
 from exact_case import SETTINGS
 from recordings import RECORDING, make_samples
 
-from swesbi.artefacts import Provenance, save, to_groups
-from swesbi.networks.flow.files import KIND, save_flow
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import KIND as NOISE
-from swesbi.recording.noise.cohort import fit_cohort, to_dataset
+from swesbi.recording.noise.cohort import CohortNoise, fit_cohort
 from swesbi.recording.noise.components import RepeatLevels
-from swesbi.recording.observation import KIND as OBSERVATION
+from swesbi.recording.observation import Observation
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 
@@ -34,15 +30,9 @@ EXACT = SETTINGS.model_copy(
 )
 
 
-def write_inputs(folder: Path) -> dict[str, Path]:
-    """Write observation, noise and network of one subject; return their paths by name."""
+def inputs() -> tuple[Observation, CohortNoise, TrainedFlow]:
+    """Return the observation of one subject, its noise and a network."""
     speeds = speed_case.model().recording.speed_m_s
     samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
-    observed = ingest(samples, speed_case.CONTEXT, RECORDING, 100)
     noise = fit_cohort({"T": RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)}, {})
-    paths = {"observation": folder / "observation.h5", "noise": folder / "noise.h5"}
-    save(paths["observation"], to_groups(observed), Provenance(OBSERVATION, "T", 1, {}, "c"))
-    save(paths["noise"], to_dataset(noise), Provenance(NOISE, "", 1, {}, "c"))
-    flow = spline_case.trained(epochs=30).flow
-    save_flow(folder / "flow.h5", flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    return {**paths, "estimator": folder / "flow.h5"}
+    return ingest(samples, speed_case.CONTEXT, RECORDING, 100), noise, spline_case.trained(epochs=30).flow

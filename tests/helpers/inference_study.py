@@ -1,30 +1,37 @@
-"""Two small subjects of the real forward model as files, for the tests of the inference stages."""
+"""Two small subjects of the real forward model, for the tests of the stages of inference."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from forward_model_cases import SETTINGS as FORWARD_MODEL
 from inference_case import CONTEXTS, PAPER_PRIOR, estimator_settings
 from recordings import PHASES, RECORDING, make_samples, nominal_phase
 
-from swesbi.artefacts import Origin, save, to_groups
-from swesbi.artefacts import to_dataset as passive_to_dataset
+from swesbi.artefacts import Provenance
+from swesbi.checks import synthetic_recovery
 from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
-from swesbi.heart.prior_simulations import draw_simulations
-from swesbi.heart.prior_simulations import to_dataset as simulations_to_dataset
+from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
-from swesbi.measurement.operator import calibrate_passive, passive_shape
+from swesbi.measurement.operator import PassiveBaseline, calibrate_passive, passive_shape
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.networks.paper import pool as pools
+from swesbi.networks.paper import training
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.paper.training import TrainedNetwork
 from swesbi.networks.settings import ObservationModelSettings
+from swesbi.networks.training_tables import TRAINING
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import log_centre
 from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle
-from swesbi.study.stages import inference, simulation, training
+from swesbi.verdict import network_posterior
+from swesbi.verdict.network_posterior import Judged
 from swesbi.verdict.settings import SupportSettings
 
 DRAWS = 60
@@ -42,39 +49,59 @@ NOISE = ObservationModelSettings(
     },
     augmentations=3,
 )
-POOL = simulation.PoolStageSettings(
-    simulations_per_subject=DRAWS, measurement=MEASUREMENT, summary=SUMMARY, observation_model=NOISE
-)
-TRAIN = training.TrainStageSettings(
-    prior=PAPER_PRIOR,
-    estimator=estimator_settings(procedure="fast", max_num_epochs=6, learning_rate=2e-3),
-    checkpoint_epochs=(1, 3),
-)
-POSTERIOR = inference.PosteriorStageSettings(
-    prior=PAPER_PRIOR,
-    support=SupportSettings(max_abs_z=3.0, min_in_prior_draws=50, candidate_draws=2000),
-    posterior=PosteriorSettings(draws=300, unfiltered_draws=100, interval=0.9),
-)
-RECOVERY = inference.RecoveryStageSettings(
-    prior=PAPER_PRIOR,
-    forward_model=FORWARD_MODEL,
-    measurement=MEASUREMENT,
-    summary=SUMMARY,
-    observation_model=NOISE,
-    recovery=RecoverySettings(
+SEED = 9
+OBSERVED = {"measurement": MEASUREMENT, "summary": SUMMARY, "observation_model": NOISE}
+POOL = OBSERVED | {"simulations_per_subject": DRAWS, "seed": SEED}
+TRAIN = {
+    "prior": PAPER_PRIOR,
+    "estimator": estimator_settings(procedure="fast", max_num_epochs=6, learning_rate=2e-3),
+    "checkpoint_epochs": (1, 3),
+    "experiment": "paper",
+    "seed": SEED,
+}
+POSTERIOR = {
+    "prior": PAPER_PRIOR,
+    "support": SupportSettings(max_abs_z=3.0, min_in_prior_draws=50, candidate_draws=2000),
+    "posterior": PosteriorSettings(draws=300, unfiltered_draws=100, interval=0.9),
+    "seed": SEED,
+}
+RECOVERY = OBSERVED | {
+    "prior": PAPER_PRIOR,
+    "forward_model": FORWARD_MODEL,
+    "recovery": RecoverySettings(
         recordings=9, candidate_draws=200, min_in_prior_draws=5, nominal_levels=(0.5, 0.9), confidence=0.95
     ),
-)
+    "seed": SEED,
+}
 
 
-@dataclass(frozen=True)
-class Inputs:
-    """Files of the subjects; shards in pieces, or each subject's in one."""
+class Inputs(NamedTuple):
+    """What is known of the subjects; shards put together of pieces, or each subject's as one."""
 
-    observations: tuple[Path, ...]
-    passives: tuple[Path, ...]
-    shards: tuple[Path, ...]
-    whole_shards: tuple[Path, ...]
+    observations: tuple[Observation, ...]
+    passives: dict[str, PassiveBaseline]
+    shards: dict[str, PriorSimulations]
+    whole_shards: dict[str, PriorSimulations]
+
+
+class Results(NamedTuple):
+    """What the stages make of them."""
+
+    pool: Pool
+    trained: TrainedNetwork
+    judged: dict[str, Judged]
+    recovery: pd.DataFrame
+
+    def write(self, folder: Path) -> None:
+        made = Provenance("", "", SEED, {"a": 1}, "c")
+        self.pool.write(folder / "pool.h5", made)
+        self.trained.estimator.write(folder / "estimator.pt", made)
+        self.trained.checkpoints.write(folder / "checkpoints.pt", made)
+        TRAINING.write(self.trained.training, folder / "training.csv")
+        for name, judged in self.judged.items():
+            judged.posterior.write(folder / f"{name}.h5", made)
+            judged.verdict.write(folder / f"{name}.json", made)
+        TRAINING.write(self.recovery, folder / "recovery.csv")
 
 
 def measured_subject(context: Context, missing_phase: int | None = None) -> MeasuredSubject:
@@ -91,71 +118,39 @@ def measured_subject(context: Context, missing_phase: int | None = None) -> Meas
     )
 
 
-def write_subject(folder: Path, context: Context) -> Inputs:
-    subject = measured_subject(context, missing_phase=11 if context.subject == "B" else None)
-    origin = Origin(1, context.subject)
-    observation, passive = folder / "observation.h5", folder / "passive.h5"
-    save(
-        observation,
-        to_groups(subject.observation),
-        origin.provenance("observation", MEASUREMENT),
-    )
-    save(passive, passive_to_dataset(subject.passive), origin.provenance("passive", MEASUREMENT))
-    parts = {"shard-1": range(35, DRAWS), "shard-0": range(35), "whole": range(DRAWS)}
-    files = {name: folder / f"{name}.h5" for name in parts}
-    for name, draws in parts.items():
-        made = draw_simulations(draws, context, PAPER_PRIOR, FORWARD_MODEL, 1)
-        save(files[name], simulations_to_dataset(made), origin.provenance("simulations", PAPER_PRIOR))
-    return Inputs((observation,), (passive,), (files["shard-1"], files["shard-0"]), (files["whole"],))
-
-
-def write_inputs(folder: Path) -> Inputs:
-    parts = [write_subject(folder / context.subject, context) for context in CONTEXTS]
-    names = ("observations", "passives", "shards", "whole_shards")
-    return Inputs(*(sum((getattr(part, name) for part in parts), ()) for name in names))
-
-
-def make_pool(
-    path: Path, inputs: Inputs, shards: Sequence[Path], settings: simulation.PoolStageSettings
-) -> None:
-    simulation.pool(
-        observations=inputs.observations,
-        passives=inputs.passives,
-        shards=shards,
-        pool=path,
-        settings=settings,
-        origin=Origin(9),
+def make_inputs() -> Inputs:
+    subjects = [
+        measured_subject(context, missing_phase=11 if context.subject == "B" else None)
+        for context in CONTEXTS
+    ]
+    return Inputs(
+        tuple(subject.observation for subject in subjects),
+        {subject.observation.subject: subject.passive for subject in subjects},
+        {context.subject: simulated(context, range(35, DRAWS), range(35)) for context in CONTEXTS},
+        {context.subject: simulated(context, range(DRAWS)) for context in CONTEXTS},
     )
 
 
-def run_all(folder: Path, inputs: Inputs, shards: Sequence[Path]) -> None:
-    pooled, estimator = folder / "pool.h5", folder / "estimator.pt"
-    make_pool(pooled, inputs, shards, POOL)
-    losses = folder / "training.csv"
-    training.train(
-        pool=pooled,
-        estimator=estimator,
-        training=losses,
-        checkpoints=folder / "checkpoints.pt",
-        settings=TRAIN,
-        origin=Origin(9),
-        device="cpu",
-    )
-    for context in CONTEXTS:
-        inference.posterior(
-            pool=pooled,
-            estimator=estimator,
-            posterior=folder / f"{context.subject}.h5",
-            verdict=folder / f"{context.subject}.json",
-            settings=POSTERIOR,
-            origin=Origin(9, context.subject),
+def simulated(context: Context, *shards: range) -> PriorSimulations:
+    parts = [draw_simulations(draws, context, PAPER_PRIOR, FORWARD_MODEL, 1) for draws in shards]
+    return PriorSimulations.joined(parts)
+
+
+def make_pool(inputs: Inputs, **changed: object) -> Pool:
+    return pools.pool_of_features(inputs.observations, inputs.passives, inputs.shards, **(POOL | changed))
+
+
+def run_all(inputs: Inputs) -> Results:
+    pool = make_pool(inputs)
+    trained = training.trained_network(pool, **TRAIN, device="cpu")
+    judged = {
+        context.subject: network_posterior.judged_posterior(
+            pool, trained.estimator, subject=context.subject, **POSTERIOR
         )
-    inference.recovery(
-        pool=pooled,
-        estimator=estimator,
-        passives=inputs.passives[::-1],
-        observations=inputs.observations,
-        recovery=folder / "recovery.csv",
-        settings=RECOVERY,
-        origin=Origin(9),
+        for context in CONTEXTS
+    }
+    passives = dict(reversed(inputs.passives.items()))
+    recovery = synthetic_recovery.own_recovery(
+        pool, trained.estimator, inputs.observations, passives, **RECOVERY
     )
+    return Results(pool, trained, judged, recovery)

@@ -9,12 +9,10 @@ from pathlib import Path
 import speed_case
 from recordings import RECORDING, make_samples
 
-from swesbi.artefacts import Provenance, save, to_groups
+from swesbi.artefacts import Provenance
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import KIND as NOISE
-from swesbi.recording.noise.cohort import fit_cohort, to_dataset
+from swesbi.recording.noise.cohort import fit_cohort
 from swesbi.recording.noise.components import RepeatLevels
-from swesbi.recording.observation import KIND as OBSERVATION
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 
@@ -26,7 +24,7 @@ def write_observed_cohort(folder: Path, subjects: Sequence[str]) -> None:
     for seed, subject in enumerate(subjects):
         samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=seed)
         context = replace(speed_case.CONTEXT, subject=subject)
-        groups = to_groups(ingest(samples, context, RECORDING, 100))
-        save(folder / f"{subject}.h5", groups, Provenance(OBSERVATION, subject, 1, {}, "c"))
+        observed = ingest(samples, context, RECORDING, 100)
+        observed.write(folder / f"{subject}.h5", Provenance("", subject, 1, {}, "c"))
         levels[subject] = RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)
-    save(folder / "noise.h5", to_dataset(fit_cohort(levels, {})), Provenance(NOISE, "", 1, {}, "c"))
+    fit_cohort(levels, {}).write(folder / "noise.h5", Provenance("", "", 1, {}, "c"))

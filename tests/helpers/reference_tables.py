@@ -28,7 +28,7 @@ import xarray as xr
 from scipy.stats import norm
 
 from swesbi.parameters import PHI_NAMES, REPORTED
-from swesbi.posterior.result import read_exact_posterior
+from swesbi.posterior.result import ExactPosterior
 
 SMALL_STUDY: Final = Path(__file__).parents[1] / "reference" / "small_study"
 COHORT: Final = "cohort"
@@ -204,7 +204,7 @@ def exact_draws(path: Path) -> Numbers:
     error of its level to each side, whichever is larger: a long tail makes the first too small, draws that
     repeat the second.
     """
-    posterior = read_exact_posterior(path)
+    posterior = ExactPosterior.read(path)
     for name, draws, number in zip(
         PHI_NAMES, posterior.phi[:, REPORTED].T, posterior.effective_draws[REPORTED], strict=True
     ):

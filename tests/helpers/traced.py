@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import swesbi
 
@@ -25,16 +26,16 @@ class Trace:
     ran: set[tuple[str, int]] = field(default_factory=set)
     _imports: int = 0
 
-    def of(self, run: Callable[..., None]) -> Callable[..., None]:
+    def of(self, run: Callable[..., Any]) -> Callable[..., Any]:
         """Return a stage's function that notes what it runs, in this thread and in those that it starts."""
 
         @functools.wraps(run)
-        def traced(**arguments: object) -> None:
+        def traced(*artefacts: object, **settings: object) -> object:
             before = sys.getprofile()
             sys.setprofile(self._note)
             threading.setprofile(self._note)
             try:
-                run(**arguments)
+                return run(*artefacts, **settings)
             finally:
                 sys.setprofile(before)
                 threading.setprofile(before)

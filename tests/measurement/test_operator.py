@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, clean_speed, make_samples, nominal_phase
 from scipy.interpolate import PchipInterpolator
 
-from swesbi.artefacts import to_dataset as passive_dataset
+from swesbi.artefacts import Provenance, load
 from swesbi.measurement.operator import (
     PassiveBaseline,
     PassiveCalibrationError,
@@ -205,9 +205,8 @@ def test_impossible_calibrations_are_refused(
 def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
     from forward_model_cases import SETTINGS as FORWARD_MODEL
 
-    from swesbi.artefacts import Origin, save, to_groups
+    from swesbi.measurement.baseline import calibrated_passive
     from swesbi.prior import ParameterPrior, PriorSettings
-    from swesbi.study.stages import cohort as stage
 
     ranges = {"k0_kpa": (45, 0.5, 10, 200), "k_atp_per_s": (5, 0.6, 2, 30), "k_sr_per_s": (30, 0.45, 2, 60)}
     keys = ("centre", "log_sd", "low", "high")
@@ -217,20 +216,18 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
             for name, values in ranges.items()
         }
     )
-    settings = stage.PassiveStageSettings(
-        forward_model=FORWARD_MODEL, prior=prior, passive=PASSIVE, measurement=MEASUREMENT
+    made = calibrated_passive(
+        observe(),
+        reference_prior=prior,
+        forward_model=FORWARD_MODEL,
+        passive=PASSIVE,
+        measurement=MEASUREMENT,
     )
-    origin, observation = Origin(1, "T"), observe()
-    save(tmp_path / "observation.h5", to_groups(observation), origin.provenance("observation", settings))
-    stage.passive(
-        observation=tmp_path / "observation.h5",
-        passive=tmp_path / "passive.h5",
-        settings=settings,
-        origin=origin,
-    )
+    made.write(tmp_path / "passive.h5", Provenance("", "T", 1))
     passive = PassiveBaseline.read(tmp_path / "passive.h5")
-    window = late_diastolic(observation, PASSIVE)
-    np.testing.assert_allclose(passive.late_diastolic_observed_kpa, observation.stiffness_kpa[window].mean())
+    window = late_diastolic(observe(), PASSIVE)
+    observed = observe().stiffness_kpa[window].mean()
+    np.testing.assert_allclose(passive.late_diastolic_observed_kpa, observed)
     assert 0.0 < passive.late_diastolic_active_kpa < 1.0
     assert 0.5 < passive.stiffness_kpa.min() < passive.stiffness_kpa.max() < 10.0
-    assert passive_dataset(passive)["stiffness_kpa"].attrs["units"] == "kPa"
+    assert load(tmp_path / "passive.h5", "passive")[0]["stiffness_kpa"].attrs["units"] == "kPa"

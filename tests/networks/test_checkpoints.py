@@ -16,8 +16,8 @@ from inference_case import (
 
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.paper.estimator import CHECKPOINTS as KIND
-from swesbi.networks.paper.estimator import load_checkpoints, save_checkpoints, save_estimator
+from swesbi.networks.files import plain_provenance
+from swesbi.networks.paper.estimator import Checkpoints
 from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import Pool, build_pool
 from swesbi.networks.paper.training import Training, train
@@ -48,15 +48,7 @@ def trained(pool: Pool, request: pytest.FixtureRequest) -> Training:
 
 
 def write(path: Path, training: Training) -> Path:
-    estimator = training.estimator
-    save_checkpoints(
-        path,
-        training.weights,
-        estimator.best_epoch,
-        estimator.settings,
-        estimator.components,
-        Provenance(KIND, seed=4),
-    )
+    training.checkpoints.write(path, Provenance("", seed=4))
     return path
 
 
@@ -68,10 +60,11 @@ def test_training_is_the_same_to_the_bit_with_and_without_checkpoints(pool: Pool
 
 
 def test_epochs_asked_for_are_kept_with_the_best_and_the_last(trained: Training) -> None:
-    assert [epoch for epoch, _, _ in trained.weights] == sorted({1, 4, trained.estimator.best_epoch, 13})
+    kept = trained.checkpoints.of_epochs
+    assert [one.epoch for one in kept] == sorted({1, 4, trained.estimator.best_epoch, 13})
     assert 4 < trained.estimator.best_epoch < 13, "needs a worse last epoch"
     losses = {epoch.number: epoch.validation_loss for epoch in trained.epochs}
-    assert all(loss == losses[epoch] for epoch, loss, _ in trained.weights)
+    assert all(one.validation_loss == losses[one.epoch] for one in kept)
 
 
 def test_each_checkpoint_has_the_validation_loss_of_its_epoch(
@@ -81,16 +74,16 @@ def test_each_checkpoint_has_the_validation_loss_of_its_epoch(
         torch_prior(WIDE_PRIOR).sample((1,))  # sbi draws once to learn the prior's device
         rows = torch.randperm(len(pool.theta))[int(0.9 * len(pool.theta)) :]
     theta, z = torch.from_numpy(pool.theta)[rows], torch.from_numpy(pool.z)[rows]
-    for checkpoint in load_checkpoints(write(tmp_path / "checkpoints.pt", trained))[0]:
+    for checkpoint in Checkpoints.read(write(tmp_path / "checkpoints.pt", trained)).of_epochs:
         with torch.no_grad():
             loss = -float(checkpoint.net.log_prob(theta, z).mean())
         assert loss == pytest.approx(checkpoint.validation_loss, abs=1e-4)
 
 
 def test_best_checkpoint_is_the_estimator(pool: Pool, trained: Training, tmp_path: Path) -> None:
-    read, provenance = load_checkpoints(write(tmp_path / "checkpoints.pt", trained))
-    (best,) = [one for one in read if one.best]
-    assert (best.epoch, provenance.seed) == (trained.estimator.best_epoch, 4)
+    path = write(tmp_path / "checkpoints.pt", trained)
+    best = Checkpoints.read(path).best
+    assert (best.epoch, plain_provenance(path).seed) == (trained.estimator.best_epoch, 4)
     arguments = (pool.z_obs, 200, 5)
     np.testing.assert_array_equal(
         draw_candidates(best, *arguments), draw_candidates(trained.estimator, *arguments)
@@ -106,6 +99,6 @@ def test_checkpoint_file_is_plain_and_reproducible(pool: Pool, trained: Training
 
 def test_a_file_of_another_kind_is_refused(trained: Training, tmp_path: Path) -> None:
     path = tmp_path / "estimator.pt"
-    save_estimator(path, trained.estimator, Provenance("estimator"))
+    trained.estimator.write(path, Provenance("estimator"))
     with pytest.raises(ArtefactError, match="holds a .estimator. artefact, expected .checkpoints"):
-        load_checkpoints(path)
+        Checkpoints.read(path)

@@ -13,8 +13,8 @@ from spline_case import CONDITIONING, TINY, simulations, trained
 
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.networks.flow.conditioning import raw_features
-from swesbi.networks.flow.files import KIND, load_flow, save_flow
 from swesbi.networks.flow.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.networks.flow.training import (
     Rows,
     TrainingDivergedError,
@@ -26,7 +26,7 @@ from swesbi.networks.flow.training import (
 )
 from swesbi.prior import bounds, in_bounds
 
-PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
+PROVENANCE = Provenance("", "", 1, {}, "0" * 16)
 
 
 def test_no_theta_is_on_both_sides_of_the_split() -> None:
@@ -118,19 +118,19 @@ def test_files_repeat_to_the_byte_and_give_back_the_same_flow(tmp_path: Path) ->
     flow = trained().flow
     again = train_over_subjects([simulations()], CONDITIONING, TINY, seed=3).flow
     for name, part in (("one.h5", flow), ("two.h5", again)):
-        save_flow(tmp_path / name, part, PROVENANCE)
+        part.write(tmp_path / name, PROVENANCE)
     assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "two.h5").read_bytes()
-    loaded, _ = load_flow(tmp_path / "one.h5")
+    loaded = TrainedFlow.read(tmp_path / "one.h5")
     other = replace(flow, settings=TINY.model_copy(update={"hidden_features": 25}))
-    save_flow(tmp_path / "other.h5", other, PROVENANCE)
+    other.write(tmp_path / "other.h5", PROVENANCE)
     with pytest.raises(ArtefactError, match=r"other\.h5.*weights"):
-        load_flow(tmp_path / "other.h5")
+        TrainedFlow.read(tmp_path / "other.h5")
     here, there = (flow_proposal(one, speed_case.model().recording) for one in (flow, loaded))
     np.testing.assert_array_equal(here.condition, there.condition)
     np.testing.assert_array_equal(here.draw(50, 1), there.draw(50, 1))
     (tmp_path / "broken.h5").write_bytes((tmp_path / "one.h5").read_bytes()[:-500])
     with pytest.raises(ArtefactError, match=r"broken\.h5"):
-        load_flow(tmp_path / "broken.h5")
+        TrainedFlow.read(tmp_path / "broken.h5")
 
 
 def test_a_wrong_conditioning_vector_is_refused() -> None:

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from inference_case import CONTEXTS, FEATURES, NOISE_SD, OBSERVATION_MODEL, components, subject_features
 
-from swesbi.artefacts import Provenance, save
+from swesbi.artefacts import Provenance
 from swesbi.context import CONTEXT_NAMES
-from swesbi.networks.paper.pool import Pool, augment, build_pool, noise_sd, pool_to_dataset, read_pool
+from swesbi.networks.paper.pool import Pool, augment, build_pool, noise_sd
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.standardisation import fit_standardisation
 
@@ -99,8 +99,8 @@ def test_pool_survives_its_file_and_equal_pools_give_equal_bytes(tmp_path: Path)
     pool = pool_of(*CONTEXTS)
     paths = [tmp_path / "one.h5", tmp_path / "two.h5"]
     for path in paths:
-        save(path, pool_to_dataset(pool), Provenance("pool"))
-    back = read_pool(paths[0])
+        pool.write(path, Provenance(""))
+    back = Pool.read(paths[0])
     for name in ("theta", "z", "subject_index", "draw_index", "observed", "z_obs"):
         np.testing.assert_array_equal(getattr(back, name), getattr(pool, name))
         assert getattr(back, name).dtype == getattr(pool, name).dtype

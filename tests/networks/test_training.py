@@ -21,13 +21,14 @@ from sbi.neural_nets import posterior_nn
 
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.paper.estimator import TrainedEstimator, load_estimator, save_estimator
+from swesbi.networks.files import plain_provenance
+from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.maf import ROWS_PER_BATCH, draw_candidates
 from swesbi.networks.paper.pool import Pool, build_pool
-from swesbi.networks.paper.sbi_trainer import Epoch
 from swesbi.networks.paper.training import choose_device, train
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.networks.torch_prior import torch_prior
+from swesbi.networks.training_tables import Epoch
 
 OBSERVED = np.array([0.4, -0.3, 0.5, 0.1])
 FAST = estimator_settings()
@@ -36,11 +37,11 @@ ELSEWHERE = """
 import sys
 import numpy as np
 from pathlib import Path
-import swesbi.study.stages.inference
-from swesbi.networks.paper.estimator import load_estimator
+import swesbi.verdict.network_posterior
+from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.maf import draw_candidates
 folder = Path(sys.argv[1])
-estimator, _ = load_estimator(folder / "estimator.pt")
+estimator = TrainedEstimator.read(folder / "estimator.pt")
 np.save(folder / "draws.npy", draw_candidates(estimator, np.load(folder / "z.npy"), 300, 5))
 print("sbi" in sys.modules)
 from swesbi.networks.paper.training import train
@@ -80,7 +81,7 @@ def elsewhere(
 ) -> tuple[NDArray[np.float64], list[str]]:
     """What another process draws from the estimator's file, and what it says of the modules it loads."""
     folder = tmp_path_factory.mktemp("elsewhere")
-    save_estimator(folder / "estimator.pt", trained, Provenance("estimator", seed=4))
+    trained.write(folder / "estimator.pt", Provenance("estimator", seed=4))
     np.save(folder / "z.npy", pool.z_obs)
     procedures = [estimator_settings(procedure=name, max_num_epochs=1) for name in PROCEDURES]
     texts = [each.model_dump_json() for each in (WIDE_PRIOR, *procedures)]
@@ -194,9 +195,9 @@ def test_estimator_is_rebuilt_in_another_process_with_equal_draws(
 def test_estimator_file_is_plain_and_reproducible(trained: TrainedEstimator, tmp_path: Path) -> None:
     paths = [tmp_path / "one.pt", tmp_path / "other_name.pt"]
     for path in paths:
-        save_estimator(path, trained, Provenance("estimator", seed=4, settings={"a": 1}))
+        trained.write(path, Provenance("estimator", seed=4, settings={"a": 1}))
     assert paths[0].read_bytes() == paths[1].read_bytes()
-    back, provenance = load_estimator(paths[0])
+    back, provenance = TrainedEstimator.read(paths[0]), plain_provenance(paths[0])
     assert (provenance.kind, provenance.seed, provenance.settings) == ("estimator", 4, {"a": 1})
     assert (back.best_epoch, back.epochs_run) == (trained.best_epoch, trained.epochs_run)
     assert (back.components, back.settings) == (trained.components, trained.settings)
@@ -208,7 +209,7 @@ def test_broken_estimator_file_is_refused_with_its_name(tmp_path: Path, content:
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(ArtefactError, match=r"estimator\.pt: (has no checksum|no such file)"):
-        load_estimator(path)
+        TrainedEstimator.read(path)
 
 
 def test_draws_are_counted_exactly_and_z_must_fit(pool: Pool, trained: TrainedEstimator) -> None:

@@ -13,20 +13,18 @@ import ratio_case
 import separable_case as separable
 from scipy.stats import binom, ks_2samp, kstest, norm
 
-from swesbi.artefacts import Provenance, save
+from swesbi.artefacts import Provenance
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.change.groups import infer_change_groups, lacking_draws, ratio_hyperprior
 from swesbi.persons.change.stored_groups import (
     COLUMNS,
     DIFFERENCE,
-    KIND,
     PERSON_COLUMNS,
     RATIO,
     SPREAD,
     ChangeGroups,
     change_groups_table,
     change_persons_table,
-    read_change_groups,
     stored_groups,
 )
 from swesbi.persons.change.words import group_lines
@@ -36,7 +34,6 @@ from swesbi.persons.cohort.infer import Inferred
 from swesbi.persons.cohort.model import CohortModel
 from swesbi.persons.cohort.ratio import RatioPrior, log_density
 from swesbi.persons.cohort.refresh import shrunken_prior
-from swesbi.persons.cohort.result import population_groups
 from swesbi.prior import bounds, draw_prior, sample
 from swesbi.report.figures.change_groups import draw_change_groups
 
@@ -199,8 +196,8 @@ def test_one_person_alone_is_answered() -> None:
 
 def test_it_is_said_in_sentences_and_read_back(stored: ChangeGroups, tmp_path: Path) -> None:
     path = tmp_path / "changes_groups.h5"
-    save(path, population_groups(stored), Provenance(KIND))
-    again = read_change_groups(path)
+    stored.write(path, Provenance(""))
+    again = ChangeGroups.read(path)
     lines = "\n".join(group_lines(again))
     assert "relaxation" in lines or "k_SR" in lines
     assert "control over treated: 1." in lines

@@ -1,4 +1,4 @@
-"""The stage of the change in groups, on changes of made-up ratios."""
+"""The change in groups, on changes of made-up ratios."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ import hierarchy_case as case
 import numpy as np
 import pytest
 import ratio_case
-from speed_case import shipped
 from test_compare_command import stored
 
-from swesbi.artefacts import Origin, Provenance, save, to_groups
+from swesbi.artefacts import Provenance
 from swesbi.persons.change.groups import verdict_of_pair
 from swesbi.persons.change.one_person import OnePerson
-from swesbi.persons.change.stored import KIND, StoredChange
-from swesbi.persons.change.stored_groups import read_change_groups
-from swesbi.study.stages import change_groups as stage
+from swesbi.persons.change.stored import StoredChange
+from swesbi.persons.change.stored_groups import ChangeGroups, change_in_groups
+from swesbi.study.compare import GROUP_OUTPUTS, save_groups
 from swesbi.verdict.verdict import STATUSES, Status
 
 TWO_PERSONS = OnePerson(-3.0, -2.0, 0.01, 0.05, 4.0)
@@ -48,43 +47,22 @@ def test_a_pair_has_the_worse_verdict_of_both_visits(good: Status, bad: Status) 
     assert verdict_of_pair(replace(one, converged=False)) == "contradicted"
 
 
-def test_the_stage_writes_all_of_it_and_says_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    paths = []
-    for change in changes():
-        paths.append(tmp_path / change.person / "change.h5")
-        save(paths[-1], to_groups(change), Provenance(KIND, change.person))
+def test_all_of_it_is_inferred_written_and_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     context = case.contexts(1, np.random.default_rng(1))[0]
-    monkeypatch.setattr(stage, "read_observation", lambda path: SimpleNamespace(context=context))
-    config = shipped()
-    prior = {
-        "theta": case.THETA_PRIOR.to_plain(),
-        "passive_stiffness_kpa": config.speed_experiments["calibrated"].passive_stiffness_kpa.to_plain(),
-    }
-    settings = stage.ChangeGroupsStageSettings.from_plain(
-        {
-            "prior": prior,
-            "change_groups": ratio_case.SETTINGS.model_copy(update={"draws": 600}).to_plain(),
-            "cohort_posterior": ratio_case.EFFORT.to_plain(),
-            "groups": {f"P{number}": "treated" if number % 2 else "control" for number in range(8)},
-            "left_out": ["left out with one visit, since a change needs two: P9"],
-            "cohort_title": "made-up persons",
-        }
+    made = change_in_groups(
+        changes(),
+        [SimpleNamespace(context=context)] * 8,
+        prior=case.THETA_PRIOR,
+        change_groups=ratio_case.SETTINGS.model_copy(update={"draws": 600}),
+        cohort_posterior=ratio_case.EFFORT,
+        groups={f"P{number}": "treated" if number % 2 else "control" for number in range(8)},
+        left_out=("left out with one visit, since a change needs two: P9",),
+        seed=1,
     )
-    files = {
-        "groups": tmp_path / "amortised" / "changes_groups.h5",
-        "table": tmp_path / "amortised" / "changes_groups.csv",
-        "persons": tmp_path / "changes_persons.csv",
-        "figure_pdf": tmp_path / "figure.pdf",
-        "figure_png": tmp_path / "figure.png",
-    }
     with caplog.at_level(logging.INFO, logger="swesbi"):
-        stage.change_groups(
-            changes=paths, observations=paths, settings=settings, origin=Origin(1, "", ""), **files
-        )
-    assert all(path.is_file() for path in files.values())
-    found = read_change_groups(files["groups"])
+        save_groups(made, tmp_path, Provenance(""), "made-up persons")
+    assert {path.name for path in tmp_path.iterdir()} == set(GROUP_OUTPUTS)
+    found = ChangeGroups.read(tmp_path / GROUP_OUTPUTS[0])
     assert found.groups == ("control", "treated")
     factor = found.population.group_factor[0, :, 0, 2]
     assert np.quantile(factor, 0.05) < 0.7 < np.quantile(factor, 0.95)

@@ -18,8 +18,8 @@ from swesbi.__main__ import main
 from swesbi.answers.compared import OUTPUTS
 from swesbi.config.read import overlay, read_yaml
 from swesbi.persons.change.ratios import QUANTITIES
-from swesbi.persons.change.stored import read_change
-from swesbi.persons.change.stored_groups import read_change_groups
+from swesbi.persons.change.stored import StoredChange
+from swesbi.persons.change.stored_groups import ChangeGroups
 from swesbi.study.compare import ALL_CHANGES, GROUP_OUTPUTS
 
 PAGE = (ROOT / "docs" / "compare-and-plan.md").read_text(encoding="utf-8")
@@ -113,15 +113,15 @@ def check_changes(folder: Path) -> None:
     assert set(whole["experiment"]) == {"amortised"}
     assert list(whole["person"].unique()) == ["P01", "P06"]
     assert len(whole) == 2 * len(QUANTITIES)
-    found = read_change(folder / "P01" / "change.h5")
+    found = StoredChange.read(folder / "P01" / "change.h5")
     assert found.visit == ("before", "after")
     assert tuple(found.subject) == PAIR
 
 
 def check_groups(folder: Path) -> None:
     """Groups of one person are not compared, and who is left out is named."""
-    assert all((folder / name).is_file() for name in GROUP_OUTPUTS.values())
-    found = read_change_groups(folder / GROUP_OUTPUTS["groups"])
+    assert all((folder / name).is_file() for name in GROUP_OUTPUTS)
+    found = ChangeGroups.read(folder / GROUP_OUTPUTS[0])
     assert found.person == ("P01", "P06")
     assert found.groups == ()  # one person of each group
     assert "left out with one visit, since a change needs two: P05" in found.notes

@@ -11,7 +11,7 @@ import pytest
 from swesbi.persons.cohort.cohort import Member, design_of, make_member, weighted_quantiles
 from swesbi.persons.cohort.hyperprior import hyperprior_of
 from swesbi.persons.cohort.infer import infer_cohort
-from swesbi.study.stages.cohort_posterior import VisitSettings, first_visits
+from swesbi.persons.cohort.posterior import VisitSettings, first_visits
 
 NONE = np.empty((0, 3))
 

@@ -11,16 +11,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from swesbi.artefacts import Provenance, load, save
+from swesbi.artefacts import Provenance, load
 from swesbi.parameters import THETA_NAMES
 from swesbi.persons.cohort.cohort import design_of
 from swesbi.persons.cohort.hyperprior import hyperprior_of
 from swesbi.persons.cohort.infer import Inferred, infer_cohort
 from swesbi.persons.cohort.result import (
-    KIND,
     CohortPosterior,
-    population_groups,
-    read_cohort_posterior,
 )
 from swesbi.persons.cohort.stored import stored_form
 from swesbi.persons.cohort.table import (
@@ -73,7 +70,7 @@ def posterior(inferred: Inferred) -> CohortPosterior:
 
 
 def write(posterior: CohortPosterior, path: Path) -> Path:
-    save(path, population_groups(posterior), Provenance(KIND))
+    posterior.write(path, Provenance(""))
     return path
 
 
@@ -107,7 +104,7 @@ def test_the_same_seed_gives_the_same_bytes(inferred: Inferred, tmp_path: Path) 
 
 def test_the_file_reads_back_by_us_and_by_arviz(posterior: CohortPosterior, tmp_path: Path) -> None:
     path = write(posterior, tmp_path / "cohort_posterior.h5")
-    again = read_cohort_posterior(path)
+    again = CohortPosterior.read(path)
     assert again.subject == posterior.subject
     assert again.groups == ("a", "b")
     assert again.notes.startswith("a person counts once")
@@ -119,7 +116,7 @@ def test_the_file_reads_back_by_us_and_by_arviz(posterior: CohortPosterior, tmp_
     assert opened.posterior["theta"].sizes["subject"] == PERSONS
     loo = arviz.loo(opened, pointwise=False)
     assert np.isfinite(loo.elpd_loo)
-    assert load(path, KIND)[0]["hyperparameter"].size == 18
+    assert load(path, CohortPosterior.kind)[0]["hyperparameter"].size == 18
 
 
 def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None:
@@ -127,18 +124,18 @@ def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None
     measured = case.Measured(np.log([[45.0, 5.0, 30.0]]), case.ERROR_SD[None])
     members = case.members_of(measured, context, ["not contradicted"], [""], 4000)
     posterior = stored_form(infer_cohort(members, case.THETA_PRIOR, case.SETTINGS, None, 1))
-    again = read_cohort_posterior(write(posterior, tmp_path / "one.h5"))
+    again = CohortPosterior.read(write(posterior, tmp_path / "one.h5"))
     assert again.covariate == ()
     assert again.groups == ()
     assert again.population.covariate_factor.shape[2] == 0
     assert "age does not vary over the cohort" in again.notes
-    assert isinstance(draw_cohort_posterior(again, TITLE), Figure)
+    assert isinstance(draw_cohort_posterior(again, cohort_title=TITLE), Figure)
     assert len(hyperparameter_table(again)) == 6
 
 
 def test_groups_with_dollar_signs_are_drawn_as_they_are(posterior: CohortPosterior) -> None:
     named = replace(posterior, first_group=r"$\first$", compared_group=(r"$\other$",))
-    draw_cohort_posterior(named, TITLE).draw_without_rendering()
+    draw_cohort_posterior(named, cohort_title=TITLE).draw_without_rendering()
 
 
 def test_tables_have_a_row_each(posterior: CohortPosterior) -> None:

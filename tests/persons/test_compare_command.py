@@ -21,7 +21,7 @@ from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.answers.compared import JOINT, TABLE, PersonChangeSettings, check_protocols
-from swesbi.artefacts import Origin, Provenance, save, to_groups
+from swesbi.artefacts import Origin, Provenance
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.ending import InterruptedBySignal
 from swesbi.config.pairs import pairs_of, visit_pair
@@ -29,14 +29,13 @@ from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.persons.change.one_person import OnePerson
 from swesbi.persons.change.ratios import QUANTITIES, Ratios
-from swesbi.persons.change.stored import KIND, StoredChange, change_table, read_change
+from swesbi.persons.change.stored import StoredChange, change_table
 from swesbi.persons.change.words import change_lines
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.study import compare as command
 from swesbi.study.answering import Answerer
-from swesbi.study.finished import finished_population, finished_study
 from swesbi.study.other_network import OtherNetworkError
-from swesbi.study.stages.change_groups import ChangeGroupsStageSettings
+from swesbi.study.results import Results, answering, answering_population
 
 if TYPE_CHECKING:
     from swesbi.recording.observation import Observation
@@ -64,7 +63,7 @@ def test_the_network_of_the_package_compares_where_no_study_has_been_run(tmp_pat
     study = load_study(raw, new_cohort=TRIAL)
     assert command.experiment_with_network(study, None) == "amortised"
     assert command.experiment_with_network(study, "calibrated") == "calibrated"
-    for path in finished_study(tmp_path, "calibrated", study.subjects_of("calibrated")).files:
+    for path in answering(study, "calibrated").files:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
     assert command.experiment_with_network(study, None) == "calibrated"
@@ -86,10 +85,10 @@ def test_a_person_or_a_visit_that_is_not_there_is_named(
 
 
 def test_a_person_who_came_once_has_not_changed(trial: Study) -> None:
-    rows = dict(trial.new_visit_rows)
+    rows = dict(trial.outside.told_visits)
     once = {name: visit for name, visit in rows.items() if name != "P02-after"}
-    contexts = {name: row for name, row in trial.new_rows.items() if name != "P02-after"}
-    alone = Study(trial.config, trial.context_rows, new_rows=contexts, new_visit_rows=once)
+    contexts = {name: row for name, row in trial.outside.rows.items() if name != "P02-after"}
+    alone = Study(trial.config, trial.cohort, replace(trial.outside, rows=contexts, told_visits=once))
     with pytest.raises(ConfigError, match="has one visit in .*, 'before', and a change needs two"):
         visit_pair(alone, "P02")
     assert "P02" not in {pair.person for pair in pairs_of(alone)}
@@ -105,7 +104,7 @@ def finish(results: Path) -> None:
     """Make empty files of what answers: the study's own network and null recordings."""
     null = results / "amortised" / "null.h5"
     null.parent.mkdir(parents=True)
-    for path in (*finished_population(results, "amortised", null).files, null):
+    for path in (*answering_population(Results(results), "amortised", null).files, null):
         path.touch()
 
 
@@ -174,7 +173,7 @@ class Instead:
 
     def __init__(self) -> None:
         self.raised: dict[str, BaseException] = {}
-        self.changes: list[Path] = []
+        self.changes: list[str] = []
         self.observations: list[Path] = []
         self.left_out: list[str] = []
         self.failing = False
@@ -188,23 +187,19 @@ class Instead:
         self, _: object, __: object, settings: PersonChangeSettings, origin: Origin, folder: Path
     ) -> StoredChange:
         change = replace(stored(), person=settings.person)
-        save(folder / JOINT, to_groups(change), Provenance(KIND, origin.subject))
+        change.write(folder / JOINT, Provenance("", origin.subject))
         write_csv(folder / TABLE, change_table(change))
         return change
 
-    def change_groups(
-        self,
-        *,
-        changes: Sequence[Path],
-        observations: Sequence[Path],
-        settings: ChangeGroupsStageSettings,
-        origin: Origin,
-        **outputs: Path,
+    def change_in_groups(
+        self, changes: Sequence[StoredChange], observations: Sequence[Path], *, left_out: tuple[str, ...]
     ) -> None:
-        self.changes, self.observations = [*changes], [*observations]
-        self.left_out = [*settings.left_out]
-        for path in outputs.values():
-            path.write_text(origin.subject)
+        self.changes, self.observations = [change.person for change in changes], [*observations]
+        self.left_out = [*left_out]
+
+    def save_groups(self, _: None, folder: Path, *__: object) -> None:
+        for name in command.GROUP_OUTPUTS:
+            (folder / name).touch()
         if self.failing:
             raise ValueError("their draws lie nowhere")
 
@@ -215,7 +210,9 @@ def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
     made = Instead()
     monkeypatch.setattr(Answerer, "asked", lambda _, subject: made.asked(subject))
     monkeypatch.setattr(command, "save_change", made.save_change)
-    monkeypatch.setattr(command, "stage_function", lambda _: made.change_groups)
+    monkeypatch.setattr(command, "change_in_groups", made.change_in_groups)
+    monkeypatch.setattr(command, "save_groups", made.save_groups)
+    monkeypatch.setattr(command.Observation, "read", lambda path: path)
     return made
 
 
@@ -233,13 +230,13 @@ def test_all_who_came_twice_are_compared_and_the_others_named(
     assert "20 compared, 3 refused" in shown
     assert "refused: P02: visit 'before' (recording P02-before) is refused, ivsd_cm = 2.2" in shown
     persons = [f"P{number:02d}" for number in (1, *range(6, 25))]
-    files = {command.ALL_CHANGES, *command.GROUP_OUTPUTS.values()}
+    files = {command.ALL_CHANGES, *command.GROUP_OUTPUTS}
     assert {path.name for path in out.iterdir()} == {*persons, *files}
     changes = pd.read_csv(out / command.ALL_CHANGES)
     assert list(changes) == ["experiment", *change_table(stored())]
     assert set(changes["experiment"]) == {"amortised"}
     assert list(changes["person"].unique()) == persons
-    assert instead.changes == [out / person / "change.h5" for person in persons]
+    assert instead.changes == persons
     first = [out / person / f"{person}-before" / "observation.h5" for person in persons]
     assert instead.observations == first
     said = "\n".join(instead.left_out)
@@ -270,7 +267,7 @@ def test_a_person_whose_name_or_folder_is_wrong_is_refused_alone(
 def test_groups_that_fail_lose_no_person(typed: Callable[..., str], instead: Instead, tmp_path: Path) -> None:
     out, instead.failing = tmp_path / "out", True
     out.mkdir()
-    (out / command.GROUP_OUTPUTS["table"]).write_text("of an earlier run")
+    (out / command.GROUP_OUTPUTS[1]).write_text("of an earlier run")
     shown = typed("--all", "--out", str(out))
     assert "24 compared, 0 refused" in shown
     assert shown.endswith("no change in groups: their draws lie nowhere\n")
@@ -361,8 +358,8 @@ def stored(p_value: float = 0.5, changed: float = 0.99) -> StoredChange:
 
 def test_a_change_is_read_as_it_was_written(tmp_path: Path) -> None:
     written, path = stored(), tmp_path / "change.h5"
-    save(path, to_groups(written), Provenance(KIND, "P"))
-    read = read_change(path)
+    written.write(path, Provenance("", "P"))
+    read = StoredChange.read(path)
     assert (read.visit, read.quantity, read.person, read.converged) == (
         written.visit, written.quantity, "P", True,
     )  # fmt: skip
@@ -407,3 +404,27 @@ def test_the_answer_says_what_changed_and_what_it_is_conditional_on() -> None:
     other = "\n".join(change_lines(stored(p_value=0.01, changed=0.2)))
     assert "NOT of one person" in other
     assert "nothing has changed by more than 10%" in other
+
+
+def test_the_change_in_groups_has_groups_hyperpriors_and_who_is_left_out(trial: Study) -> None:
+    parts = command.groups_settings(trial, "amortised", {"P01": "is too\nshort"})
+    assert set(parts["groups"].values()) == {"control", "treated"}
+    assert len(parts["groups"]) == 24
+    assert parts["left_out"] == ["P01 is left out: is too short"]
+    assert parts["change_groups"] == trial.config.change_groups.to_plain()
+    rows = {name: row.hr_bpm for name, row in trial.outside.rows.items()}
+    slowest = min(rows, key=lambda name: rows[name])
+    plain = trial.config.to_plain()
+    population = plain["population_experiments"]["amortised"]["population"]
+    population["declared_range"]["hr_bpm"] = [rows[slowest] + 0.5, 130.0]
+    refusing = command.groups_settings(load_study(plain, new_cohort=TRIAL), "amortised", {})
+    sentences = refusing["left_out"]
+    assert any(f"(recording {slowest}) is refused, hr_bpm = " in sentence for sentence in sentences)
+    assert slowest.split("-")[0] not in refusing["groups"]
+
+
+def test_those_who_came_once_are_named(trial: Study) -> None:
+    volunteers = ROOT / "data" / "virtual_volunteers"
+    study = load_study(trial.config.to_plain(), new_cohort=volunteers)
+    (left,) = command.groups_settings(study, "amortised", {})["left_out"]
+    assert left == "left out with one visit, since a change needs two: A, B, C, D, E, F, G, H"

@@ -9,22 +9,22 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
+from swesbi.persons.planning.answered import BankSettings
 from swesbi.persons.planning.asked import Effect
 from swesbi.persons.planning.planned import PlannedPerson, draw_planned
 from swesbi.persons.planning.settings import GROUPS, PAIRED
-from swesbi.study.stages.plan import PlanBankStageSettings
+from swesbi.study.plan import Asked, bank_settings
 
 
 @cache
 def person(design: str, change: float, response_spread: float = 0.0) -> PlannedPerson:
     """Draw the first person of a bank by the shipped configuration."""
     study = load_study(read_merged(ROOT / "config.yaml"))
-    asked = {"design": design, "parameter": "k_sr_per_s", "change": repr(change), "repeats": "3"}
-    plain = stage_settings(study, "plan_bank", experiment="amortised", repeat_noise="0.03", **asked)
-    source = PlanBankStageSettings.from_plain(plain).source(study.config.seed)
-    return draw_planned(0, design, Effect("k_sr_per_s", change), response_spread, source)
+    effect = Effect("k_sr_per_s", change)
+    asked = Asked(effect, design, (3,), 0.03, 0.9, None)
+    settings = BankSettings.from_plain(bank_settings(study, "amortised", asked, 3))
+    return draw_planned(0, design, effect, response_spread, settings.source(study.config.seed))
 
 
 @pytest.mark.parametrize("design", [PAIRED, GROUPS])
@@ -49,3 +49,12 @@ def test_an_effect_is_all_that_lies_between_the_arms() -> None:
     assert np.abs(without.samples_by_repeat - other.samples_by_repeat).sum() <= 3
     assert drawn.earlier is not None
     assert not np.allclose(without.speed_m_s, drawn.earlier.speed_m_s, rtol=0.002)
+
+
+def test_a_bank_depends_on_what_is_planned_and_on_what_answers_do() -> None:
+    study = load_study(read_merged(ROOT / "config.yaml"))
+    asked = Asked(Effect("k_sr_per_s", -0.2), PAIRED, (3, 5), 0.03, 0.9, None)
+    parts = bank_settings(study, "amortised", asked, 3)
+    assert (parts["change"], parts["repeats"], parts["repeat_noise"]) == (-0.2, 3, 0.03)
+    assert parts["exact"] == study.config.speed_experiments["calibrated"].exact.to_plain()
+    assert parts["persons"] == study.config.plan.persons.to_plain()

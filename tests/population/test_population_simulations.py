@@ -9,12 +9,13 @@ import population_case as case
 import pytest
 import speed_case
 
-from swesbi.artefacts import Provenance, save
-from swesbi.population.simulations import KIND, read_population, simulate_population, to_dataset
+from swesbi.artefacts import Provenance
+from swesbi.artefacts.typed import read_as
+from swesbi.population.simulations import PopulationSimulations, simulate_population
 from swesbi.population.training import split_by_context
 from swesbi.prior import from_logit, log_density
 
-PROVENANCE = Provenance(KIND, "", 1, {}, "0" * 16)
+PROVENANCE = Provenance("", "", 1, {}, "0" * 16)
 ARRAYS = (
     "theta",
     "physiology",
@@ -31,8 +32,8 @@ def test_shards_hold_what_one_run_would(tmp_path: Path, prior: str) -> None:
     whole, model = case.made(12, 5, prior), speed_case.settings(prior)
     for name, index in {"shard-1": range(7, 12), "shard-0": range(7)}.items():
         part = simulate_population(index, 5, case.EXPERIMENT.population, 20, model, seed=5)
-        save(tmp_path / f"{name}.h5", to_dataset(part), PROVENANCE)
-    read = read_population([tmp_path / "shard-1.h5", tmp_path / "shard-0.h5"])
+        part.write(tmp_path / f"{name}.h5", PROVENANCE)
+    read = read_as(PopulationSimulations, [tmp_path / "shard-1.h5", tmp_path / "shard-0.h5"], "shards")
     assert read.contexts == whole.contexts
     assert read.nuisance_names == whole.nuisance_names == model.prior.theta.physiology_names
     assert whole.physiology.shape == (12, 5, len(whole.nuisance_names))

@@ -1,42 +1,45 @@
-"""The stage: recording, noise and network in, a posterior with its reliability out."""
+"""The posterior of a subject: recording, noise and network in, draws with their reliability out."""
 
 from __future__ import annotations
 
 import logging
 from pathlib import Path
 
+import exact_study
 import numpy as np
 import pytest
 import speed_case
 from exact_case import fitted, weigh
-from exact_study import EXACT, write_inputs
 
-from swesbi.artefacts import Origin, load
-from swesbi.measurement.likelihood import read_speed_model
-from swesbi.networks.flow.files import load_flow
+from swesbi.artefacts import Provenance
+from swesbi.measurement.likelihood import speed_model
 from swesbi.networks.flow.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.posterior.hearts import HeartModel
-from swesbi.posterior.result import read_exact_posterior
-from swesbi.posterior.truncated import POSTERIOR, read_posterior
+from swesbi.posterior.result import ExactPosterior
+from swesbi.posterior.subject import posterior_of_subject
+from swesbi.posterior.truncated import Posterior
 from swesbi.prior import in_bounds
-from swesbi.study.stages import exact as stage
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
+
+Inputs = tuple[Observation, CohortNoise, TrainedFlow]
 
 
 @pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    return write_inputs(tmp_path_factory.mktemp("exact"))
+def inputs() -> Inputs:
+    return exact_study.inputs()
 
 
-def posterior(inputs: dict[str, Path], path: Path, seed: int = 1) -> Path:
-    settings = stage.ExactPosteriorSettings(model=speed_case.settings(), exact=EXACT)
-    stage.exact_posterior(**inputs, posterior=path, settings=settings, origin=Origin(seed, "T", "c"))
-    return path
+def posterior(inputs: Inputs, seed: int = 1) -> ExactPosterior:
+    return posterior_of_subject(*inputs, model=speed_case.settings(), exact=exact_study.EXACT, seed=seed)
 
 
-def test_the_networks_density_weights_as_a_known_proposal_does(inputs: dict[str, Path]) -> None:
+def test_the_networks_density_weights_as_a_known_proposal_does(inputs: Inputs) -> None:
     """A wrong density or Jacobian of the network, or a wrong integral, would move the evidence."""
-    model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
-    network = flow_proposal(load_flow(inputs["estimator"])[0], model.recording)
+    observed, noise, flow = inputs
+    model = speed_model(observed, noise, speed_case.settings())
+    network = flow_proposal(flow, model.recording)
     found, expected = (
         weigh(each, proposal, 24_000, 0.1, 1)
         for each, proposal in ((HeartModel(model), network), (model, fitted(model)))
@@ -47,37 +50,35 @@ def test_the_networks_density_weights_as_a_known_proposal_does(inputs: dict[str,
 
 
 def test_the_stage_writes_a_posterior_and_says_what_gave_it(
-    inputs: dict[str, Path], tmp_path: Path, caplog: pytest.LogCaptureFixture
+    inputs: Inputs, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
+    path = tmp_path / "posterior.h5"
     with caplog.at_level(logging.INFO, logger="swesbi"):
-        path = posterior(inputs, tmp_path / "posterior.h5")
-    exact = read_exact_posterior(path)
+        posterior(inputs).write(path, Provenance("", "T"))
+    exact = ExactPosterior.read(path)
     assert f"draws by {exact.sampler}" in caplog.text
     assert all(reason in caplog.text for reason in exact.reasons)
-    assert exact.phi.shape == (EXACT.draws, 4)
+    assert exact.phi.shape == (exact_study.EXACT.draws, 4)
     assert in_bounds(exact.phi, speed_case.settings().prior).all()
-    common, provenance = read_posterior(path), load(path, POSTERIOR)[1]
-    flow, _ = load_flow(inputs["estimator"])
-    model = read_speed_model(inputs["observation"], inputs["noise"], speed_case.settings())
+    common, (observed, noise, flow) = Posterior.read(path), inputs
+    model = speed_model(observed, noise, speed_case.settings())
     np.testing.assert_allclose(common.z_obs, flow.conditioner.condition(model.recording))
     assert common.component_names == flow.components
-    assert (provenance.kind, provenance.subject) == (POSTERIOR, "T")
 
 
-def test_the_stage_repeats_to_the_byte_and_depends_on_the_seed(
-    inputs: dict[str, Path], tmp_path: Path
-) -> None:
-    first, again, other = (
-        posterior(inputs, tmp_path / f"{name}.h5", seed).read_bytes()
-        for name, seed in (("first", 1), ("again", 1), ("other", 2))
-    )
+def test_the_stage_repeats_to_the_byte_and_depends_on_the_seed(inputs: Inputs, tmp_path: Path) -> None:
+    found = []
+    for number, seed in enumerate((1, 1, 2)):
+        path = tmp_path / f"{number}.h5"
+        posterior(inputs, seed).write(path, Provenance("", "T"))
+        found.append(path.read_bytes())
+    first, again, other = found
     assert first == again
     assert first != other
 
 
-def test_a_proposal_is_the_flow_at_one_conditioning_vector(inputs: dict[str, Path]) -> None:
-    flow, _ = load_flow(inputs["estimator"])
-    model = speed_case.model()
+def test_a_proposal_is_the_flow_at_one_conditioning_vector(inputs: Inputs) -> None:
+    flow, model = inputs[2], speed_case.model()
     proposal = flow_proposal(flow, model.recording)
     assert isinstance(proposal, FlowProposal)
     heart = proposal.draw(300, 5)

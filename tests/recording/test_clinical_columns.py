@@ -8,14 +8,15 @@ from pathlib import Path
 import pytest
 from cohorts import HEADER, ROWS, write_cohort
 from pydantic import ValidationError
+from rules import settings_of
 from study_copy import ROOT
 
 from swesbi.config.read import overlay, read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.cohort.clinical import ClinicalMeasures, ClinicalRow
 from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.recording.problems import RecordingError
+from swesbi.study.answering import answer_settings
 
 FIRST, SECOND = ROWS.values()
 ALL = "sbp_mmhg,dbp_mmhg,lvet_ms"
@@ -143,17 +144,17 @@ def test_settings_of_a_subject_hold_what_was_measured_of_it_and_of_nobody_else(t
     folder = write_cohort(tmp_path / "cohort")
     written(folder, ALL, "118,74,", ",,295")
     study = cohort_of(folder, {"cohort": str(folder)})
-    assert study.clinical_of("S-1").to_measures().has_pressures
-    first, second = (stage_settings(study, "ingest", subject=name) for name in ROWS)
-    assert first["clinical"] == {"dbp_mmhg": 74.0, "lvet_ms": None, "sbp_mmhg": 118.0}
-    assert second["clinical"]["lvet_ms"] == 295.0
+    assert study.cohort.clinical_of("S-1").to_measures().has_pressures
+    first, second = (settings_of("ingest", study, subject=name) for name in ROWS)
+    assert first["clinical_row"] == {"dbp_mmhg": 74.0, "lvet_ms": None, "sbp_mmhg": 118.0}
+    assert second["clinical_row"]["lvet_ms"] == 295.0
     # what does not look at them depends on the context alone
-    assert "clinical" not in stage_settings(study, "simulate", subject="S-1", prior="paper", shard="0")
+    assert "clinical_row" not in settings_of("simulate", study, subject="S-1", prior="paper", shard="0")
     assert set(first["context"]) == set(HEADER.split(","))
 
 
 def test_a_subject_outside_the_study_has_its_own(tmp_path: Path) -> None:
     folder = write_cohort(tmp_path / "cohort")
     written(folder, ALL, "118,74,", ",,295")
-    parts = stage_settings(cohort_of(folder, {}), "one_answer", experiment="calibrated", subject="S-1")
-    assert parts["ingest"]["clinical"] == {"dbp_mmhg": 74.0, "lvet_ms": None, "sbp_mmhg": 118.0}
+    settings = answer_settings(cohort_of(folder, {}), "calibrated", "S-1")
+    assert settings.clinical_row.to_plain() == {"dbp_mmhg": 74.0, "lvet_ms": None, "sbp_mmhg": 118.0}

@@ -13,10 +13,10 @@ import speed_case
 from free_case import DECLARED, HEART, QUALITY, observed
 from scipy.io import savemat
 
-from swesbi.artefacts import Origin, save, to_groups
+from swesbi.artefacts import Provenance
 from swesbi.recording.cohort.check import examine_cohort
 from swesbi.recording.cohort.recording_file import description_of
-from swesbi.recording.observation import KIND, Observation, same_recording
+from swesbi.recording.observation import Observation, same_recording
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import read_samples
@@ -197,8 +197,7 @@ def test_where_networks_are_asked_a_free_recording_is_refused_in_words(tmp_path:
 def test_an_artefact_reads_back(tmp_path: Path) -> None:
     free_case.train(3).to_csv(tmp_path / "T.csv", index=False)
     seen = observed(tmp_path / "T.csv")
-    made = Origin(1, "T", "0" * 64).provenance(KIND, QUALITY)
-    save(tmp_path / "o.h5", to_groups(seen), made)
+    seen.write(tmp_path / "o.h5", Provenance("", "T", 1))
     again = Observation.read(tmp_path / "o.h5")
     assert same_recording(seen, again)
     assert again.rejected == seen.rejected

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, nominal_phase
 
 from data.makers.files import samples_table
-from swesbi.artefacts import Origin, load
-from swesbi.measurement.settings import MeasurementSettings
+from swesbi.artefacts import Provenance, load
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.clinical import ClinicalRow
+from swesbi.recording.cohort.observed import observed_curve
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import locate_phases
@@ -27,7 +27,6 @@ from swesbi.recording.settings import ContextRow
 from swesbi.recording.speed import average_speeds, estimate_noise, repeat_means
 from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
-from swesbi.study.stages import cohort as stage
 
 
 def without_phases(samples: Samples, *indices: int) -> Samples:
@@ -252,14 +251,18 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     row = ContextRow(
         subject="T", sex="F", age_years=25, bsa_m2=1.7, hr_bpm=60, lvedv_ml=90, lvesv_ml=34, ivsd_cm=0.8
     )
-    settings = stage.IngestSettings(
-        context=row,
-        clinical=ClinicalRow(sbp_mmhg=121.0, dbp_mmhg=78.0),
-        recording=RECORDING,
-        measurement=MeasurementSettings(grid_points=100, active_stiffness_map="identity"),
-        layout=TableLayout(),
-    )
-    stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
+
+    def observed() -> Observation:
+        return observed_curve(
+            recording,
+            context=row,
+            clinical_row=ClinicalRow(sbp_mmhg=121.0, dbp_mmhg=78.0),
+            recording=RECORDING,
+            grid_points=100,
+            layout=TableLayout(),
+        )
+
+    observed().write(artefact, Provenance("", "T", 1))
     direct, read = ingest(samples, CONTEXT, RECORDING, 100), Observation.read(artefact)
     assert read.context == CONTEXT
     assert (read.clinical.sbp_mmhg, read.clinical.dbp_mmhg) == (121.0, 78.0)
@@ -271,7 +274,7 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.curve_kpa, direct.curve_kpa)
     np.testing.assert_array_equal(read.samples_rejected, direct.samples_rejected)
     first = artefact.read_bytes()
-    stage.ingest(recording=recording, observation=artefact, settings=settings, origin=Origin(1, "T"))
+    observed().write(artefact, Provenance("", "T", 1))
     assert artefact.read_bytes() == first
     assert list(load(artefact, "observation")[0]["reason"].to_numpy()) == list(REASONS)
 

@@ -13,9 +13,11 @@ import pytest
 import yaml
 from cohorts import snapshot, write_cohort, write_overlay
 from kinds_gated import cell, context
+from rules import ingest_one
 from study_copy import ROOT
 
 from swesbi.__main__ import main
+from swesbi.config.read import ConfigError
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.tables import csv_text
@@ -108,16 +110,12 @@ def test_infer_says_what_is_wrong_and_answers_nothing(
 
 
 @pytest.mark.parametrize("name", INGESTED)
-def test_ingestion_refuses_it_and_writes_nothing(
-    name: str, good: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_ingestion_refuses_it_and_writes_nothing(name: str, good: Path, tmp_path: Path) -> None:
     message, cohort = broken(name, good, tmp_path)
     changes = write_overlay(tmp_path / "changes.yaml", cohort, subjects=["S-1"])
-    recording = next((path for path in cohort.glob("swe/S-1.*")), cohort / "swe" / "S-1.csv")
     before = snapshot(tmp_path)
-    files = ["--recording", str(recording), "--observation", str(tmp_path / "results" / "observation.h5")]
-    assert main(["stages", "ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 2
-    shown_by(capsys, message)
+    with pytest.raises((ConfigError, RecordingError), match=message):
+        ingest_one(changes, "S-1", tmp_path / "results" / "observation.h5")
     assert snapshot(tmp_path) == before
 
 

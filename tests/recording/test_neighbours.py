@@ -15,8 +15,8 @@ from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
+from swesbi.config.view import View
 from swesbi.population.recordings import OWN, FreshSettings, fresh_subject, record_fresh, record_pushes
 from swesbi.recording.ingest import ingest
 from swesbi.recording.neighbours import told_by_neighbours
@@ -134,8 +134,8 @@ def test_a_gated_phase_of_which_all_samples_are_wrong_is_left_out(phase: int) ->
 
 def test_recordings_of_the_model_itself_lose_one_point_in_five_hundred_at_most() -> None:
     study = load_study(read_merged(ROOT / "config.yaml"))
-    plain = stage_settings(study, "population_null", experiment="amortised")
-    fresh, lost, total = FreshSettings.from_plain(plain["fresh"]), np.zeros(2), np.zeros(2)
+    fresh = FreshSettings.from_plain(View(study, {"experiment": "amortised"})["fresh"])
+    lost, total = np.zeros(2), np.zeros(2)
     for number in range(150):
         known = fresh_subject(number, fresh, 1, "neighbours")
         asked, made = known.model.recording, record_fresh(known, OWN, fresh, 1, "neighbours").recordings[0]

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
 
-from swesbi.artefacts import Origin, save
+from swesbi.artefacts import Provenance
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.acquisition import acquire
 from swesbi.recording.ingest import ingest
-from swesbi.recording.noise.cohort import KIND, CohortNoise, fit_cohort, fit_noise, to_dataset
+from swesbi.recording.noise.cohort import CohortNoise, fit_cohort, fit_noise
 from swesbi.recording.noise.components import (
     RepeatLevels,
     log_restricted_likelihood,
@@ -20,17 +20,12 @@ from swesbi.recording.noise.components import (
 from swesbi.recording.noise.errors import relative_se
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import OTHERS, NoiseSettings
+from swesbi.recording.settings import OTHERS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
-from swesbi.study.stages import cohort as stage
 from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 TRUE = NoiseComponents(0.04, 0.08)
-SETTINGS = stage.NoiseStageSettings(
-    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout(), noise_groups={}
-)
 
 
 def levels_of(samples: Samples) -> RepeatLevels:
@@ -136,7 +131,7 @@ def test_groups_of_recordings_have_noise_of_their_own(tmp_path: Path) -> None:
         for seed, (name, size) in enumerate(sizes.items())
     }
     noise = fit_cohort(levels, {"P": "quiet", "Q": "quiet"}, 0.9)
-    save(tmp_path / "noise.h5", to_dataset(noise), Origin(1, "", "c").provenance(KIND, SETTINGS))
+    noise.write(tmp_path / "noise.h5", Provenance("", seed=1))
     found = CohortNoise.read(tmp_path / "noise.h5")
     assert found == noise and found.group_of == {"P": "quiet", "Q": "quiet", "R": OTHERS, "S": OTHERS}
     for group in (("P", "Q"), ("R", "S")):
@@ -197,6 +192,6 @@ def test_one_recording_has_no_test_of_homogeneity(tmp_path: Path) -> None:
     noise = fit_noise({"X": unbalanced(0.04, 0.08, seed=1)[0]})
     assert np.isnan(noise.homogeneity_p)
     cohort = CohortNoise({"quiet": noise}, 0.9)
-    save(tmp_path / "noise.h5", to_dataset(cohort), Origin(1, "", "c").provenance(KIND, SETTINGS))
+    cohort.write(tmp_path / "noise.h5", Provenance("", seed=1))
     again = CohortNoise.read(tmp_path / "noise.h5").groups["quiet"]
     assert again.pooled == noise.pooled and list(again.by_subject) == ["X"]

@@ -34,11 +34,8 @@ from swesbi.recording.noise.sweeps import (
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import NoiseSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
-from swesbi.study.stages import cohort as stage
 from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 TRUE = NoiseComponents(0.04, 0.08, 0.05)
@@ -49,9 +46,6 @@ OWN = {
     "scale_fraction": 0.0,
 }
 """Of recordings with these components, but sweeps."""
-SETTINGS = stage.NoiseStageSettings(
-    recording=RECORDING, noise=NoiseSettings(interval=0.9), layout=TableLayout(), noise_groups={}
-)
 
 
 def levels_of_table(table: pd.DataFrame) -> SweepLevels:

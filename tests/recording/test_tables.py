@@ -15,6 +15,7 @@ import pytest
 from cohorts import columns, recording, write_cohort, write_overlay, write_v5, write_v73
 from numpy.typing import NDArray
 from recordings import CONTEXT, DENSITY, PHASES, RECORDING, make_samples
+from rules import ingest_one
 from scipy.io import savemat
 
 from data.makers.files import samples_table
@@ -174,8 +175,7 @@ def test_a_matlab_cohort_gives_the_observed_curves_of_its_twin_in_csv(tmp_path: 
         path.unlink()
     for cohort, suffix in zip(cohorts, ("csv", "mat"), strict=True):
         changes = write_overlay(tmp_path / f"{suffix}.yaml", cohort)
-        files = ["--recording", str(cohort / f"swe/S-1.{suffix}"), "--observation", str(cohort / "S-1.h5")]
-        assert main(["stages", "ingest", *files, "--subject", "S-1", "--overlay", str(changes)]) == 0
+        ingest_one(changes, "S-1", cohort / "S-1.h5")
     for group in ("/", "context"):
         twins = [load(cohort / "S-1.h5", "observation", group)[0] for cohort in cohorts]
         assert twins[0].identical(twins[1])

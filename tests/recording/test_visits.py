@@ -8,11 +8,11 @@ import pytest
 from cohorts import HEADER, ROWS, write_cohort
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from rules import settings_of
 from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.config.read import ConfigError, overlay, read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.recording.cohort.visits import Person, Visit, persons_of
@@ -229,16 +229,17 @@ def cohort(tmp_path: Path) -> Path:
 
 def test_a_study_knows_persons_and_visits_of_its_subjects_and_of_those_outside(cohort: Path) -> None:
     study = study_of(cohort, {})
-    assert study.visits == dict.fromkeys("ABCDEFGH", Visit())
-    assert [person.name for person in study.persons] == list("ABCDEFGH")
+    assert study.cohort.visits == dict.fromkeys("ABCDEFGH", Visit())
+    assert [person.name for person in study.cohort.persons] == list("ABCDEFGH")
     assert study.outside.visits == {"S-1": Visit("P", "before", "g"), "s_2x": Visit("P", "after", "g")}
     assert study.outside.persons == (Person("P", "g", ("S-1", "s_2x"), ("before", "after")),)
 
 
 def test_a_study_on_some_subjects_has_their_visits_in_the_order_of_the_table(cohort: Path) -> None:
     own = {"cohort": str(cohort)}
-    assert study_of(cohort, own | {"subjects": ["s_2x", "S-1"]}).persons[0].visits == ("before", "after")
-    assert study_of(cohort, own | {"subjects": ["s_2x"]}).persons == (
+    both = study_of(cohort, own | {"subjects": ["s_2x", "S-1"]})
+    assert both.cohort.persons[0].visits == ("before", "after")
+    assert study_of(cohort, own | {"subjects": ["s_2x"]}).cohort.persons == (
         Person("P", "g", ("s_2x",), ("after",)),
     )
 
@@ -247,16 +248,16 @@ def test_a_study_refuses_visits_that_cannot_be(cohort: Path) -> None:
     path = cohort / "subjects.csv"
     path.write_text(path.read_text().replace("after", "before"))
     refused = "row 3, column 'visit': 'before' is the name of an earlier visit"
-    assert any(refused in reason for reason in study_of(cohort, {}).new_refused.values())
+    assert any(refused in reason for reason in study_of(cohort, {}).outside.refused.values())
     with pytest.raises(ConfigError, match=refused):
         study_of(cohort, {"cohort": str(cohort)})
 
 
 def test_no_stage_depends_on_them(cohort: Path) -> None:
-    with_visits = stage_settings(study_of(cohort, {"cohort": str(cohort)}), "ingest", subject="S-1")
+    with_visits = settings_of("ingest", study_of(cohort, {"cohort": str(cohort)}), subject="S-1")
     path = cohort / "subjects.csv"
     path.write_text("\n".join(line.rsplit(",", 3)[0] for line in path.read_text().splitlines()) + "\n")
-    assert stage_settings(study_of(cohort, {"cohort": str(cohort)}), "ingest", subject="S-1") == with_visits
+    assert settings_of("ingest", study_of(cohort, {"cohort": str(cohort)}), subject="S-1") == with_visits
 
 
 def test_the_template_s_columns_can_be_named_and_filled(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from accessibility import in_dark, serious
 from browser import Browser
 
-from swesbi.report.page import FURTHER
+from swesbi.report.page.names import FURTHER
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("program")]
 

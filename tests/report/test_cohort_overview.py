@@ -14,21 +14,21 @@ from study_copy import ROOT, StudyCopy
 
 from swesbi.artefacts import ArtefactError
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
+from swesbi.config.view import View
 from swesbi.parameters import PHI_NAMES
-from swesbi.posterior.result import read_exact_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
-from swesbi.report.figures.population import draw_strata, read_strata
-from swesbi.verdict.answers import REFUSED, answer_columns, cohort_table, read_cohort
+from swesbi.report.figures.population import STRATA, draw_strata
+from swesbi.verdict.answers import COHORT, REFUSED, answer_columns, cohort_table
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 
 
 def overview(subjects: int, refused: int, *, truth: bool) -> Overview:
     study = load_study(SHIPPED)
-    plain = stage_settings(study, "population_cohort", experiment="amortised")["prior"]
+    plain = View(study, {"experiment": "amortised"})["joint_prior"]
     shown = table(subjects, refused)
     known: Mapping[str, np.ndarray] = {name: np.array([42.0, 5.0, 30.0]) for name in shown["subject"]}
     return Overview(shown, known if truth else {}, JointPriorSettings.from_plain(plain), 0.9)
@@ -50,10 +50,10 @@ def test_a_subject_that_is_neither_answered_nor_refused_is_missed() -> None:
 def test_the_table_reads_back_with_empty_answers(tmp_path: Path) -> None:
     path = tmp_path / "cohort.csv"
     table(4, 2).to_csv(path, index=False)
-    assert read_cohort(path)["reason"].tolist() == ["", "χ²", REASON, REASON]
+    assert COHORT.read(path)["reason"].tolist() == ["", "χ²", REASON, REASON]
     path.write_text("subject,status\nA,not contradicted\n")
     with pytest.raises(ArtefactError, match="lacks the columns reason, duration_ms_median"):
-        read_cohort(path)
+        COHORT.read(path)
 
 
 def test_reasons_are_counted_by_subject_the_commonest_first() -> None:
@@ -81,26 +81,26 @@ def test_a_truth_widens_the_axes_to_hold_it() -> None:
 
 
 def test_strata_are_drawn_with_their_numbers_and_no_text_on_another() -> None:
-    figure = draw_strata(strata(), 0.9, "amortised")
+    figure = draw_strata(strata(), interval=0.9, experiment="amortised")
     assert_text_apart(figure)
     assert "female (n = 400)" in [text for text, _ in text_boxes(figure)]
     with pytest.raises(ValueError, match="no coverage of 80 % intervals"):
-        draw_strata(strata(), 0.8, "amortised")
+        draw_strata(strata(), interval=0.8, experiment="amortised")
 
 
 def test_a_file_that_is_no_table_of_strata_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "strata.csv"
     strata().drop(columns="ci_low").to_csv(path, index=False)
     with pytest.raises(ArtefactError, match="lacks the columns ci_low"):
-        read_strata(path)
+        STRATA.read(path)
 
 
 def test_the_table_of_a_study_has_the_medians_and_limits_of_its_draws(finished: StudyCopy) -> None:
     folder = finished.results / "amortised"
-    shown = read_cohort(folder / "cohort.csv").set_index("subject")
+    shown = COHORT.read(folder / "cohort.csv").set_index("subject")
     assert list(shown.index) == ["A", "F", "G"]
     for subject in shown.index:
-        phi = read_exact_posterior(folder / "subjects" / subject / "posterior.h5").phi
+        phi = ExactPosterior.read(folder / "subjects" / subject / "posterior.h5").phi
         for j, name in enumerate(PHI_NAMES):
             limits = shown.loc[subject, [f"{name}_{end}" for end in ("low", "median", "high")]]
             np.testing.assert_allclose(

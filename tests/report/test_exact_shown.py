@@ -6,22 +6,21 @@ from pathlib import Path
 
 import evaluation_cases
 import numpy as np
-import pandas as pd
 import pytest
 from evaluation_cases import TITLE, TRUE_THETA
-from exact_shown import PRIOR, panel, phi, predictive_panel, result, verdict, write_posterior, write_verdict
+from exact_shown import PRIOR, panel, phi, predictive_panel, result, verdict, write_posterior
 from figure_text import assert_text_apart, text_boxes
 from matplotlib.figure import Figure
 
-from swesbi.artefacts import ArtefactError, Origin
-from swesbi.checks.recovery import read_truth
-from swesbi.posterior.result import read_exact_posterior
-from swesbi.posterior.truncated import Posterior, read_posterior
+from swesbi.artefacts import ArtefactError
+from swesbi.artefacts.typed import Place
+from swesbi.checks.recovery import Truths
+from swesbi.posterior.result import ExactPosterior
+from swesbi.posterior.truncated import Posterior
 from swesbi.report.figures.posterior import draw_exact_posteriors
 from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
-from swesbi.report.study_tables import TRUTH_COLUMNS, truth_table
-from swesbi.study.stages import tables as truth_stage
+from swesbi.report.study_tables import TRUTH_COLUMNS, beside_the_truth, truth_table
 from swesbi.verdict.answers import is_exact, verdict_numbers
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
@@ -69,9 +68,9 @@ def test_verdicts_of_both_kinds_are_read_alike() -> None:
 def test_what_is_shown_is_what_was_written(tmp_path: Path) -> None:
     path, draws = tmp_path / "posterior.h5", phi("A", 300)
     write_posterior(path, draws, "A")
-    found = read_exact_posterior(path)
+    found = ExactPosterior.read(path)
     np.testing.assert_array_equal(found.phi, draws)
-    np.testing.assert_array_equal(read_posterior(path).theta, draws[:, :3])
+    np.testing.assert_array_equal(Posterior.read(path).theta, draws[:, :3])
     assert (found.sampler, found.k_hat, found.efficiency, found.by_mcmc) == ("importance", 0.2, 0.8, False)
     assert np.isnan(found.largest_r_hat)
     assert result("F").by_mcmc
@@ -99,34 +98,23 @@ def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_contradicted
     assert narrow["inside"].tolist() == [False, True, True]
 
 
-def test_the_truth_stage_writes_every_experiment(tmp_path: Path) -> None:
-    posteriors, verdicts = [], []
+def test_every_experiment_stands_beside_the_truth(tmp_path: Path) -> None:
+    posteriors, verdicts = {}, {}
     for name in "AF":
-        folder = tmp_path / "calibrated" / "subjects" / name
-        write_posterior(folder / "posterior.h5", phi(name, 300), name)
-        write_verdict(folder / "verdict.json", name)
-        posteriors.append(folder / "posterior.h5")
-        verdicts.append(folder / "verdict.json")
+        write_posterior(tmp_path / f"{name}.h5", phi(name, 300), name)
+        posteriors[Place("calibrated", name)] = Posterior.read(tmp_path / f"{name}.h5")
+        verdicts[Place("calibrated", name)] = verdict(name)
     source = tmp_path / "truth.csv"
     source.write_text("subject,k0_kpa,k_atp_per_s,k_sr_per_s\nA,58,6,280\nF,60,80,30\n")
-    truth_stage.truth(
-        posteriors=posteriors,
-        verdicts=verdicts,
-        truth=source,
-        truth_csv=tmp_path / "out.csv",
-        settings=truth_stage.TruthSettings(),
-        origin=Origin(1),
-    )
-    table = pd.read_csv(tmp_path / "out.csv")
+    table = beside_the_truth(posteriors, verdicts, Truths.read(source))
     own = table[table["subject"] == "A"]
     assert own["inside"].astype(str).tolist() == ["True", "True", "False"]
     assert table[table["subject"] == "F"]["low"].isna().all()
     assert set(table["status"]) == {"not contradicted", "contradicted"}
 
 
-def test_a_cohort_without_truth_has_none_and_a_broken_file_is_named(tmp_path: Path) -> None:
-    assert read_truth([]) == {}
+def test_a_broken_file_of_true_parameters_is_named(tmp_path: Path) -> None:
     path = tmp_path / "truth.csv"
     path.write_text("subject,k0_kpa\nA,58\n")
     with pytest.raises(ArtefactError, match="lacks the columns k_atp_per_s, k_sr_per_s"):
-        read_truth([path])
+        Truths.read(path)

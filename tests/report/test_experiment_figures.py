@@ -11,13 +11,12 @@ from comparison_case import context
 from evaluation_cases import PRIOR, TITLE, check, posterior_theta, verdict
 from figure_text import assert_text_apart, text_boxes
 
+from swesbi.artefacts.typed import Place
 from swesbi.context import CONTEXT_NAMES
 from swesbi.measurement.settings import SCALAR_NAMES, SUMMARY_NAMES
 from swesbi.parameters import THETA_NAMES
-from swesbi.report.figures.workflow import draw_workflow
+from swesbi.report.figures.workflow import draw_workflow, shown_subject
 from swesbi.report.figures.workflow_panels import WorkflowPicture, groups
-from swesbi.study.stages.origin import ResultKey
-from swesbi.study.stages.study_figures import shown_subject
 
 K_ATP = THETA_NAMES.index("k_atp_per_s")
 
@@ -86,9 +85,9 @@ def test_groups_of_components() -> None:
 
 
 def test_the_first_supported_subject_is_shown() -> None:
-    def verdicts(*supported: bool) -> dict[ResultKey, object]:
+    def verdicts(*supported: bool) -> dict[Place, object]:
         return {
-            ResultKey("paper", name): verdict(name, told) for name, told in zip("CAB", supported, strict=True)
+            Place("paper", name): verdict(name, told) for name, told in zip("CAB", supported, strict=True)
         }
 
     assert shown_subject(verdicts(False, True, True)).subject == "A"

@@ -12,8 +12,8 @@ from report_case import make_experiment
 
 from swesbi.artefacts import ArtefactError
 from swesbi.report.figures.registry import FIGURES, FigureSpec
-from swesbi.report.page import FURTHER
 from swesbi.report.page.figures import PAGE_FIGURES, PageFigure, PagePart, figures_of, further_figures
+from swesbi.report.page.names import FURTHER
 from swesbi.report.page.page import study_figures
 
 TEMPLATE = "".join(

@@ -14,12 +14,13 @@ from matplotlib.transforms import Bbox
 from PIL import Image
 
 from swesbi.artefacts import ArtefactError
+from swesbi.networks.training_tables import TRAINING
 from swesbi.report.figures.density import log_density_of_draws, log_density_of_prior
 from swesbi.report.figures.posterior import draw_cohort_posteriors
 from swesbi.report.figures.posterior_subject import draw_subject_posterior
 from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
 from swesbi.report.figures.style import EXCLUDED_BACKGROUND, save_figure
-from swesbi.report.figures.training import draw_training, read_history
+from swesbi.report.figures.training import draw_training
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 
@@ -39,7 +40,7 @@ def figures() -> dict[str, Figure]:
         "ppc-F": draw_subject_check(checks[5], TITLE),
         "posterior-A": draw_subject_posterior(marginals[0], PRIOR, INTERVAL, TITLE),
         "posterior-F": draw_subject_posterior(marginals[5], PRIOR, INTERVAL, TITLE),
-        "training": draw_training(history(), TITLE),
+        "training": draw_training(history(), trained_on=TITLE),
         "ppc-many": draw_cohort_checks(predictive_panels(MANY, MANY[3:5]), TITLE),
         "posterior-many": draw_cohort_posteriors(posterior_panels(MANY, MANY[3:5]), PRIOR, INTERVAL, TITLE),
         "ppc-one": draw_cohort_checks(predictive_panels("E", "E"), TITLE),
@@ -108,9 +109,9 @@ def test_figures_of_huge_cohorts_stay_within_what_libraries_open(tmp_path: Path)
 def test_figures_do_not_depend_on_the_users_style(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import matplotlib as mpl
 
-    save_figure(draw_training(history(), TITLE), tmp_path / "plain.png")
+    save_figure(draw_training(history(), trained_on=TITLE), tmp_path / "plain.png")
     with mpl.rc_context({"font.size": 20.0, "axes.facecolor": "pink", "savefig.bbox": "tight"}):
-        save_figure(draw_training(history(), TITLE), tmp_path / "styled.png")
+        save_figure(draw_training(history(), trained_on=TITLE), tmp_path / "styled.png")
     assert (tmp_path / "plain.png").read_bytes() == (tmp_path / "styled.png").read_bytes()
 
 
@@ -127,10 +128,10 @@ def test_training_history_is_checked(tmp_path: Path) -> None:
     path = tmp_path / "training.csv"
     history().drop(columns="validation_loss").to_csv(path, index=False)
     with pytest.raises(ArtefactError, match="validation_loss"):
-        read_history(path)
+        TRAINING.read(path)
     history().iloc[:0].to_csv(path, index=False)
     with pytest.raises(ArtefactError, match="holds no epoch"):
-        read_history(path)
+        TRAINING.read(path)
 
 
 def test_densities_integrate_to_one_over_log_theta() -> None:

@@ -13,14 +13,13 @@ from test_report_population import SETTINGS
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import write_csv
-from swesbi.checks.pressures import COLUMNS, RESISTANCE
+from swesbi.checks.pressures import COLUMNS, PRESSURES, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import PHI_NAMES, SHOWN
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import OverPopulation
-from swesbi.report.tables.pressures import pressures_of, pressures_table, read_pressures
-from swesbi.study.stages.report_inputs import read_populations
+from swesbi.report.tables.pressures import pressures_of, pressures_table
 
 RATIOS = {RESISTANCE: 0.8, TIME_CONSTANT: 0.9, VOLUME_FACTOR: np.nan}
 
@@ -66,31 +65,19 @@ def test_the_section_has_them_where_there_are_any() -> None:
 def test_rows_are_those_of_the_experiment(tmp_path: Path) -> None:
     path = tmp_path / "pressures.csv"
     write_csv(path, pd.concat([made(2), made(1, "other")]))
-    found = pressures_of([path], "amortised")
+    table = PRESSURES.read(path)
+    found = pressures_of(table, "amortised")
     assert found is not None and found["subject"].unique().tolist() == ["S0", "S1"]
-    assert pressures_of([path], "third") is None
-    assert pressures_of([], "amortised") is None
+    assert pressures_of(table, "third") is None
+    assert pressures_of(None, "amortised") is None
     write_csv(path, made().drop(columns="shift_in_widths"))
     with pytest.raises(ArtefactError, match="pressures.csv: lacks the columns shift_in_widths"):
-        read_pressures(path)
-
-
-def test_the_report_reads_them(tmp_path: Path) -> None:
-    folder = tmp_path / "amortised"
-    folder.mkdir()
-    table(3, 0).to_csv(folder / "cohort.csv", index=False)
-    strata().to_csv(folder / "strata.csv", index=False)
-    write_csv(tmp_path / "pressures.csv", made())
-    files = ([folder / "cohort.csv"], [folder / "strata.csv"])
-    (found,) = read_populations({"amortised": SETTINGS}, *files, [tmp_path / "pressures.csv"])
-    assert found.pressures is not None and len(found.pressures) == len(made())
-    (plain,) = read_populations({"amortised": SETTINGS}, *files)
-    assert plain.pressures is None
+        PRESSURES.read(path)
 
 
 @pytest.mark.parametrize("subjects", [1, 8])
 def test_the_figure_has_its_texts_apart(subjects: int) -> None:
-    figure = draw_pressures(made(subjects), TITLE)
+    figure = draw_pressures(made(subjects), experiment="amortised", cohort_title=TITLE)
     assert_text_apart(figure)
     assert len(figure.axes) == 8
     assert figure.axes[5].get_xlabel() == f"width {0.8 + 0.025 * (subjects - 1):.2f} of that without"

@@ -11,7 +11,7 @@ import pytest
 from browser import Browser
 from study_copy import StudyCopy, duplicate
 
-from swesbi.report.page import FURTHER
+from swesbi.report.page.names import FURTHER
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("program")]
 

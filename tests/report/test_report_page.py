@@ -24,14 +24,13 @@ from swesbi.report.numbers import (
 )
 from swesbi.report.page.files import figure
 from swesbi.report.page.sections import caution, headline
-from swesbi.report.paper.comparison import COLUMNS
+from swesbi.report.paper.comparison import COMPARISON
 from swesbi.report.table import MARK, MUTED, Column, Link, Strong, Table, markdown, words
 from swesbi.report.tables.experiments import (
     comparison_table,
     differences_table,
     median_table,
     paper_table,
-    read_as_written,
     recovery_table,
     training_table,
 )
@@ -159,7 +158,7 @@ def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
         'quantity,paper,this_study,note,origin\n"r(k_0, k_ATP)",-0.84 +- 0.15,-0.80,<b>near</b>,found\n'
         "D,6,6,the same,designed (there)\n"
     )
-    first, second = paper_table(read_as_written(path, COLUMNS), TITLE).rows
+    first, second = paper_table(COMPARISON.read(path), TITLE).rows
     assert (first.cells[4], second.cells[4]) == ("found", "† designed (there)")
     cells = first.cells
     assert cells[0] == "r(k_0, k_ATP)"
@@ -167,7 +166,7 @@ def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
     assert cells[3] == "<b>near</b>" and with_symbols(cells[3]) == "&lt;b&gt;near&lt;/b&gt;"
     path.write_text("quantity,paper\n")
     with pytest.raises(ArtefactError, match="lacks the columns this_study, note, origin"):
-        read_as_written(path, COLUMNS)
+        COMPARISON.read(path)
 
 
 def test_means_are_over_the_supported_subjects_alone() -> None:

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import pytest
 from cohort_case import REASON, STRATA, TITLE, strata, table
 
-from swesbi.artefacts import ArtefactError
 from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import OverPopulation, cohort_table, strata_table
-from swesbi.study.stages.report_inputs import read_populations
 
 SETTINGS = {
     "base": "calibrated",
@@ -55,8 +50,3 @@ def test_a_large_cohort_is_counted() -> None:
 
 def test_nobody_answered_is_no_error() -> None:
     assert "Exact posteriors" not in make_population_section(shown(3, 3), {}, TITLE).facts
-
-
-def test_a_missing_table_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ArtefactError, match="'amortised': no file of strata"):
-        read_populations({"amortised": SETTINGS}, [tmp_path / "amortised" / "cohort.csv"], [])

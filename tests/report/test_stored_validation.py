@@ -12,7 +12,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import write_csv
 from swesbi.report.page.page import templates
 from swesbi.report.table import Strong
-from swesbi.report.tables.validation import stored_validation
+from swesbi.report.tables.validation import SITTINGS, shown_validation
 from swesbi.report.tables.validation_outcomes import POOLED_TOGETHER
 
 NAN = float("nan")
@@ -52,7 +52,7 @@ def stored(folder: Path) -> Path:
 
 
 def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path) -> None:
-    shown = stored_validation(stored(tmp_path)).table
+    shown = shown_validation(SITTINGS.read(stored(tmp_path))).table
     assert shown.caption.endswith("round 2, 2026-12-02; as shipped.")
     together, *rows = shown.rows
     assert together.cells[:2] == ("(c), (d), (h) together", "k_SR")
@@ -65,7 +65,7 @@ def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path)
 
 
 def test_sentences_follow_the_numbers(tmp_path: Path) -> None:
-    each, chance, covered, missed, untested = stored_validation(stored(tmp_path)).brief
+    each, chance, covered, missed, untested = shown_validation(SITTINGS.read(stored(tmp_path))).brief
     assert all(sentence.startswith("Not reached: ") for sentence in (each, chance, covered, missed))
     assert each.endswith("interval. Short of it: (d) spring, k_SR 60.0 % (40.0 to 78.0).")
     assert chance.endswith("19 %, by the 99 % interval. Above it: (d) spring, 40.0 % (22.0 to 60.0).")
@@ -79,7 +79,7 @@ def test_a_later_sitting_is_compared_with_the_second(tmp_path: Path) -> None:
     table = pd.read_csv(path)
     third = table[table["sitting"] == 2].assign(sitting=4, width_log=0.6)
     write_csv(path, pd.concat([table, third]))
-    width = stored_validation(path).brief[-1]
+    width = shown_validation(SITTINGS.read(path)).brief[-1]
     assert width.startswith("Reached: k_SR of (a) is at most 1.35 times as wide")
     assert width.endswith("Found: 1.33 times.")
 
@@ -88,7 +88,7 @@ def test_a_table_that_lacks_a_column_is_named(tmp_path: Path) -> None:
     path = stored(tmp_path)
     pd.read_csv(path).drop(columns="tested").to_csv(path, index=False)
     with pytest.raises(ArtefactError, match=r"sittings.csv: lacks the columns tested"):
-        stored_validation(path)
+        shown_validation(SITTINGS.read(path))
 
 
 def test_sittings_of_which_none_is_whole_are_named(tmp_path: Path) -> None:
@@ -96,13 +96,13 @@ def test_sittings_of_which_none_is_whole_are_named(tmp_path: Path) -> None:
     path = tmp_path / "sittings.csv"
     write_csv(path, pd.concat(parts).assign(date="2026-12-01", model="as shipped"))
     with pytest.raises(ArtefactError, match="no sitting of the validation asked all generators, a, d"):
-        stored_validation(path)
+        shown_validation(SITTINGS.read(path))
 
 
 @pytest.mark.parametrize("there", [True, False])
 @pytest.mark.parametrize("name", ["checks", "index"])
 def test_pages_show_the_validation_where_there_is_one(tmp_path: Path, name: str, there: bool) -> None:
-    section = stored_validation(stored(tmp_path)) if there else None
+    section = shown_validation(SITTINGS.read(stored(tmp_path))) if there else None
     # all but the validation is left out of these pages
     page = templates().overlay(undefined=ChainableUndefined).get_template(f"{name}.html")
     text = page.render(page={"validation": section}, here=name, root="../")

@@ -1,4 +1,4 @@
-"""The command line: what `--help` costs and says, and the stages without Snakemake."""
+"""The command line: what `--help` costs and says; a job without Snakemake."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from rules import run_rule
 from study_copy import ROOT
 
 from swesbi import __version__
 from swesbi.__main__ import COMMANDS, main
 from swesbi.artefacts import load
-from swesbi.study.registry import STAGES, listing
+from swesbi.config.read import ConfigError, read_merged
+from swesbi.config.study import load_study
 
 RECORDING = "data/virtual_volunteers/swe/A.csv"
 LIBRARIES = ("numpy", "pandas", "scipy", "pydantic", "h5py", "matplotlib", "torch", "xarray", "snakemake")
@@ -44,50 +46,23 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert (ended.value.code, capsys.readouterr().out) == (0, f"swesbi {__version__}\n")
 
 
-def test_ingest_and_passive_run_by_hand(tmp_path: Path) -> None:
-    observation, passive = tmp_path / "observation.h5", tmp_path / "passive.h5"
-    common = ["--subject", "A", "--overlay", "tests/smoke.yaml", "--observation", str(observation)]
-    assert main(["stages", "ingest", *common, "--recording", RECORDING]) == 0
-    assert main(["stages", "passive", *common, "--passive", str(passive)]) == 0
-    _, provenance = load(passive, "passive")
-    assert provenance.subject == "A"
-    assert provenance.code_hash
-
-
-def test_every_stage_s_options_are_distinct_and_a_shard_is_made_by_its_number(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for stage in STAGES:
-        with pytest.raises(SystemExit) as ended:
-            main(["stages", stage, "--help"])
-        assert ended.value.code == 0, stage
-    assert "--shard-number NUMBER" in capsys.readouterr().out
+def test_a_job_makes_an_artefact_that_names_its_subject_and_its_code(tmp_path: Path) -> None:
     shard = tmp_path / "shard.h5"
-    chosen = ["--subject", "A", "--prior", "paper", "--overlay", "tests/smoke.yaml", "--shard", str(shard)]
-    assert main(["stages", "simulate", *chosen]) == 2
-    assert "say which shard: --shard-number NUMBER" in capsys.readouterr().err
-    assert main(["stages", "simulate", *chosen, "--shard-number", "0"]) == 0
-    assert load(shard, "simulations")[1].subject == "A"
+    study = load_study(read_merged(ROOT / "config.yaml", ROOT / "tests" / "smoke.yaml"))
+    run_rule("simulate", study, {}, {"shard": shard}, subject="A", prior="paper", shard="0")
+    provenance = load(shard, "simulations")[1]
+    assert (provenance.subject, provenance.seed, provenance.code_hash) == ("A", study.config.seed, "0")
+    assert provenance.settings["prior"] == study.config.priors["paper"].to_plain()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["ingest", "--recording", RECORDING], "say which subject: --subject NAME"),
-        (["ingest", "--recording", RECORDING, "--subject", "Z"], "subject = 'Z': unknown; the study has A"),
-        (["ingest", "--recording", "nowhere.csv", "--subject", "A"], "nowhere.csv"),
-        (["ingest", "--recording", RECORDING, "--config", "nowhere.yaml"], "nowhere.yaml"),
-    ],
+    ("wildcards", "message"),
+    [({}, "say which subject"), ({"subject": "Z"}, "subject = 'Z': unknown; the study has A")],
 )
-def test_input_that_cannot_be_used_ends_with_one_message(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+def test_a_wildcard_that_names_nothing_is_refused(
+    tmp_path: Path, wildcards: dict[str, str], message: str
 ) -> None:
-    output = tmp_path / "observation.h5"
-    assert main(["stages", *arguments, "--observation", str(output)]) == 2
-    assert message in capsys.readouterr().err
+    study, output = load_study(read_merged(ROOT / "config.yaml")), tmp_path / "observation.h5"
+    with pytest.raises(ConfigError, match=message):
+        run_rule("ingest", study, {"table": Path(RECORDING)}, {"observation": output}, **wildcards)
     assert not output.exists()
-
-
-def test_the_list_of_stages_names_each_once() -> None:
-    named = [line.split()[0] for line in listing().splitlines() if line.startswith("  ")]
-    assert sorted(named) == sorted(STAGES)

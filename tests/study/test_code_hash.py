@@ -9,23 +9,26 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from evaluation_study import run_cmaes, run_predictive, write_study
 from forward_model_cases import SETTINGS as FORWARD_MODEL
 from inference_case import PAPER_PRIOR
-from inference_study import run_all, write_inputs
+from inference_study import make_inputs, run_all
+from rules import PLACES, STAGES, run_rule
 from study_copy import ROOT
 from traced import SOURCE, Trace
 
-from swesbi.__main__ import main
-from swesbi.artefacts import Origin
-from swesbi.recording.settings import ContextRow
+from swesbi.artefacts import Provenance
+from swesbi.config.read import read_merged
+from swesbi.config.study import load_study
+from swesbi.context import Context
+from swesbi.heart.prior_simulations import shard_of_prior
+from swesbi.measurement import baseline
+from swesbi.recording.cohort import observed
 from swesbi.study.code import Packages, Place, Source, stage_hash
-from swesbi.study.registry import STAGES, stage_place
-from swesbi.study.stages import cmaes, cohort, inference, predictive, simulation, training
 
 LAW = "from toy.part import law\ndef run(): return law(1)\n"
 
@@ -264,7 +267,7 @@ def test_a_data_file_counts_for_the_definitions_that_name_it(toy: Toy) -> None:
 
 
 def entry(stage: str) -> Place:
-    return stage_place(stage)
+    return PLACES[stage]
 
 
 def first_function(folder: Path) -> Place:
@@ -338,19 +341,17 @@ def assert_followed(trace: Trace, stage: str, at_least: int) -> None:
 
 
 def by_hand(stage: str, folder: Path) -> None:
-    common = ["--subject", "A", "--overlay", str(ROOT / "tests/smoke.yaml")]
-    common += ["--config", str(ROOT / "config.yaml"), "--observation", str(folder / "observation.h5")]
-    own = {
-        "ingest": ["--recording", str(ROOT / "data/virtual_volunteers/swe/A.csv")],
-        "passive": ["--passive", str(folder / "passive.h5")],
-    }
-    assert main(["stages", stage, *common, *own[stage]]) == 0
+    study = load_study(read_merged(ROOT / "config.yaml", ROOT / "tests/smoke.yaml"))
+    observation = folder / "observation.h5"
+    inputs = {"ingest": {"table": study.cohort.recording("A")}, "passive": {"observation": observation}}
+    outputs = {"ingest": {"observation": observation}, "passive": {"passive": folder / "passive.h5"}}
+    run_rule(stage, study, inputs[stage], outputs[stage], subject="A")
 
 
 def test_what_ingestion_runs_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     trace = Trace()
-    monkeypatch.setattr(cohort, "ingest", trace.of(cohort.ingest))
+    monkeypatch.setattr(observed, "observed_curve", trace.of(observed.observed_curve))
     by_hand("ingest", tmp_path)
     assert_followed(trace, "ingest", at_least=80)
 
@@ -371,7 +372,7 @@ def passive_by_hand(folder: str) -> None:
     logging.basicConfig()  # what is logged passes by the stream of commands, which makes no result
     by_hand("ingest", Path(folder))
     trace = Trace()
-    cohort.passive = trace.of(cohort.passive)
+    baseline.calibrated_passive = trace.of(baseline.calibrated_passive)
     by_hand("passive", Path(folder))
     assert any(module == "swesbi.heart.equations" for module, _ in trace.ran)
     assert_followed(trace, "passive", at_least=80)
@@ -379,7 +380,7 @@ def passive_by_hand(folder: str) -> None:
 
 def test_what_simulation_and_its_settings_run_is_followed(tmp_path: Path) -> None:
     def simulated() -> None:
-        row = ContextRow(
+        row = Context(
             subject="A",
             sex="F",
             age_years=25.0,
@@ -389,26 +390,19 @@ def test_what_simulation_and_its_settings_run_is_followed(tmp_path: Path) -> Non
             lvesv_ml=34.0,
             ivsd_cm=0.8,
         )
-        settings = simulation.SimulateSettings(
-            context=row, prior=PAPER_PRIOR, forward_model=FORWARD_MODEL, draws=(0, 3)
+        made = shard_of_prior(
+            context=row, prior=PAPER_PRIOR, forward_model=FORWARD_MODEL, draw_numbers=(0, 3), seed=1
         )
-        simulation.simulate(shard=tmp_path / "shard.h5", settings=settings, origin=Origin(1, "A"))
+        made.write(tmp_path / "shard.h5", Provenance("", "A", 1))
 
     trace = Trace()
     trace.of(simulated)()
     assert_followed(trace, "simulate", at_least=40)
 
 
-def test_what_training_and_recovery_run_is_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    traces = trace_stages(
-        monkeypatch,
-        (simulation, "pool"),
-        (training, "train"),
-        (inference, "posterior"),
-        (inference, "recovery"),
-    )
-    inputs = write_inputs(tmp_path)
-    run_all(tmp_path, inputs, inputs.shards)
+def test_what_training_and_recovery_run_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    traces = trace_stages(monkeypatch, "pool", "train", "posterior", "recovery")
+    run_all(make_inputs())
     for stage, trace in traces.items():
         assert_followed(trace, stage, at_least=40)
 
@@ -416,7 +410,7 @@ def test_what_training_and_recovery_run_is_followed(tmp_path: Path, monkeypatch:
 def test_what_predictive_checks_and_cmaes_run_is_followed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    traces = trace_stages(monkeypatch, (predictive, "predictive"), (cmaes, "cmaes"))
+    traces = trace_stages(monkeypatch, "predictive", "cmaes")
     files = next(iter(write_study(tmp_path).values()))
     run_predictive(files, tmp_path / "predictive.h5")
     run_cmaes(files, tmp_path / "cmaes.h5")
@@ -424,8 +418,9 @@ def test_what_predictive_checks_and_cmaes_run_is_followed(
         assert_followed(trace, stage, at_least=40)
 
 
-def trace_stages(monkeypatch: pytest.MonkeyPatch, *stages: tuple[ModuleType, str]) -> dict[str, Trace]:
-    traces = {name: Trace() for _, name in stages}
-    for module, name in stages:
-        monkeypatch.setattr(module, name, traces[name].of(getattr(module, name)))
+def trace_stages(monkeypatch: pytest.MonkeyPatch, *stages: str) -> dict[str, Trace]:
+    traces = {stage: Trace() for stage in stages}
+    for stage, trace in traces.items():
+        module, name = PLACES[stage]
+        monkeypatch.setattr(f"{module}.{name}", trace.of(getattr(import_module(module), name)))
     return traces

@@ -1,35 +1,40 @@
 """The study over epochs: the best epoch is the experiment itself, others follow their own networks."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 import torch
+from rules import STAGES
 from study_copy import StudyCopy
 
-from swesbi.artefacts import ArtefactError, Origin
+from swesbi.artefacts import ArtefactError
+from swesbi.checks.epochs import inference_by_epoch
 from swesbi.config.read import overlay, read_merged, read_yaml
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
-from swesbi.networks.paper.estimator import load_estimator
+from swesbi.config.view import View
+from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.maf import losses
-from swesbi.networks.paper.pool import read_pool
-from swesbi.parameters import THETA_NAMES
-from swesbi.posterior.truncated import read_posterior
-from swesbi.prior import prior_variance
-from swesbi.report.figures.training import EPOCH_COLUMNS, read_epochs, read_history
-from swesbi.report.training_tables import (
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.training_tables import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
+    EPOCHS,
     FRESH_LOSS,
     IN_PRIOR,
     RECOVERY_COVERAGE,
     RELATIVE_SD,
     RMSE,
+    TRAINING,
     VALIDATION_LOSS,
 )
-from swesbi.study.stages import epochs
+from swesbi.parameters import THETA_NAMES
+from swesbi.posterior.truncated import Posterior
+from swesbi.prior import PriorSettings, prior_variance
+from swesbi.study.job import run_stage
+from swesbi.study.stage import plain_settings
 
 CHECKPOINTS = {1, 3, 6}
 SUBJECTS = ("A", "F")
@@ -37,7 +42,7 @@ SUBJECTS = ("A", "F")
 
 @pytest.fixture(scope="module")
 def table(finished: StudyCopy) -> pd.DataFrame:
-    return read_epochs(finished.results / "paper" / "epochs.csv")
+    return EPOCHS.read(finished.results / "paper" / "epochs.csv")
 
 
 def values(table: pd.DataFrame, quantity: str, epoch: int, **where: str) -> pd.Series:
@@ -48,11 +53,11 @@ def values(table: pd.DataFrame, quantity: str, epoch: int, **where: str) -> pd.S
 
 
 def best_epoch(finished: StudyCopy) -> int:
-    return load_estimator(finished.results / "paper" / "estimator.pt")[0].best_epoch
+    return TrainedEstimator.read(finished.results / "paper" / "estimator.pt").best_epoch
 
 
 def test_every_checkpoint_has_every_quantity(finished: StudyCopy, table: pd.DataFrame) -> None:
-    history = read_history(finished.results / "paper" / "training.csv").set_index("epoch")
+    history = TRAINING.read(finished.results / "paper" / "training.csv").set_index("epoch")
     expected = CHECKPOINTS | {best_epoch(finished), int(history.index.max())}
     assert set(table["epoch"]) == expected
     for epoch in expected:
@@ -84,11 +89,11 @@ def test_best_epoch_agrees_with_the_experiment(finished: StudyCopy, table: pd.Da
 def test_width_is_that_of_the_posterior_relative_to_the_prior(
     finished: StudyCopy, table: pd.DataFrame
 ) -> None:
-    prior = settings_of(finished).prior
+    prior = PriorSettings.from_plain(settings_of(finished)["prior"])
     best = best_epoch(finished)
     compared = 0
     for subject in SUBJECTS:
-        theta = read_posterior(finished.results / "paper" / "subjects" / subject / "posterior.h5").theta
+        theta = Posterior.read(finished.results / "paper" / "subjects" / subject / "posterior.h5").theta
         for j, name in enumerate(THETA_NAMES):
             (ratio,) = values(table, RELATIVE_SD, best, subject=subject, parameter=name)
             if np.isfinite(ratio):
@@ -100,8 +105,8 @@ def test_width_is_that_of_the_posterior_relative_to_the_prior(
 
 def test_loss_of_unseen_parameters_is_that_of_the_density(finished: StudyCopy, table: pd.DataFrame) -> None:
     """The network's loss is minus its log density; the mean lies near the validation loss, not at it."""
-    pool = read_pool(finished.results / "paper" / "pool.h5")
-    estimator, _ = load_estimator(finished.results / "paper" / "estimator.pt")
+    pool = Pool.read(finished.results / "paper" / "pool.h5")
+    estimator = TrainedEstimator.read(finished.results / "paper" / "estimator.pt")
     theta, z = pool.theta[:40].astype(float), pool.z[:40].astype(float)
     with torch.no_grad():
         rows = (torch.from_numpy(pool.theta[:40]), torch.from_numpy(pool.z[:40]))
@@ -115,49 +120,43 @@ def test_loss_of_unseen_parameters_is_that_of_the_density(finished: StudyCopy, t
         assert value == pytest.approx(validation, abs=1.5)
 
 
-def settings_of(study: StudyCopy) -> epochs.EpochsStageSettings:
+def settings_of(study: StudyCopy) -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(study.folder)
         config = overlay(read_merged(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
-        plain = stage_settings(load_study(config), "epochs", experiment="paper")
-    return epochs.EpochsStageSettings.from_plain(plain)
+        return plain_settings(STAGES["epochs"], View(load_study(config), {"experiment": "paper"}))
 
 
-def run(
-    study: StudyCopy, path: Path, settings: epochs.EpochsStageSettings, subjects: tuple[str, ...]
-) -> None:
-    results = study.results
-    epochs.epochs(
-        pool=results / "paper" / "pool.h5",
-        checkpoints=results / "paper" / "checkpoints.pt",
-        observations=[results / "cohort" / name / "observation.h5" for name in SUBJECTS],
-        passives=[results / "cohort" / name / "passive.h5" for name in SUBJECTS],
-        verdicts=[results / "paper" / "subjects" / name / "verdict.json" for name in subjects],
-        epochs=path,
-        settings=settings,
-        origin=Origin(20260),
-    )
+def run(study: StudyCopy, path: Path, settings: dict[str, Any], subjects: tuple[str, ...]) -> None:
+    paper, cohort = study.results / "paper", study.results / "cohort"
+    inputs = {
+        "pool": [paper / "pool.h5"],
+        "checkpoints": [paper / "checkpoints.pt"],
+        "observations": [cohort / name / "observation.h5" for name in SUBJECTS],
+        "passives": [cohort / name / "passive.h5" for name in SUBJECTS],
+        "verdicts": [paper / "subjects" / name / "verdict.json" for name in subjects],
+    }
+    run_stage(inference_by_epoch, inputs, {"epochs": [path]}, settings | {"subject": "", "code": "0"})
 
 
 def test_too_few_draws_leave_numbers_empty(finished: StudyCopy, tmp_path: Path) -> None:
-    settings = settings_of(finished)
-    changed = settings.to_plain()
+    changed = settings_of(finished)
     changed["support"] |= {"min_in_prior_draws": 3000}
     changed["recovery"] |= {"min_in_prior_draws": 300}
     changed["prior"]["k0_kpa"] |= {"low": 44.9, "high": 45.1}
-    run(finished, tmp_path / "epochs.csv", epochs.EpochsStageSettings.from_plain(changed), SUBJECTS)
-    table = read_epochs(tmp_path / "epochs.csv")
+    run(finished, tmp_path / "epochs.csv", changed, SUBJECTS)
+    table = EPOCHS.read(tmp_path / "epochs.csv")
     for quantity in (RECOVERY_COVERAGE, RELATIVE_SD, RMSE):
         assert table["value"][table["quantity"] == quantity].isna().all(), quantity
     assert table["value"][table["quantity"] == IN_PRIOR].between(0.0, 0.5).all()
 
 
 def test_a_missing_verdict_is_named(finished: StudyCopy, tmp_path: Path) -> None:
-    with pytest.raises(ArtefactError, match="no verdict of subject F"):
+    with pytest.raises(ArtefactError, match="verdicts: no file of F is given"):
         run(finished, tmp_path / "epochs.csv", settings_of(finished), ("A",))
 
 
 def test_a_table_without_a_column_is_refused(tmp_path: Path) -> None:
     (tmp_path / "epochs.csv").write_text("epoch,best\n1,1\n")
-    with pytest.raises(ArtefactError, match=f"lacks the columns {', '.join(EPOCH_COLUMNS[2:])}"):
-        read_epochs(tmp_path / "epochs.csv")
+    with pytest.raises(ArtefactError, match=f"lacks the columns {', '.join(EPOCHS.columns[2:])}"):
+        EPOCHS.read(tmp_path / "epochs.csv")

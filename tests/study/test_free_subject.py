@@ -13,9 +13,8 @@ import speed_case
 from study_copy import ROOT
 
 from swesbi.answers.recording import ModelledRecording, modelled_pushes
-from swesbi.artefacts import Origin, save, to_groups
+from swesbi.artefacts import Provenance
 from swesbi.config.read import ConfigError, overlay, read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel
@@ -24,13 +23,12 @@ from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
-from swesbi.recording.observation import KIND
 from swesbi.recording.phases import cells_of
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.pushes import ingest_pushes
-from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched
-from swesbi.study.finished import FinishedPopulation, FinishedStudy
+from swesbi.study.answering import Answerer, OtherAnswerError, answer_settings, check_untouched
 from swesbi.study.observing import observe
+from swesbi.study.results import Answering
 from swesbi.verdict.checks import residuals_p_value
 
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
@@ -108,15 +106,14 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
 
 def read_again(asked: Study) -> Study:
     """The same study, its other cohort read anew."""
-    return load_study(asked.config.to_plain(), new_cohort=asked.new_cohort)
+    return load_study(asked.config.to_plain(), new_cohort=asked.outside.folder)
 
 
 def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: Study) -> None:
     phases = {
-        name: stage_settings(asked, "one_answer", experiment="calibrated", subject=name)["ingest"]
-        for name in ("S-1", "s_2x")
+        name: answer_settings(asked, "calibrated", name).recording.phases for name in ("S-1", "s_2x")
     }
-    assert [one["recording"]["phases"] for one in phases.values()] == [20, 24]
+    assert list(phases.values()) == [20, 24]
     observed = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
     assert [one.observation.is_gated for one in observed] == [True, True, False]
     last = observed[2].observation
@@ -127,15 +124,14 @@ def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
     asked: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where it does not, nobody's: the answer begins with the prior."""
-    monkeypatch.setattr(FinishedStudy, "is_there", True)
-    monkeypatch.setattr(FinishedPopulation, "is_there", True)
+    monkeypatch.setattr(Answering, "is_there", True)
     population = next(iter(asked.config.population_experiments))
     experiments = asked.answering_experiments
     assert len(experiments) > 1
     read = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
     assert [one.observation.is_gated for one in read] == [True, True, False]
     assert Answerer(asked, experiments, "")._network("S-3", free=True)[0] == population
-    table = asked.new_cohort / "subjects.csv"
+    table = asked.outside.folder / "subjects.csv"
     table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,2.2"))
     network, why = Answerer(read_again(asked), experiments, "")._network("S-3", free=True)
     assert network == ""
@@ -143,7 +139,7 @@ def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
 
 
 def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
-    path = asked.new_cohort / "swe" / "S-3.csv"
+    path = asked.outside.folder / "swe" / "S-3.csv"
     path.write_text(free_case.MITRAL_WAVES)
     with pytest.raises(RecordingError, match="natural waves are not interpreted"):
         observe(asked, "S-3")
@@ -153,20 +149,20 @@ def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
 
 
 def test_pushes_that_cannot_be_used_are_refused(asked: Study) -> None:
-    free_case.train(2, lost=1.0).to_csv(asked.new_cohort / "swe" / "S-3.csv", index=False)
+    free_case.train(2, lost=1.0).to_csv(asked.outside.folder / "swe" / "S-3.csv", index=False)
     with pytest.raises(RecordingError, match="0 pushes are acceptable"):
         observe(asked, "S-3")
 
 
 def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:
-    (asked.new_cohort / "swe" / "s_2x.yaml").write_text("protocol: { phases: 3 }\n")
+    (asked.outside.folder / "swe" / "s_2x.yaml").write_text("protocol: { phases: 3 }\n")
     again = read_again(asked)
-    assert tuple(again.new_rows) == ("S-1", "S-3")
-    assert "protocol.phases" in again.new_refused["s_2x"]
+    assert tuple(again.outside.rows) == ("S-1", "S-3")
+    assert "protocol.phases" in again.outside.refused["s_2x"]
 
 
 def test_a_study_on_a_cohort_with_a_protocol_of_one_recording_is_refused(asked: Study) -> None:
-    plain = overlay(asked.config.to_plain(), {"cohort": str(asked.new_cohort), "subjects": "all"})
+    plain = overlay(asked.config.to_plain(), {"cohort": str(asked.outside.folder), "subjects": "all"})
     with pytest.raises(ConfigError, match=r"s_2x.yaml: says how one recording was made.*leave the subject"):
         load_study(plain)
 
@@ -179,12 +175,11 @@ def recording_of(asked: Study, subject: str) -> ModelledRecording:
 def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: Path) -> None:
     folder = tmp_path / "answer"
     folder.mkdir()
-    path = asked.new_cohort / "swe" / "S-3.csv"
-    context = asked.new_rows["S-3"].to_context()
-    declared = asked.said_of_new("S-3").file.noise
+    path = asked.outside.folder / "swe" / "S-3.csv"
+    context = asked.outside.rows["S-3"].to_context()
+    declared = asked.description(asked.outside, "S-3").file.noise
     seen = ingest_pushes(free_case.pushes(path), context, asked.config.recording, declared)
-    made = Origin(1, "S-3", "0" * 64).provenance(KIND, declared)
-    save(folder / "observation.h5", to_groups(seen), made)
+    seen.write(folder / "observation.h5", Provenance("", "S-3", 1))
     check_untouched(folder, recording_of(asked, "S-3"))
     free_case.train(9).to_csv(path, index=False)
     with pytest.raises(OtherAnswerError, match="holds the answer to another recording"):

@@ -21,11 +21,11 @@ from study_copy import StudyCopy
 from swesbi.__main__ import main
 from swesbi.answers.written import OUTPUTS, WITH_PRESSURES
 from swesbi.artefacts import Provenance
-from swesbi.checks.free_predictive import read_free_predictive
+from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import TOLD_NAMES
-from swesbi.posterior.result import read_exact_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise.cohort import compare_noise
 from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.observation import Observation
@@ -182,7 +182,7 @@ def test_a_setting_that_is_null_is_one_that_is_not_there(
     """A network that was trained before there was a setting knows it not; its being null says the same."""
     stage = other_network
     known = {"theta": {"low": 1.0}, "scale": 2.0}
-    monkeypatch.setattr(stage, "load_flow_provenance", lambda _: Provenance("flow", settings=known))
+    monkeypatch.setattr(stage, "load", lambda *_: (None, Provenance("flow", settings=known)))
     stage.check_network(tmp_path, {"theta": {"low": 1.0, "factor": None}, "scale": 2.0})
     with pytest.raises(stage.OtherNetworkError, match="trained with theta.factor = None, the configuration"):
         stage.check_network(tmp_path, {"theta": {"low": 1.0, "factor": 0.5}, "scale": 2.0})
@@ -234,7 +234,7 @@ def test_strangers_are_answered_alone_as_among_others(
     prior = tmp_path / "prior"
     asked = ("--subject", "T1", "--experiment", "calibrated", "--out", str(prior))
     assert typed(study, *given, *asked).returncode == 0
-    by_network, from_prior = (read_free_predictive(each / "T1" / "predictive.h5") for each in (out, prior))
+    by_network, from_prior = (FreePredictiveCheck.read(each / "T1" / "predictive.h5") for each in (out, prior))
     np.testing.assert_array_equal(by_network.prior.high, from_prior.prior.high)
     assert not np.array_equal(by_network.posterior.high, from_prior.posterior.high)
     assert study.planned("all") == set()
@@ -304,10 +304,10 @@ def check_free(out: Path) -> None:
     assert names[:4] == ["residuals", "boundary_mass", "end_diastolic_volume", "end_systolic_volume"]
     assert {"context_ranges", "context_leave_one_out", "network"} <= set(names)
     assert names[-len(TOLD_NAMES) :] == [f"contraction_{name}" for name in TOLD_NAMES]
-    posterior = read_exact_posterior(out / "posterior.h5")
+    posterior = ExactPosterior.read(out / "posterior.h5")
     assert posterior.converged
     assert verdict["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))
     assert Observation.read(out / "observation.h5").errors_from == "declared"
-    check = read_free_predictive(out / "predictive.h5")
+    check = FreePredictiveCheck.read(out / "predictive.h5")
     assert check.coverage >= 0.6
     assert (check.posterior.high - check.posterior.low).mean() < (check.prior.high - check.prior.low).mean()

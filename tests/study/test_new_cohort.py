@@ -32,10 +32,10 @@ from swesbi.recording.reader import read_samples
 from swesbi.report.answers_table import Asked, answers_table, explanations, write_answers
 from swesbi.study import answer_text, answering
 from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched, experiments_to_ask
-from swesbi.study.finished import FinishedPopulation, FinishedStudy
 from swesbi.study.infer import check_table, folder_of, subjects_of
 from swesbi.study.observing import observe
 from swesbi.study.parsers import add_options
+from swesbi.study.results import Answering
 from swesbi.verdict import answers as answers_module
 from swesbi.verdict.answers import Answer
 
@@ -72,9 +72,9 @@ def study(cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Stud
 
 
 def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) -> None:
-    assert tuple(study.new_rows) == (THICK, GOOD, SHORT)
-    assert "column 'ivsd_cm': '9.5'" in study.new_refused[WRONG]
-    assert "there is no file GONE.csv" in study.new_refused[ABSENT]
+    assert tuple(study.outside.rows) == (THICK, GOOD, SHORT)
+    assert "column 'ivsd_cm': '9.5'" in study.outside.refused[WRONG]
+    assert "there is no file GONE.csv" in study.outside.refused[ABSENT]
     observe(study, GOOD)
     with pytest.raises(RecordingError, match="swe/P03-before.csv"):
         observe(study, SHORT)
@@ -93,8 +93,7 @@ def nothing_inferred(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = rows()[0].answer
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(answering.Answerer, "_knowledge", lambda *_: Knowledge())
-    monkeypatch.setattr(FinishedStudy, "is_there", True)
-    monkeypatch.setattr(FinishedPopulation, "is_there", True)
+    monkeypatch.setattr(Answering, "is_there", True)
     monkeypatch.setattr(answering.Asked, "answer_into", answered_into)
     monkeypatch.setattr(answer_text, "answer_text", lambda *_: "")
     monkeypatch.setattr(answers_module, "told_of", lambda *_: answer)
@@ -178,8 +177,7 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
     assert Answerer(study, ("calibrated",), "")._network(GOOD, free=False)[0] == ""  # none must answer
     with pytest.raises(FileNotFoundError, match="has not been run this far"):
         Answerer(study, ("calibrated",), "", required=True)._network(GOOD, free=False)
-    monkeypatch.setattr(FinishedStudy, "is_there", True)
-    monkeypatch.setattr(FinishedPopulation, "is_there", True)
+    monkeypatch.setattr(Answering, "is_there", True)
     assert answerer._network(GOOD, free=False) == ("calibrated", "")
     assert answerer._network(GOOD, free=True) == ("amortised", "the network of calibrated takes no pushes")
     chosen, note = answerer._network(THICK, free=False)
@@ -202,8 +200,9 @@ def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Pat
     with pytest.raises(OtherAnswerError, match="holds no answer; name another folder by --out, or .*--force"):
         check_untouched(tmp_path / "mine", good)
     quality = study.config.recording
-    samples = read_samples(study.new_cohort / "swe" / f"{GOOD}.csv", quality.phases, quality.density_kg_m3)
-    context = study.new_rows[GOOD].to_context()
+    path = study.outside.folder / "swe" / f"{GOOD}.csv"
+    samples = read_samples(path, quality.phases, quality.density_kg_m3)
+    context = study.outside.rows[GOOD].to_context()
     one = ingest(samples, context, quality, 100)
     read_back = ClinicalMeasures(*(float("nan") for _ in range(3)))  # nothing was measured, of either
     assert same_recording(one, replace(one, clinical=read_back))

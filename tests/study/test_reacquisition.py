@@ -1,7 +1,6 @@
 """Recordings made anew with acquisition noise, each with its own passive calibration."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,25 +10,27 @@ from inference_case import CONTEXTS, PAPER_PRIOR
 from inference_study import (
     MEASUREMENT,
     PASSIVE,
-    POOL,
     RECOVERY,
     SUMMARY,
     TRAIN,
     Inputs,
+    make_inputs,
+    make_pool,
     measured_subject,
-    write_inputs,
 )
 from recordings import RECORDING
 
-from swesbi.artefacts import Origin
+from swesbi.checks.synthetic_recovery import acquisition_recovery
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import late_diastolic
 from swesbi.measurement.settings import summary_names
+from swesbi.networks.paper.estimator import TrainedEstimator
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.paper.training import trained_network
 from swesbi.population.synthetic import Reacquisition
 from swesbi.prior import log_centre
 from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings
 from swesbi.recording.phases import sample_cycle
-from swesbi.study.stages import inference, simulation, training
 
 SILENT = ACQUISITION.model_copy(
     update={
@@ -42,16 +43,12 @@ SILENT = ACQUISITION.model_copy(
         "outlier_fraction": 0.0,
     }
 )
-SETTINGS = inference.RecoveryAcquisitionStageSettings(
-    **{
-        name: getattr(RECOVERY, name)
-        for name in ("prior", "forward_model", "measurement", "summary", "recovery")
-    },
-    passive_reference_prior=PAPER_PRIOR,
-    passive=PASSIVE,
-    recording=RECORDING,
-    acquisition=ACQUISITION,
-)
+SETTINGS = {name: value for name, value in RECOVERY.items() if name != "observation_model"} | {
+    "reference_prior": PAPER_PRIOR,
+    "passive": PASSIVE,
+    "recording": RECORDING,
+    "acquisition": ACQUISITION,
+}
 BASELINE = summary_names(SUMMARY).index("baseline_kpa")
 CENTRE = log_centre(PAPER_PRIOR)
 SLOW_RELAXATION = np.array([58.0, 6.0, 4.0])
@@ -109,61 +106,28 @@ def test_noise_differs_between_recordings_and_repeats_with_the_seed() -> None:
 
 
 @pytest.fixture(scope="module")
-def trained(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Inputs]:
-    folder = tmp_path_factory.mktemp("study")
-    inputs = write_inputs(folder)
-    simulation.pool(
-        observations=inputs.observations,
-        passives=inputs.passives,
-        shards=inputs.shards,
-        pool=folder / "pool.h5",
-        settings=POOL,
-        origin=Origin(9),
-    )
-    training.train(
-        pool=folder / "pool.h5",
-        estimator=folder / "estimator.pt",
-        training=folder / "training.csv",
-        checkpoints=folder / "checkpoints.pt",
-        settings=TRAIN,
-        origin=Origin(9),
-        device="cpu",
-    )
-    return folder, inputs
+def trained() -> tuple[Inputs, Pool, TrainedEstimator]:
+    inputs = make_inputs()
+    pool = make_pool(inputs)
+    return inputs, pool, trained_network(pool, **TRAIN, device="cpu").estimator
 
 
-def score(
-    trained: tuple[Path, Inputs], path: Path, settings: inference.RecoveryAcquisitionStageSettings
-) -> Path:
-    folder, inputs = trained
-    inference.recovery_acquisition(
-        pool=folder / "pool.h5",
-        estimator=folder / "estimator.pt",
-        passives=inputs.passives,
-        observations=inputs.observations,
-        recovery_acquisition=path,
-        settings=settings,
-        origin=Origin(9),
-    )
-    return path
+def score(trained: tuple[Inputs, Pool, TrainedEstimator], **changed: object) -> pd.DataFrame:
+    inputs, pool, estimator = trained
+    return acquisition_recovery(pool, estimator, inputs.observations, inputs.passives, **(SETTINGS | changed))
 
 
-def test_stage_scores_and_repeats(trained: tuple[Path, Inputs], tmp_path: Path) -> None:
-    one = score(trained, tmp_path / "one.csv", SETTINGS)
-    two = score(trained, tmp_path / "two.csv", SETTINGS)
-    assert one.read_bytes() == two.read_bytes()
-    frame = pd.read_csv(one)
+def test_stage_scores_and_repeats(trained: tuple[Inputs, Pool, TrainedEstimator]) -> None:
+    frame = score(trained)
+    pd.testing.assert_frame_equal(frame, score(trained), check_exact=True)
     assert len(frame) == 6
     assert frame["n"].between(1, 9).all()
 
 
-def test_refused_recordings_are_not_scored(trained: tuple[Path, Inputs], tmp_path: Path) -> None:
-    hopeless = SETTINGS.model_copy(
-        update={"acquisition": ACQUISITION.model_copy(update={"failed_fraction": 0.99})}
-    )
+def test_refused_recordings_are_not_scored(trained: tuple[Inputs, Pool, TrainedEstimator]) -> None:
+    hopeless = ACQUISITION.model_copy(update={"failed_fraction": 0.99})
     with pytest.raises(ValueError, match="all 9 synthetic recordings were refused"):
-        score(trained, tmp_path / "none.csv", hopeless)
-    assert not (tmp_path / "none.csv").exists()
+        score(trained, acquisition=hopeless)
 
 
 def test_missing_phases_of_the_subject_stay_missing() -> None:

@@ -18,7 +18,7 @@ from study_copy import ROOT, StudyCopy, copy_study
 from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance
 from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.config.read import ConfigError, read_yaml
-from swesbi.networks.paper.estimator import load_checkpoints, load_estimator
+from swesbi.networks.paper.estimator import Checkpoints, TrainedEstimator
 from swesbi.study.contents import read
 
 FORBIDDEN = {
@@ -171,7 +171,7 @@ def as_old_format(path: Path, malice: Malice) -> None:
 @pytest.mark.parametrize("with_checksum", [True, False])
 @pytest.mark.parametrize(
     ("name", "load"),
-    [("estimator.pt", load_estimator), ("checkpoints.pt", load_checkpoints), ("estimator.pt", read)],
+    [("estimator.pt", TrainedEstimator.read), ("checkpoints.pt", Checkpoints.read), ("estimator.pt", read)],
     ids=["estimator", "checkpoints", "inspect"],
 )
 def test_a_malicious_pickle_is_refused_and_not_executed(
@@ -222,7 +222,7 @@ def test_weights_from_elsewhere_are_checked_before_a_net_is_built(
     path = tmp_path / "estimator.pt"
     torch.save(content, path)
     with pytest.raises(DamagedArtefactError, match=message):
-        load_estimator(sealed(path))
+        TrainedEstimator.read(sealed(path))
 
 
 def test_a_net_larger_than_its_weights_is_not_built(tmp_path: Path) -> None:
@@ -237,7 +237,7 @@ def test_a_net_larger_than_its_weights_is_not_built(tmp_path: Path) -> None:
     path = tmp_path / "estimator.pt"
     torch.save({"metadata": plain, "state_dict": {"w": torch.ones(3)}}, path)
     with pytest.raises(ArtefactError, match="a net of at least 10000000000000 weights, it holds 3"):
-        load_estimator(sealed(path))
+        TrainedEstimator.read(sealed(path))
 
 
 def test_nothing_in_a_configuration_is_executed(tmp_path: Path) -> None:

@@ -8,19 +8,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import get_type_hints
 
 import pytest
+from rules import run_rule
 from study_copy import ROOT, StudyCopy
 
-from swesbi.artefacts import Origin
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.study.nulls import nulls_of
-from swesbi.study.registry import stage_function
 
-ROW = re.compile(r"^\| .* \| `(?P<file>[a-z_/]+)\.py` \| `(?P<function>[a-z_]+)` \|$", re.MULTILINE)
+ROW = re.compile(r"^\| .* \| `(?P<file>[a-z_/]+)\.py` \| `(?P<function>[\w.]+)` \|$", re.MULTILINE)
 PAGE = ROOT / "src" / "swesbi" / "README.md"
 
 
@@ -36,7 +33,7 @@ def first_calls(seen: dict[tuple[str, str], None]) -> Iterator[None]:
 
     def note(frame: FrameType, event: str, _: object) -> None:
         if event == "call":
-            seen.setdefault((frame.f_globals.get("__name__", ""), frame.f_code.co_name))
+            seen.setdefault((frame.f_globals.get("__name__", ""), frame.f_code.co_qualname))
 
     sys.setprofile(note)
     try:
@@ -54,29 +51,28 @@ def test_one_recording_is_answered_in_the_order_of_the_page(finished: StudyCopy,
     cohort, made = finished.folder / "data" / "virtual_volunteers", finished.results / "calibrated"
     subjects = study.subjects_of("calibrated")
     new = {name: tmp_path / f"{name}.h5" for name in ("observation", "noise", "contexts", "posterior")}
-    stages = {
-        "ingest": {"recording": cohort / "swe" / "A.csv", "observation": new["observation"]},
+    inputs: dict[str, dict[str, Path | list[Path]]] = {
+        "ingest": {"table": cohort / "swe" / "A.csv"},
         "noise": {
-            "recordings": [cohort / "swe" / f"{name}.csv" for name in subjects],
+            "tables": [cohort / "swe" / f"{name}.csv" for name in subjects],
             "observations": [finished.results / "cohort" / name / "observation.h5" for name in subjects],
-            "protocol": cohort / "recording.yaml", "noise": new["noise"], "contexts": new["contexts"],
+            "protocol": cohort / "recording.yaml",
         },
         "exact_posterior": {
-            "observation": new["observation"], "noise": new["noise"], "posterior": new["posterior"],
-            "estimator": made / "flow.h5",
+            "observation": new["observation"], "noise": new["noise"], "estimator": made / "flow.h5",
         },
-        "verdict": {
-            **new, "null": nulls_of(study, "calibrated"),
-            "verdict": tmp_path / "verdict.json",
-        },
+        "verdict": {**new, "null": nulls_of(study, "calibrated")},
     }  # fmt: skip
+    outputs = {
+        "ingest": {"observation": new["observation"]},
+        "noise": {"noise": new["noise"], "contexts": new["contexts"]},
+        "exact_posterior": {"posterior": new["posterior"]},
+        "verdict": {"verdict": tmp_path / "verdict.json"},
+    }
     seen: dict[tuple[str, str], None] = {}
-    for name, files in stages.items():
-        run = stage_function(name)
-        plain = stage_settings(study, name, subject="A", experiment="calibrated")
-        settings = get_type_hints(run)["settings"].from_plain(plain)
+    for rule, files in inputs.items():
         with first_calls(seen):
-            run(**files, settings=settings, origin=Origin(study.config.seed, "A", "0"))
+            run_rule(rule, study, files, outputs[rule], subject="A", experiment="calibrated")
     called, told = list(seen), steps()
     assert len(told) > 20
     assert [step for step in called if step in told] == told

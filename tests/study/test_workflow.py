@@ -13,7 +13,7 @@ from study_arrays import assert_equal_results
 from study_copy import RESULTS, StudyCopy, copy_study, of_rule, rules_of
 
 from swesbi.report.figures.registry import names_of
-from swesbi.report.page import FURTHER
+from swesbi.report.page.names import FURTHER
 
 SHOWN = {"cohort_figures", "tables", "paper_comparison", "report"}  # of every experiment
 PREDICTIVE = {"predictive", "subject_figures", "workflow_figure"} | SHOWN
@@ -83,11 +83,10 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
             "config.yaml", "device: auto", "device: cpu", set(), id="device", marks=pytest.mark.slow
         ),
         pytest.param(
-            "src/swesbi/study/stages/predictive.py",
-            "noise_streams(seed, recording.subject, name)",
-            "noise_streams(seed + 1, recording.subject, name)",
-            # of speeds too: an argument of its stage is called as this stage is
-            PREDICTIVE | {"predictive_speeds", "exact_figures", "exact_subject_figures"},
+            "src/swesbi/checks/predictive_features.py",
+            "noise_streams(seed, observation.subject, name)",
+            "noise_streams(seed + 1, observation.subject, name)",
+            PREDICTIVE,
             id="stage code",
         ),
         pytest.param(
@@ -99,7 +98,7 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            "src/swesbi/study/stages/training.py",
+            "src/swesbi/networks/paper/training.py",
             '"""Train q',
             '"""Fit q',
             set(),

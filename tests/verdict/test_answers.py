@@ -12,23 +12,22 @@ import pytest
 from exact_case import SETTINGS
 from observed_cohort import write_observed_cohort
 
-from swesbi.artefacts import ArtefactError, Origin, Provenance, load, save
-from swesbi.checks.calibration.dataset import FRESH as CALIBRATION
-from swesbi.checks.calibration.dataset import fresh_dataset, fresh_of
-from swesbi.checks.calibration.dataset import join_fresh as join
+from swesbi.answers.cohort import AnswerOfPopulation, answer_of_population
+from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.artefacts.typed import read_as
+from swesbi.checks.calibration.dataset import PopulationCalibration
 from swesbi.checks.calibration.fresh import FreshInferred, infer_fresh, strata
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.context import Context
 from swesbi.networks.flow.cells import CellConditioner
-from swesbi.networks.flow.files import KIND, load_flow, save_flow
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh, recorded
-from swesbi.posterior.result import read_exact_posterior
-from swesbi.study.stages import answers as stage
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.verdict.context import declared_refusal
 from swesbi.verdict.contraction import CONTRACTION
-from swesbi.verdict.null_recordings import KIND as NULL
-from swesbi.verdict.null_recordings import NullRecordings, draw_nulls, null_groups, read_nulls
-from swesbi.verdict.verdict import read_verdict
+from swesbi.verdict.null_recordings import NullRecordings, null_recordings
+from swesbi.verdict.settings import UninformativeSettings
 
 BASE = case.CONFIG.speed_experiments[case.EXPERIMENT.base]
 EXACT = SETTINGS.model_copy(
@@ -55,8 +54,8 @@ def parts(start: int, stop: int, kind: str = OWN) -> FreshInferred:
 
 def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -> None:
     flow = case.trained().flow
-    save_flow(tmp_path / "flow.pt", flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    again, _ = load_flow(tmp_path / "flow.pt")
+    flow.write(tmp_path / "flow.pt", Provenance("", "", 1, {}, "0" * 16))
+    again = TrainedFlow.read(tmp_path / "flow.pt")
     assert isinstance(again.conditioner, CellConditioner)
     recording = fresh_subject(0, case.FRESH, 7, "a").model.recording
     assert np.array_equal(again.conditioner.condition(recording), flow.conditioner.condition(recording))
@@ -83,9 +82,10 @@ def test_a_recording_acquired_sample_by_sample_has_the_noise_and_phases_that_wer
 @pytest.mark.slow
 def test_parts_of_the_calibration_join_to_what_one_part_would_be(tmp_path: Path) -> None:
     for number, (start, stop) in enumerate(((0, 2), (2, 4))):
-        groups = {kind: fresh_dataset(parts(start, stop, kind)) for kind in (OWN, ACQUIRED)}
-        save(tmp_path / f"part-{number}.h5", groups, Provenance(CALIBRATION, "", 1, {}, "0" * 16))
-    joined = fresh_of(join([tmp_path / "part-0.h5", tmp_path / "part-1.h5"])[OWN])
+        part = PopulationCalibration(*(parts(start, stop, kind) for kind in (OWN, ACQUIRED)))
+        part.write(tmp_path / f"part-{number}.h5", Provenance("", "", 1, {}, "0" * 16))
+    files = [tmp_path / "part-0.h5", tmp_path / "part-1.h5"]
+    joined = read_as(PopulationCalibration, files, "parts").own
     whole = parts(0, 4)
     assert joined.contexts == whole.contexts
     assert np.array_equal(joined.relative_se, whole.relative_se)
@@ -118,13 +118,14 @@ def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
 def drawn_nulls(gated: int, pushes: int) -> NullRecordings:
     changes = {"recordings": gated, "free_running_recordings": pushes, "effective_draws": 20}
     sizes = case.EXPERIMENT.nulls.model_copy(update=changes)
-    return draw_nulls(case.trained().flow, case.FRESH, sizes, EXACT, seed=7)
+    flow = case.trained().flow
+    return null_recordings(flow, fresh=case.FRESH, null_sizes=sizes, exact=EXACT, seed=7)
 
 
 def test_null_recordings_are_kept_and_do_not_depend_on_how_many_there_are(tmp_path: Path) -> None:
     null, fewer = drawn_nulls(6, 5), drawn_nulls(3, 3)
-    save(tmp_path / "null.h5", null_groups(null), Provenance(NULL, "", 1, {}, "0" * 16))
-    read = read_nulls(tmp_path / "null.h5")
+    null.write(tmp_path / "null.h5", Provenance("", "", 1, {}, "0" * 16))
+    read = NullRecordings.read(tmp_path / "null.h5")
     assert read.contexts == null.contexts
     assert null.contexts[:3] == fewer.contexts
     for of_all, of_file, of_few in (
@@ -145,72 +146,43 @@ def test_a_heart_outside_the_declared_range_is_refused_with_the_value_and_the_li
     assert re.search(r"T is refused.*\n.*hr_bpm = 140 is outside \[40, 130\]", said)
 
 
-@pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Network, nulls, noise and two recordings of a cohort, as files."""
-    folder = tmp_path_factory.mktemp("answers")
-    save_flow(folder / "flow.pt", case.trained().flow, Provenance(KIND, "", 1, {}, "0" * 16))
-    null = drawn_nulls(20, 5)
-    save(folder / "null.h5", null_groups(null), Provenance(NULL, "", 1, {}, "0" * 16))
-    write_observed_cohort(folder, ("S", "T"))
-    return {name: folder / f"{name}.h5" for name in ("null", "noise", "S", "T")} | {
-        "estimator": folder / "flow.pt"
-    }
-
-
-def settings() -> stage.AnswerSettings:
-    rule = BASE.misspecification
-    model = case.MODEL.to_plain()
-    summary = BASE.summary.to_plain()
-    return stage.AnswerSettings.from_plain(
-        {
-            "exact_posterior": {"model": model, "exact": EXACT.to_plain()},
-            "predictive_speeds": {
-                "model": model,
-                "summary": summary,
-                "predictive": BASE.predictive.to_plain() | {"draws": 50},
-            },
-            "verdict": {
-                "model": model,
-                "rule": rule.rule.to_plain(),
-                "ejection_time": rule.ejection_time.to_plain(),
-                "lvet_sd_ms": 10.0,
-            },
-            "uninformative": {"sd_ratio": 0.9, "shift": 0.25},
-        }
+def answer(folder: Path, subject: str) -> AnswerOfPopulation:
+    misspecification = BASE.misspecification
+    return answer_of_population(
+        Observation.read(folder / f"{subject}.h5"),
+        CohortNoise.read(folder / "noise.h5"),
+        case.trained().flow,
+        drawn_nulls(20, 5),
+        model=case.MODEL,
+        exact=EXACT,
+        summary=BASE.summary,
+        predictive=BASE.predictive.model_copy(update={"draws": 50}),
+        rule=misspecification.rule,
+        ejection_time=misspecification.ejection_time,
+        lvet_sd_ms=10.0,
+        uninformative=UninformativeSettings(sd_ratio=0.9, shift=0.25),
+        seed=1,
     )
 
 
-def answer(study: dict[str, Path], folder: Path, subjects: tuple[str, ...]) -> dict[str, tuple[bytes, ...]]:
-    made = {
-        subject: [folder / f"{subject}-{name}" for name in ("posterior.h5", "verdict.json", "predictive.h5")]
-        for subject in subjects
-    }
-    for subject, (posterior, verdict, predictive) in made.items():
-        stage.population_answers(
-            observation=study[subject],
-            noise=study["noise"], estimator=study["estimator"], null=study["null"],
-            posterior=posterior, verdict=verdict, predictive=predictive,
-            settings=settings(), origin=Origin(1, subject, "c"),
-        )  # fmt: skip
-    return {subject: tuple(path.read_bytes() for path in paths) for subject, paths in made.items()}
-
-
 @pytest.mark.slow
-def test_each_subject_is_answered_whoever_was_answered_before(study: dict[str, Path], tmp_path: Path) -> None:
-    both = answer(study, tmp_path, ("S", "T"))
-    (tmp_path / "alone").mkdir()
-    assert answer(study, tmp_path / "alone", ("T",))["T"] == both["T"]
-    verdict = read_verdict(tmp_path / "T-verdict.json")
-    assert verdict.status in {"not contradicted", "strained", "contradicted"}
-    tested = [test.name for test in verdict.tests if not test.name.startswith(CONTRACTION)]
+def test_each_subject_is_answered_whoever_was_answered_before(tmp_path: Path) -> None:
+    write_observed_cohort(tmp_path, ("S", "T"))
+    first, found, alone = (answer(tmp_path, subject) for subject in "STT")
+    for name, made in found._asdict().items():
+        paths = [tmp_path / f"{name} {number}" for number in range(2)]
+        for path, one in zip(paths, (made, getattr(alone, name)), strict=True):
+            one.write(path, Provenance("", "T"))
+        assert paths[0].read_bytes() == paths[1].read_bytes(), name
+    assert found.verdict.status in {"not contradicted", "strained", "contradicted"}
+    tested = [test.name for test in found.verdict.tests if not test.name.startswith(CONTRACTION)]
     assert tested[-1] == "network"
-    assert len(tested) < len(verdict.tests)
-    assert read_exact_posterior(tmp_path / "T-posterior.h5").phi.shape == (EXACT.draws, 4)
-    assert load(tmp_path / "T-posterior.h5", "posterior")[1].subject == "T"
-    assert both["S"] != both["T"]
+    assert len(tested) < len(found.verdict.tests)
+    assert found.posterior.phi.shape == (EXACT.draws, 4)
+    assert not np.array_equal(first.posterior.phi, found.posterior.phi)
 
 
-def test_the_network_of_a_cohort_is_no_null_of_a_population(study: dict[str, Path]) -> None:
+def test_the_network_of_a_cohort_is_no_null_of_a_population(tmp_path: Path) -> None:
+    write_observed_cohort(tmp_path, ("S",))
     with pytest.raises(ArtefactError, match="holds a 'noise' artefact, expected 'population_null'"):
-        read_nulls(study["noise"])
+        NullRecordings.read(tmp_path / "noise.h5")

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import speed_case
 from pydantic import ValidationError
+from rules import settings_of
 
 from data.makers.clinical import true_measures
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import load_study
 from swesbi.context import Context
 from swesbi.heart.intervals import systolic_intervals
@@ -129,7 +129,7 @@ def test_hearts_that_the_model_describes_raise_an_alarm_no_oftener_than_is_said(
 def test_the_stage_knows_how_well_it_is_measured() -> None:
     raw = read_merged(speed_case.ROOT / "config.yaml")
     raw["cohort"] = str(speed_case.ROOT / "data" / "virtual_volunteers")
-    plain = stage_settings(load_study(raw), "verdict", experiment="calibrated", subject="A")
+    plain = settings_of("verdict", load_study(raw), experiment="calibrated", subject="A")
     settings = VerdictSettings.from_plain(plain)
     assert settings.lvet_sd_ms == LVET_SD_MS
     assert settings.ejection_time == SETTINGS

@@ -10,13 +10,13 @@ import xarray as xr
 from inference_case import PAPER_PRIOR
 from pydantic import ValidationError
 
-from swesbi.artefacts import ArtefactError, Provenance, save, write_json
+from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.settings import PosteriorSettings
-from swesbi.posterior.truncated import Posterior, posterior_to_groups, read_posterior, summarise_posterior
+from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.verdict import Verdict, read_verdict
+from swesbi.verdict.verdict import Verdict
 
 NAMES = ("maximum_kpa", "max_up_slope_kpa_per_cycle", "age_years")
 Z_OBS = np.array([0.5, -1.2, 2.16])
@@ -91,12 +91,12 @@ def test_nan_never_counts_as_support() -> None:
 
 def test_the_file_has_the_fixed_keys_and_reads_back(tmp_path: Path) -> None:
     verdict, path = judged(1, 5000), tmp_path / "verdict.json"
-    write_json(path, verdict.to_json())
+    verdict.write(path, Provenance(""))
     assert list(json.loads(path.read_text())) == [*KEYS, "sha256"]
-    assert read_verdict(path) == verdict
+    assert Verdict.read(path) == verdict
     path.write_text("{}")
     with pytest.raises(ArtefactError, match=r"verdict\.json"):
-        read_verdict(path)
+        Verdict.read(path)
 
 
 def test_settings_that_no_subject_can_meet_are_refused() -> None:
@@ -133,8 +133,8 @@ def test_posterior_summary_is_that_of_the_kept_draws() -> None:
 @pytest.mark.parametrize("inside", [0, 1, 350])
 def test_posterior_file_reads_back_by_us_xarray_h5py_and_arviz(tmp_path: Path, inside: int) -> None:
     posterior, path = posterior_of(inside, 500), tmp_path / "posterior.h5"
-    save(path, posterior_to_groups(posterior), Provenance("posterior", "A"))
-    back = read_posterior(path)
+    posterior.write(path, Provenance("", "A"))
+    back = Posterior.read(path)
     for name in ("theta", "unfiltered", "unfiltered_in_prior", "median", "interval", "correlation", "z_obs"):
         np.testing.assert_array_equal(getattr(back, name), getattr(posterior, name), err_msg=name)
     assert back.component_names == NAMES
@@ -164,5 +164,5 @@ def test_without_draws_the_summary_is_nan_not_a_number() -> None:
 def test_equal_posteriors_give_equal_bytes(tmp_path: Path) -> None:
     paths = [tmp_path / "one.h5", tmp_path / "two.h5"]
     for path in paths:
-        save(path, posterior_to_groups(replace(posterior_of(300, 10))), Provenance("posterior", "A"))
+        replace(posterior_of(300, 10)).write(path, Provenance("", "A"))
     assert paths[0].read_bytes() == paths[1].read_bytes()

@@ -14,7 +14,7 @@ from cohort_case import REASON, TITLE, answer, context, strata
 from figure_text import text_boxes
 from speed_case import settings
 
-from swesbi.artefacts import ArtefactError, write_json
+from swesbi.artefacts import ArtefactError, Provenance, write_json
 from swesbi.report.figures.cohort import Overview, draw_cohort
 from swesbi.report.figures.misspecification import STATUS_COLORS as OF_TESTS
 from swesbi.report.figures.sheet import BOX_COLORS
@@ -22,7 +22,7 @@ from swesbi.report.figures.style import STATUS_COLORS
 from swesbi.report.page.landing import MEANING
 from swesbi.report.tables.population import OverPopulation, counts_table
 from swesbi.verdict.answers import REFUSED, cohort_table
-from swesbi.verdict.verdict import PAPER_STATUSES, STATUSES, Status, Verdict, read_verdict
+from swesbi.verdict.verdict import PAPER_STATUSES, STATUSES, Status, Verdict
 
 OUTCOMES = [*STATUSES, REFUSED]
 
@@ -43,13 +43,13 @@ def test_a_verdict_is_read_as_it_was_written_and_another_word_is_refused(
     status: Status, tmp_path: Path
 ) -> None:
     verdict, path = Verdict(1.0, "", 1, 1, {}, status, f"{status}: so", ()), tmp_path / "verdict.json"
-    write_json(path, verdict.to_json())
+    verdict.write(path, Provenance(""))
     assert f'"status": "{status.value}"' in path.read_text(encoding="utf-8")
-    read = read_verdict(path)
+    read = Verdict.read(path)
     assert read == verdict and read.status is status
     write_json(path, verdict.to_json() | {"status": f"{status}!"})
     with pytest.raises(ArtefactError, match="is not a valid Status"):
-        read_verdict(path)
+        Verdict.read(path)
 
 
 def test_a_population_takes_every_status_and_the_worse_is_the_likelier_outlier() -> None:

@@ -12,13 +12,13 @@ from misspecification_case import Bank
 from posterior_case import exact_of
 from scipy.stats import kstest
 
-from swesbi.artefacts import ArtefactError, Provenance, save, write_json
+from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.parameters import TOLD_NAMES
-from swesbi.recording.observation import contexts_dataset
-from swesbi.study.stages.verdict import _others
+from swesbi.recording.observation import Contexts
 from swesbi.verdict.checks import TESTS, Checks
 from swesbi.verdict.nulls import Grade, overall_p, p_values, single_level
-from swesbi.verdict.verdict import Verdict, VerdictTest, read_verdict
+from swesbi.verdict.subject import others_than
+from swesbi.verdict.verdict import Verdict, VerdictTest
 from swesbi.verdict.with_null import grade, make_verdict
 
 RULE = speed_case.rule()
@@ -96,8 +96,8 @@ def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     test = VerdictTest("residuals", 3.2, 0.001, 0.004, True, "posterior predictive p-value 0.004")
     verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), MADE, FARTHEST, TOLD)
     path = tmp_path / "verdict.json"
-    write_json(path, verdict.to_json())
-    assert read_verdict(path) == verdict
+    verdict.write(path, Provenance(""))
+    assert Verdict.read(path) == verdict
     assert list(verdict.answer) == list(TOLD_NAMES)
     assert verdict.answer["duration_ms"]["median"] == 2.0, "a draw without a beat tells nothing"
     assert verdict.sentence.endswith("; also end systolic volume; overall p = 0.02")
@@ -123,14 +123,12 @@ def test_the_file_of_an_experiment_on_features_has_no_grading(tmp_path: Path) ->
         "acceptance",
         "unfiltered_median",
     ]
-    write_json(tmp_path / "verdict.json", old.to_json())
-    assert read_verdict(tmp_path / "verdict.json") == old
+    old.write(tmp_path / "verdict.json", Provenance(""))
+    assert Verdict.read(tmp_path / "verdict.json") == old
 
 
-def test_a_subject_is_compared_with_the_others_of_the_cohort(tmp_path: Path) -> None:
-    cohort = [replace(speed_case.model().recording.context, subject=name) for name in "ABC"]
-    path = tmp_path / "contexts.h5"
-    save(path, contexts_dataset(cohort), Provenance("contexts"))
-    assert _others(path, "B") == [cohort[0], cohort[2]]
+def test_a_subject_is_compared_with_the_others_of_the_cohort() -> None:
+    cohort = tuple(replace(speed_case.model().recording.context, subject=name) for name in "ABC")
+    assert others_than("B", Contexts(cohort)) == [cohort[0], cohort[2]]
     with pytest.raises(ArtefactError, match="context of subject X; it holds those of A, B, C"):
-        _others(path, "X")
+        others_than("X", Contexts(cohort))

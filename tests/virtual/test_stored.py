@@ -30,11 +30,10 @@ from swesbi.virtual.hearts.generators import STORED, all_generators
 from swesbi.virtual.hearts.heart import K_SR
 from swesbi.virtual.hearts.stored import (
     FILES,
+    HeartsOfLetter,
     StoredHeart,
     StoredHearts,
     Stream,
-    load_hearts,
-    save_hearts,
     stored_generators,
 )
 
@@ -46,8 +45,8 @@ LARGEST_FILE = 1_000_000
 
 @cache
 def stored(letter: str) -> tuple[tuple[StoredHeart, ...], Provenance]:
-    hearts, provenance = load_hearts(FOLDER / FILES[letter][0])
-    return tuple(hearts), provenance
+    kept = HeartsOfLetter.read(FOLDER / FILES[letter][0])
+    return tuple(kept.hearts), kept.made
 
 
 def prior_of_theta() -> PriorSettings:
@@ -219,11 +218,11 @@ def test_a_heart_of_the_reference_size_meets_the_reference_resistance(tmp_path: 
 
 
 def test_saving_is_exact_to_the_byte(tmp_path: Path) -> None:
-    hearts, provenance = stored("f")
-    save_hearts(hearts, tmp_path / "again.h5", provenance.seed, dict(provenance.settings))
-    save_hearts(hearts, tmp_path / "twice.h5", provenance.seed, dict(provenance.settings))
+    hearts, made = stored("f")
+    HeartsOfLetter(hearts, made).write(tmp_path / "again.h5", made)
+    HeartsOfLetter(hearts, made).write(tmp_path / "twice.h5", made)
     assert (tmp_path / "again.h5").read_bytes() == (tmp_path / "twice.h5").read_bytes()
-    for before, after in zip(hearts, load_hearts(tmp_path / "again.h5")[0], strict=True):
+    for before, after in zip(hearts, HeartsOfLetter.read(tmp_path / "again.h5").hearts, strict=True):
         assert before.context == after.context
         assert np.array_equal(before.beat.stretch, after.beat.stretch)
         assert np.array_equal(before.own, after.own)

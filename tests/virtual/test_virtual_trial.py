@@ -92,7 +92,7 @@ def test_a_person_is_drawn_whatever_the_others_and_is_the_shipped_one(tmp_path: 
 
 
 def test_it_is_two_groups_of_persons_with_two_visits_each() -> None:
-    persons = study().persons
+    persons = study().cohort.persons
     assert [person.name for person in persons] == [f"P{number:02d}" for number in range(1, 25)]
     assert {person.visits for person in persons} == {(BEFORE, AFTER)}
     assert [sum(person.group == group for person in persons) for group in GROUPS] == [12, 12]
@@ -102,7 +102,7 @@ def test_it_is_two_groups_of_persons_with_two_visits_each() -> None:
 
 def test_everybody_is_answered_by_the_network_of_the_population_and_has_no_clinical_measures() -> None:
     assert study().refused("amortised") == {}
-    assert {study().clinical_of(subject) for subject in study().subjects} == {ClinicalRow()}
+    assert {study().cohort.clinical_of(subject) for subject in study().subjects} == {ClinicalRow()}
 
 
 def test_the_treated_change_by_the_effect_and_by_what_visits_differ_by() -> None:
@@ -201,7 +201,7 @@ def test_a_parameter_beyond_the_prior_s_bounds_is_drawn_again() -> None:
 
 
 def test_a_heart_rate_beyond_what_is_declared_is_drawn_again() -> None:
-    context = study().context_rows["P01-before"].to_context()
+    context = study().cohort.rows["P01-before"].to_context()
     fast = context.__class__(**(vars(context) | {"hr_bpm": 131.0}))
     with pytest.raises(DrawnAgain, match="heart rate"):
         at_visit(fast, BEFORE, source(**STILL), np.random.default_rng(0))
@@ -215,7 +215,7 @@ def test_nobody_takes_part_whose_heart_is_not_that_of_the_healthy(monkeypatch: p
 
 
 def test_the_scale_of_speeds_enters_the_curve_as_its_square() -> None:
-    context = study().context_rows["P01-before"].to_context()
+    context = study().cohort.rows["P01-before"].to_context()
     _, once = true_curve(context, own(), source().model)
     _, scaled = true_curve(context, own() | {SPEED_SCALE: 1.1}, source().model)
     np.testing.assert_allclose(scaled.stiffness_kpa, 1.21 * once.stiffness_kpa)

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
-from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.population import population_figure
 from swesbi.report.figures.recording import draw_noise
+from swesbi.study.results import Results
 from swesbi.virtual.volunteers import VOLUNTEERS
 from tools.docs.first_figure import first_figure
 
@@ -27,7 +27,7 @@ def noise_figure(study: Study) -> Figure:
     Raises:
         ArtefactError: The study is not finished.
     """
-    estimates = CohortNoise.read(Path(study.config.results) / "cohort" / "noise.h5")
+    estimates = Results(Path(study.config.results)).noise
     acquired = {each.context.subject: each.acquisition for each in VOLUNTEERS}
     made_with = {
         name: NoiseComponents(own.repeat_sd_fraction, own.sample_sd_fraction, own.sweep_fraction)
@@ -41,7 +41,7 @@ def contexts_figure(study: Study) -> Figure:
     """Return contexts of the first population that is run, with the cohort marked."""
     population = study.config.population_experiments[study.config.populations_run[0]].population
     drawn = draw_population(range(CONTEXTS), population, study.config.seed, "documentation")
-    shown = [row.to_context() for row in study.context_rows.values()]
+    shown = [row.to_context() for row in study.cohort.rows.values()]
     return population_figure(drawn, shown, population.declared_range, study.config.cohort_title)
 
 

@@ -38,7 +38,7 @@ def first_figure(study: Study) -> Figure:
         axes = figure.subplot_mosaic([["recording"] * 3, list(PARAMETERS)], height_ratios=(1.3, 1.0))
         with xr.open_datatree(folder / "predictive.h5", engine="h5netcdf") as predictive:
             _draw_recording(axes["recording"], predictive)
-        table = pd.read_csv(study.cohort / "truth.csv", index_col="subject")
+        table = pd.read_csv(study.cohort.folder / "truth.csv", index_col="subject")
         with xr.open_datatree(folder / "posterior.h5", engine="h5netcdf") as posterior:
             for name, label in PARAMETERS.items():
                 draws = posterior["posterior"][name].to_numpy().ravel()

@@ -12,13 +12,11 @@ import pandas as pd
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.information import contraction
 from swesbi.config.study import Study
+from swesbi.networks import training_tables
 from swesbi.parameters import NUISANCES, PHI_NAMES, THETA_NAMES
-from swesbi.posterior.result import read_exact_posterior
 from swesbi.prior import JointPriorSettings, NuisanceSettings, even_quantiles, quantile
-from swesbi.recording.noise.cohort import CohortNoise
-from swesbi.report import training_tables
-from swesbi.report.figures.training import read_epochs
-from swesbi.verdict.verdict import Verdict, read_verdict
+from swesbi.study.results import Results
+from swesbi.verdict.verdict import Verdict
 from tools.docs.coverage import coverage_table
 
 PROJECT: Final = Path(__file__).parents[2]
@@ -61,7 +59,7 @@ def nuisances_table(study: Study) -> pd.DataFrame:
         theta=study.config.priors[experiment.prior], passive_stiffness_kpa=experiment.passive_stiffness_kpa
     )
     draws = [
-        read_exact_posterior(_subject(study, name, subject) / "posterior.h5").phi
+        Results(Path(study.config.results)).of(name, subject).posterior.phi
         for subject, verdict in _verdicts(study, name).items()
         if verdict.may_be_read
     ]
@@ -85,7 +83,7 @@ def nuisances_table(study: Study) -> pd.DataFrame:
 
 def noise_table(study: Study) -> pd.DataFrame:
     """Return the noise of the measured speeds, and the model's discrepancy, in percent of the speed."""
-    groups = CohortNoise.read(Path(study.config.results) / "cohort" / "noise.h5").groups
+    groups = Results(Path(study.config.results)).noise.groups
     rows = [
         [group, f"between {name}s", part.fraction, part.standard_error, part.low, part.high]
         for group, noise in groups.items()
@@ -105,7 +103,7 @@ def epochs_table(study: Study) -> pd.DataFrame:
     """Return the first, the best and the last epoch of the main experiment that was looked at."""
     main = study.config.main_experiment
     supported = [name for name, verdict in _verdicts(study, main).items() if verdict.may_be_read]
-    epochs = read_epochs(Path(study.config.results) / main / "epochs.csv")
+    epochs = training_tables.EPOCHS.read(Path(study.config.results) / main / "epochs.csv")
     best = int(epochs["epoch"][epochs["best"] == 1].iloc[0])
     return pd.DataFrame(
         [
@@ -144,12 +142,8 @@ def _on_speeds(study: Study) -> str:
 
 
 def _verdicts(study: Study, name: str) -> dict[str, Verdict]:
-    subjects = study.subjects_of(name)
-    return {subject: read_verdict(_subject(study, name, subject) / "verdict.json") for subject in subjects}
-
-
-def _subject(study: Study, name: str, subject: str) -> Path:
-    return Path(study.config.results) / name / "subjects" / subject
+    results = Results(Path(study.config.results))
+    return {subject: results.of(name, subject).verdict for subject in study.subjects_of(name)}
 
 
 MADE: Final[Mapping[str, Callable[[Study], pd.DataFrame]]] = {

@@ -7,8 +7,8 @@ rule ingest:
     The subject's row of subjects.csv travels in the params, so editing one row touches one subject.
     """
     input:
-        table=lambda wildcards: str(STUDY.recording(wildcards.subject)),
-        subjects=ancient(str(STUDY.cohort / "subjects.csv")),
+        table=lambda wildcards: str(STUDY.cohort.recording(wildcards.subject)),
+        subjects=ancient(str(STUDY.cohort.folder / "subjects.csv")),
     output:
         observation=OBSERVATION,
     log:
@@ -40,9 +40,9 @@ rule passive:
 rule noise:
     """Noise between repeats, samples and sweeps, by a mixed model over all recordings."""
     input:
-        tables=[str(STUDY.recording(subject)) for subject in SUBJECTS],
+        tables=[str(STUDY.cohort.recording(subject)) for subject in SUBJECTS],
         observations=of_subjects("cohort/{subject}/observation.h5"),
-        protocol=str(STUDY.cohort / "recording.yaml"),
+        protocol=str(STUDY.cohort.folder / "recording.yaml"),
     output:
         noise=f"{RESULTS}/cohort/noise.h5",
         contexts=f"{RESULTS}/cohort/contexts.h5",

@@ -28,7 +28,7 @@ rule cohort_posterior:
     wildcard_constraints:
         experiment=EXACT,
     params:
-        stage=old_stage("cohort_posterior"),
+        **stage("swesbi.persons.cohort.posterior:posterior_of_cohort"),
     message:
         "Posterior of the cohort in '{wildcards.experiment}': its population, and each subject within it"
     script:
@@ -46,7 +46,7 @@ rule cohort_posterior_figure:
     wildcard_constraints:
         experiment=EXACT,
     params:
-        stage=old_stage("cohort_posterior_figure"),
+        **stage("swesbi.report.figures.cohort_posterior:draw_cohort_posterior"),
     message:
         "Figure: the cohort of '{wildcards.experiment}' as a posterior"
     script:

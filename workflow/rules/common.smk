@@ -15,15 +15,13 @@ from swesbi.config.read import (
     typed_again,
 )
 from swesbi.config.study import load_study
-from swesbi.config.slices import stage_settings
 from swesbi.config.view import View
 from swesbi.report.figures.registry import captions, figure_of, names_of
-from swesbi.report.page import FURTHER
+from swesbi.report.page.names import FURTHER
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.running import RUN
 from swesbi.study.running import check_run, current_run, guard_run
 from swesbi.study.nulls import nulls_of
-from swesbi.study.registry import job_params
 from swesbi.study.stage import stage_params
 
 # The shipped configuration lies below what --configfile, --config or a workflow that imports this one say.
@@ -88,7 +86,7 @@ config["figure_captions"] = captions()  # for report/figure.rst
 onstart:
     check_run(
         workflow,
-        [STUDY.cohort / "subjects.csv", *(STUDY.cohort / "swe").glob("*")],
+        [STUDY.cohort.folder / "subjects.csv", *(STUDY.cohort.folder / "swe").glob("*")],
     )
 
 
@@ -111,30 +109,8 @@ def stage(name, **fixed):
     ``fixed`` stands for wildcards that the rule does not have.
     """
     return stage_params(
-        name, lambda wildcards: View(STUDY, fixed | wildcards), CONFIG.seed
+        name, lambda wildcards: View.of_job(STUDY, fixed | wildcards), CONFIG.seed
     )
-
-
-def old_stage(name, **fixed):
-    """Return the function that gives a stage's params.
-
-    ``fixed`` stands for wildcards that the rule does not have.
-    """
-
-    def params(wildcards):
-        settings = stage_settings(STUDY, name, **fixed, **dict(wildcards.items()))
-        return job_params(name, settings, CONFIG.seed, wildcards.get("subject", ""))
-
-    return params
-
-
-def stage_of_several(name, members):
-    """Return the params function of a job that serves several: the params of each, in their order."""
-
-    def params(wildcards):
-        return {"name": name, "members": [old_stage(name)(member) for member in members]}
-
-    return params
 
 
 def drawn(rule, name):
@@ -313,7 +289,7 @@ def of_cohort_of_experiment(wildcards):
 
 def truth_files():
     """Return the true parameters of a generated cohort; a recorded one has none."""
-    path = STUDY.cohort / "truth.csv"
+    path = STUDY.cohort.folder / "truth.csv"
     return [str(path)] if path.is_file() else []
 
 

@@ -16,7 +16,7 @@ rule predictive:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=old_stage("predictive"),
+        **stage("swesbi.checks.predictive_features:check_of_features"),
     message:
         "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -38,7 +38,7 @@ rule predictive_speeds:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("predictive_speeds"),
+        **stage("swesbi.checks.predictive_speeds:check_of_speeds"),
     message:
         "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -78,7 +78,7 @@ rule epochs:
     # the longest single job behind the networks
     priority: 90
     params:
-        stage=old_stage("epochs"),
+        **stage("swesbi.checks.epochs:inference_by_epoch"),
     message:
         "Recovery and posteriors by epoch of training ('{wildcards.experiment}')"
     script:

@@ -16,7 +16,7 @@ rule subject_figures:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=old_stage("subject_figures"),
+        **stage("swesbi.report.figures.subjects:subject_figures"),
     message:
         "Figures of {wildcards.subject}: predictive check and posterior ('{wildcards.experiment}')"
     script:
@@ -39,7 +39,7 @@ rule exact_subject_figures:
     wildcard_constraints:
         experiment=EXACT,
     params:
-        stage=old_stage("exact_subject_figures"),
+        **stage("swesbi.report.figures.subjects:exact_subject_figures"),
     message:
         "Figures of {wildcards.subject}: predictive check and exact posterior ('{wildcards.experiment}')"
     script:
@@ -61,7 +61,7 @@ rule exact_figures:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("exact_figures"),
+        **stage("swesbi.report.figures.subjects:exact_figures"),
     message:
         "Figures: predictive checks and exact posteriors of the experiment '{wildcards.experiment}'"
     script:
@@ -80,7 +80,7 @@ rule cohort_figures:
     log:
         f"{RESULTS}/logs/cohort_figures.log",
     params:
-        stage=old_stage("cohort_figures", experiment=MAIN),
+        **stage("swesbi.report.figures.subjects:cohort_figures", experiment=MAIN),
     message:
         "Figures 2 and 3: predictive checks and posteriors of the cohort"
     script:
@@ -96,7 +96,7 @@ rule training_figure:
     log:
         f"{RESULTS}/logs/training_figure/{{experiment}}.log",
     params:
-        stage=old_stage("training_figure"),
+        **stage("swesbi.report.figures.training:draw_training"),
     message:
         "Figure: training of the experiment '{wildcards.experiment}'"
     script:
@@ -118,7 +118,7 @@ rule workflow_figure:
     log:
         f"{RESULTS}/logs/workflow_figure.log",
     params:
-        stage=old_stage("workflow_figure", experiment=MAIN),
+        **stage("swesbi.report.figures.workflow:workflow_figure", experiment=MAIN),
     message:
         "Figure 1: the workflow"
     script:

@@ -15,7 +15,7 @@ rule pool:
         experiment=FEATURES,
     priority: 100
     params:
-        stage=old_stage("pool"),
+        **stage("swesbi.networks.paper.pool:pool_of_features"),
     message:
         "Pooled training set of the experiment '{wildcards.experiment}'"
     script:
@@ -36,7 +36,7 @@ rule train:
     # long, and the rest of the experiment waits for it: it starts as soon as it can, as do those that it needs
     priority: 100
     params:
-        stage=old_stage("train"),
+        **stage("swesbi.networks.paper.training:trained_network"),
     message:
         "Training the network of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
@@ -61,7 +61,7 @@ rule posterior:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=old_stage("posterior"),
+        **stage("swesbi.verdict.network_posterior:judged_posterior"),
     message:
         "Prior support and posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -88,7 +88,7 @@ rule recovery:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=old_stage("recovery"),
+        **stage("swesbi.checks.synthetic_recovery:own_recovery"),
     message:
         "Synthetic recovery of the experiment '{wildcards.experiment}'"
     script:
@@ -115,7 +115,7 @@ rule recovery_acquisition:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        stage=old_stage("recovery_acquisition"),
+        **stage("swesbi.checks.synthetic_recovery:acquisition_recovery"),
     message:
         "Recovery from synthetic recordings, the experiment '{wildcards.experiment}'"
     script:

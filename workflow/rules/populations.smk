@@ -11,7 +11,7 @@ rule population_simulate:
         experiment=OVER_POPULATION,
     priority: 100
     params:
-        stage=old_stage("population_simulate"),
+        **stage("swesbi.population.simulations:shard_of_population"),
     message:
         "Simulations over the population of '{wildcards.experiment}', shard {wildcards.shard}"
     script:
@@ -34,7 +34,7 @@ rule train_population:
         experiment=NONE if CONFIG.networks else OVER_POPULATION,
     priority: 95
     params:
-        stage=old_stage("train_population"),
+        **stage("swesbi.population.training:trained_over_population"),
     message:
         "Training the network of '{wildcards.experiment}' over its population (minutes; progress below)"
     script:
@@ -52,7 +52,7 @@ rule population_calibration:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("population_calibration"),
+        **stage("swesbi.checks.calibration.population:calibration_on_fresh"),
     message:
         "Calibration of '{wildcards.experiment}' on fresh contexts, part {wildcards.part}"
     script:
@@ -92,7 +92,7 @@ rule population_scores:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("population_scores"),
+        **stage("swesbi.checks.calibration.population:scores_on_fresh"),
     message:
         "Calibration of '{wildcards.experiment}', over all fresh contexts and by stratum"
     script:
@@ -110,7 +110,7 @@ rule pushes_calibration:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("pushes_calibration"),
+        **stage("swesbi.checks.calibration.pushes:infer_pushes"),
     message:
         "Calibration of '{wildcards.experiment}' on free-running recordings, part {wildcards.part}"
     script:
@@ -134,7 +134,7 @@ rule pushes_table:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("pushes_table"),
+        **stage("swesbi.checks.calibration.pushes:scores_on_pushes"),
     message:
         "Coverage of '{wildcards.experiment}' by number of pushes"
     script:
@@ -152,7 +152,7 @@ rule population_null:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("population_null"),
+        **stage("swesbi.verdict.null_recordings:null_recordings"),
     message:
         "Nulls of the misspecification tests over the population of '{wildcards.experiment}'"
     script:
@@ -175,7 +175,7 @@ rule population_answers:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("population_answers"),
+        **stage("swesbi.answers.cohort:answer_of_population"),
     message:
         "Answer of '{wildcards.experiment}' for {wildcards.subject}"
     script:
@@ -202,7 +202,7 @@ rule population_cohort:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("population_cohort"),
+        **stage("swesbi.report.figures.cohort:population_cohort"),
     message:
         "The cohort as '{wildcards.experiment}' answers it, in one table and one figure"
     script:
@@ -221,7 +221,7 @@ rule strata_figure:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("strata_figure"),
+        **stage("swesbi.report.figures.population:draw_strata"),
     message:
         "Figure: calibration of '{wildcards.experiment}' by stratum"
     script:
@@ -246,7 +246,7 @@ rule population_agreement:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("population_agreement"),
+        **stage("swesbi.checks.calibration.cohort:agreement_of_networks"),
     message:
         "Do '{wildcards.experiment}' and the network of the cohort give the same posteriors?"
     script:

@@ -14,7 +14,7 @@ rule pressures:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("pressures"),
+        **stage("swesbi.answers.cohort:answer_with_pressures"),
     message:
         "Answer of '{wildcards.experiment}' with pressures for {wildcards.subject}"
     script:
@@ -41,7 +41,7 @@ rule pressures_table:
     log:
         f"{RESULTS}/logs/pressures_table.log",
     params:
-        stage=old_stage("pressures_table"),
+        **stage("swesbi.checks.pressures:pressures_table"),
     message:
         "Table: what cuff pressures add to the answers on speeds"
     script:
@@ -59,7 +59,7 @@ rule pressures_figure:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        stage=old_stage("pressures_figure"),
+        **stage("swesbi.report.figures.pressures:draw_pressures"),
     message:
         "Figure: what cuff pressures add to '{wildcards.experiment}'"
     script:

@@ -14,7 +14,7 @@ rule speed_pool:
         experiment=SPEEDS,
     priority: 90
     params:
-        stage=old_stage("speed_pool"),
+        **stage("swesbi.networks.flow.pool:pool_of_speeds"),
     message:
         "Simulations at the measured phases for the experiment '{wildcards.experiment}'"
     script:
@@ -35,7 +35,7 @@ rule train_flow:
         experiment=NONE if CONFIG.networks else SPEEDS,
     priority: 90
     params:
-        stage=old_stage("train_flow"),
+        **stage("swesbi.networks.flow.training:trained_on_subjects"),
     message:
         "Training the flow of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
@@ -55,7 +55,7 @@ rule exact_posterior:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("exact_posterior"),
+        **stage("swesbi.posterior.subject:posterior_of_subject"),
     message:
         "Exact posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -83,7 +83,7 @@ rule verdict:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("verdict"),
+        **stage("swesbi.verdict.subject:verdict_on_subject"),
     message:
         "Verdict on {wildcards.subject} ('{wildcards.experiment}')"
     script:
@@ -102,7 +102,7 @@ rule misspecification_figure:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("misspecification_figure"),
+        **stage("swesbi.report.figures.misspecification:misspecification_figure"),
     message:
         "Figure: misspecification tests of '{wildcards.experiment}'"
     script:
@@ -119,7 +119,7 @@ rule noise_figure:
     log:
         f"{RESULTS}/logs/noise_figure.log",
     params:
-        stage=old_stage("noise_figure"),
+        **stage("swesbi.report.figures.recording:noise_figure"),
     message:
         "Figure: noise of the measured speeds"
     script:
@@ -160,7 +160,7 @@ rule identifiability:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("identifiability"),
+        **stage("swesbi.checks.identifiability.cohort:identifiability_of_cohort"),
     message:
         "Identifiability in '{wildcards.experiment}': profiles, information of the phases, designs"
     script:
@@ -179,7 +179,7 @@ rule identifiability_figures:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("identifiability_figures"),
+        **stage("swesbi.report.figures.identifiability:draw_identifiability"),
     message:
         "Figure: identifiability of '{wildcards.experiment}'"
     script:
@@ -199,7 +199,7 @@ rule calibration_recordings:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("calibration_recordings"),
+        **stage("swesbi.checks.calibration.subject:recordings_like_subject"),
     message:
         "Recordings of known parameters like {wildcards.subject}'s ('{wildcards.experiment}', minutes)"
     script:
@@ -220,7 +220,7 @@ rule calibration_local:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("calibration_local"),
+        **stage("swesbi.checks.calibration.subject:calibration_at_subject"),
     message:
         "Calibration at {wildcards.subject}'s own data ('{wildcards.experiment}')"
     script:
@@ -272,7 +272,7 @@ rule calibration:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("calibration"),
+        **stage("swesbi.checks.calibration.cohort:calibration_of_cohort"),
     message:
         "Checks of calibration of the experiment '{wildcards.experiment}'"
     script:
@@ -291,7 +291,7 @@ rule calibration_figure:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        stage=old_stage("calibration_figure"),
+        **stage("swesbi.report.figures.calibration:draw_calibration"),
     message:
         "Figure: calibration of the experiment '{wildcards.experiment}'"
     script:

@@ -28,7 +28,7 @@ rule tables:
     log:
         f"{RESULTS}/logs/tables.log",
     params:
-        stage=old_stage("tables"),
+        **stage("swesbi.report.study_tables:study_tables"),
     message:
         "Tables of every experiment: table 1, features, posteriors"
     script:
@@ -42,7 +42,7 @@ rule truth:
             "{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
         ),
         verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
-        truth=str(STUDY.cohort / "truth.csv"),
+        truth=str(STUDY.cohort.folder / "truth.csv"),
     output:
         truth_csv=report(
             f"{RESULTS}/tables/truth.csv",
@@ -53,7 +53,7 @@ rule truth:
     log:
         f"{RESULTS}/logs/truth.log",
     params:
-        stage=old_stage("truth"),
+        **stage("swesbi.report.study_tables:beside_the_truth"),
     message:
         "Table: credible intervals beside the truth"
     script:
@@ -63,7 +63,7 @@ rule truth:
 rule paper_comparison:
     """Every number that the paper prints, and every statement on its results, beside this study's."""
     input:
-        protocol=str(STUDY.cohort / "recording.yaml"),
+        protocol=str(STUDY.cohort.folder / "recording.yaml"),
         ppc=rules.tables.output.ppc_csv,
         posterior=rules.tables.output.posterior_csv,
         features=rules.tables.output.features_csv,
@@ -92,7 +92,7 @@ rule paper_comparison:
     log:
         f"{RESULTS}/logs/paper_comparison.log",
     params:
-        stage=old_stage("paper_comparison", experiment=MAIN),
+        **stage("swesbi.report.paper.study:beside_the_paper", experiment=MAIN),
     message:
         "Table: every number of the paper beside this study's"
     script:

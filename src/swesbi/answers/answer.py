@@ -18,7 +18,7 @@ from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.clinical import ClinicalModel
 from swesbi.measurement.derived import told
-from swesbi.posterior.exact import conditioned, exact_posterior
+from swesbi.posterior.exact import described, exact_posterior, log_certificate
 from swesbi.posterior.fitted import fit_in_nearest, placed_in
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import WeightedDraws
@@ -82,7 +82,7 @@ def answered(
     subject, found = recording.observation.subject, None
     LOGGER.info("subject %s: %s", subject, verdict.sentence)
     if pressures is not None and (model := recording.with_pressures(pressures)) is not None:
-        sizes = settings.exact_posterior.exact
+        sizes = settings.exact
         found = informed(model, exact.weighted, sizes, seed, recording.stream, "pressures", subject)
     return Answer(recording, exact, verdict, after, before, found)
 
@@ -106,10 +106,10 @@ def inferred(
         As of :func:`answered`.
     """
     network, subject = knowledge.proposal(recording.model.recording), recording.observation.subject
-    sizes, stream = settings.exact_posterior.exact, recording.stream
+    sizes, stream = settings.exact, recording.stream
     exact, efficiency = exact_posterior(HeartModel(recording.model), network, sizes, seed, stream, subject)
     log_certificate(subject, exact)
-    return (exact if network is None else conditioned(exact, network)), efficiency
+    return described(exact, recording.model.settings.prior, network), efficiency
 
 
 def informed(
@@ -138,14 +138,4 @@ def informed(
     fitted = fit_in_nearest([known], of_speeds.log_weight)
     exact, _ = exact_posterior(heart, None, settings, seed, *name, fitted=fitted)
     log_certificate(f"{model.speeds.recording.subject} with pressures", exact)
-    return exact
-
-
-def log_certificate(subject: str, exact: ExactPosterior) -> None:
-    """Log what gave the draws, and how reliable they are."""
-    LOGGER.info(
-        "subject %s: draws by %s; k-hat %.2f, efficiency %.0f %%",
-        subject, exact.sampler, exact.k_hat, 100.0 * exact.efficiency,
-    )  # fmt: skip
-    for reason in exact.reasons:
-        LOGGER.log(logging.INFO if exact.converged else logging.WARNING, "  %s", reason)
+    return described(exact, heart.prior, None)

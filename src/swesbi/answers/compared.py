@@ -12,18 +12,15 @@ import numpy as np
 
 from swesbi.answers.answer import Answer
 from swesbi.answers.knowledge import Knowledge
-from swesbi.artefacts import Origin, save, to_groups
+from swesbi.artefacts import Origin
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.persons.change.joint import OwnPosterior, infer_change
+from swesbi.persons.change.joint import both_visits, infer_change, own_posterior
 from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.change.stored import KIND, StoredChange, change_table, stored_change
-from swesbi.persons.change.visits import VisitsModel, visits_model
-from swesbi.posterior.result import ExactPosterior
-from swesbi.posterior.space import Space
+from swesbi.persons.change.stored import StoredChange, change_table, stored_change
 from swesbi.recording.observation import Observation
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
@@ -86,7 +83,7 @@ def save_change(
     subjects, words = _two([each.subject for each in observed]), _two([each.status for each in judged])
     whose = (settings.person, settings.visits, subjects, words)
     stored = stored_change(found, *whose, settings.changes, settings.model.prior.names)
-    save(folder / JOINT, to_groups(stored), origin.provenance(KIND, settings))
+    stored.write(folder / JOINT, origin.provenance("", settings))
     write_csv(folder / TABLE, change_table(stored))
     shown = [
         _shown(*each, stored.interval_mass) for each in zip(models, observed, found.phi, judged, strict=True)
@@ -115,26 +112,6 @@ def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> N
             f"gated phases by visit: {had}; visits are compared phase by phase, so both need the same "
             "protocol"
         )
-
-
-def own_posterior(exact: ExactPosterior, space: Space) -> OwnPosterior:
-    """Return what the joint posterior begins with: a visit's own, and the space of its network."""
-    by_weights = exact.sampler == "importance"
-    effective = exact.efficiency * len(exact.weighted.phi) if by_weights else exact.effective_draws.min()
-    return OwnPosterior(exact.phi, float(min(effective, len(exact.phi))), exact.log_evidence, space)
-
-
-def both_visits(
-    models: Sequence[SpeedModel], observed: Sequence[Observation], settings: ChangeSettings
-) -> VisitsModel:
-    """Return the model of two visits of one person, in what they share as configured."""
-    shares = settings.shares
-    return visits_model(
-        models,
-        [each.phase_index[each.measured] for each in observed],
-        shares.of(models[0].settings.prior.names),
-        shares.discrepancy,
-    )
 
 
 def _two(names: Iterable[str]) -> tuple[str, str]:

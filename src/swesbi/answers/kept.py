@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
+from swesbi.checks.free_predictive import FreePredictiveCheck
+from swesbi.checks.predictive import PredictiveCheck
 from swesbi.measurement.derived import told
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.prior import draw_prior
@@ -15,21 +17,7 @@ from swesbi.report.sheet import Recorded, ShownCurve
 from swesbi.seeds import generator
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True)
-class Kept:
-    """An artefact that is yet to be written.
-
-    Attributes:
-        kind: Of the artefact.
-        groups: Its content, by group.
-    """
-
-    kind: str
-    groups: Mapping[str, xr.Dataset]
 
 
 @dataclass(frozen=True)
@@ -43,7 +31,7 @@ class Shown:
         curve: Recording and predictive check, for the page.
     """
 
-    kept: Kept
+    kept: PredictiveCheck | FreePredictiveCheck
     draw: Callable[[str], Figure]
     recorded: Recorded
     curve: ShownCurve
@@ -67,6 +55,6 @@ def prior_beside(model: SpeedModel, settings: AnswerSettings, seed: int, stream:
 
     What the posterior began with may be a network's, so these are drawn anew.
     """
-    count, subject = settings.predictive_speeds.predictive.draws, model.recording.context.subject
+    count, subject = settings.predictive.draws, model.recording.context.subject
     phi = draw_prior(model.settings.prior, count, generator(seed, stream, subject, "prior curves"))
     return PriorBeside(phi, told(model, phi, model.simulate(phi)))

@@ -11,12 +11,12 @@ from swesbi.artefacts.files import stated_checksum
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import FlowProposal, TrainedFlow, flow_proposal
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.posterior.space import LogitSpace, Space
 from swesbi.recording.observation import Observation
 from swesbi.verdict.context import nearest_known
-from swesbi.verdict.null_recordings import NullRecordings, read_nulls
+from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.settings import SHIPPED_NULLS
 
 OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
@@ -70,9 +70,9 @@ def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:
     Raises:
         ArtefactError: A file is no such artefact.
     """
-    nulls = read_nulls(null)
+    nulls = NullRecordings.read(null)
     read = (stated_checksum(estimator), stated_checksum(null))
-    return Knowledge(OF_POPULATION, nulls.contexts, load_flow(estimator)[0], nulls=nulls, made_from=read)
+    return Knowledge(OF_POPULATION, nulls.contexts, TrainedFlow.read(estimator), nulls=nulls, made_from=read)
 
 
 def knowledge_of_study(estimator: Path, observations: Sequence[Path], null: Path) -> Knowledge:
@@ -88,7 +88,7 @@ def knowledge_of_study(estimator: Path, observations: Sequence[Path], null: Path
     """
     trained = [Observation.read(path).context for path in observations]
     read = tuple(map(stated_checksum, (estimator, *observations, null)))
-    flow, nulls = load_flow(estimator)[0], read_nulls(null)
+    flow, nulls = TrainedFlow.read(estimator), NullRecordings.read(null)
     return Knowledge(OF_STUDY, trained, flow, trained, nulls, read)
 
 
@@ -98,5 +98,5 @@ def knowledge_of_prior(null: Path = SHIPPED_NULLS) -> Knowledge:
     Raises:
         ArtefactError: These are damaged.
     """
-    nulls = read_nulls(null)
+    nulls = NullRecordings.read(null)
     return Knowledge(OF_PRIOR, nulls.contexts, nulls=nulls, made_from=(stated_checksum(null),))

@@ -9,17 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from swesbi.answers.kept import Kept, Shown
+from swesbi.answers.kept import Shown
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.settings import AnswerSettings
-from swesbi.artefacts import to_groups
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.draws import CheckedFeatures
-from swesbi.checks.free_predictive import KIND as PUSHES_PREDICTIVE
 from swesbi.checks.free_predictive import check_pushes
-from swesbi.checks.predictive import KIND as PREDICTIVE
-from swesbi.checks.predictive import to_datasets
 from swesbi.checks.predictive_speeds import Recorder, new_recordings, predictive_check, stream_of
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
@@ -73,7 +69,7 @@ class ModelledRecording:
         if knowledge.nulls is None:
             raise ValueError("a recording is judged by null distributions, and none are given")
         further = (*self.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
-        nulls, rule, clinical = knowledge.nulls, settings.verdict, self.observation.clinical
+        nulls, rule, clinical = knowledge.nulls, settings, self.observation.clinical
         return judge(exact, self.model, beats, nulls, knowledge.hearts, rule, seed, clinical, further)
 
     def with_pressures(self, settings: ClinicalErrors) -> ClinicalModel | None:
@@ -86,10 +82,6 @@ class ModelledRecording:
         if not self.observation.is_gated or not clinical.has_pressures:
             return None
         return with_pressures(self.model, clinical, settings)
-
-    def observed(self) -> Kept:
-        """Return what ``observation.h5`` holds."""
-        return Kept(Observation.kind, to_groups(self.observation))
 
     def is_kept_in(self, path: Path) -> bool:
         """Tell whether an artefact is the observation of this recording."""
@@ -105,24 +97,24 @@ class ModelledRecording:
         seed: int,
     ) -> Shown:
         """Compare the recording with what prior and posterior predict of new ones."""
-        predictive, subject = settings.predictive_speeds.predictive, self.observation.subject
+        predictive, subject = settings.predictive, self.observation.subject
         if not self.observation.is_gated:
             points = self.model.settings.measurement.grid_points
             rng, draws = generator(seed, self.stream, subject, "new pushes"), exact.phi[: predictive.draws]
             pushes = check_pushes(self.model, draws, prior, predictive.interval, points, rng)
             errors = SOURCES[self.observation.errors_from]
             return Shown(
-                kept=Kept(PUSHES_PREDICTIVE, to_groups(pushes)),
+                kept=pushes,
                 draw=partial(draw_free_check, subject, pushes, verdict, errors),
                 recorded=recorded_free(self.observation),
                 curve=curve_free(pushes),
             )
-        features = CheckedFeatures(predictive.features, settings.predictive_speeds.summary)
+        features = CheckedFeatures(predictive.features, settings.summary)
         recorder, readable = Recorder(self.model, self.observation, features), verdict.may_be_read
         before = new_recordings(prior, recorder, stream_of(recorder, seed, "prior"))
         check = predictive_check(recorder, exact.phi, before, predictive, seed, may_be_read=readable)
         return Shown(
-            kept=Kept(PREDICTIVE, to_datasets(check)),
+            kept=check,
             draw=partial(draw_subject_check, PredictivePanel(subject, check, None, verdict)),
             recorded=recorded_gated(self.observation),
             curve=curve_gated(check),

@@ -11,14 +11,14 @@ from swesbi.answers.answer import Answer
 from swesbi.answers.kept import Shown
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording
-from swesbi.answers.settings import ShownSettings
+from swesbi.answers.settings import OneAnswerSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
 from swesbi.posterior.result import ExactPosterior
 from swesbi.report.sheet import Informed, Population, Sheet
 
 
-def sheet_of(answer: Answer, knowledge: Knowledge, shown: Shown, settings: ShownSettings) -> Sheet:
+def sheet_of(answer: Answer, knowledge: Knowledge, shown: Shown, settings: OneAnswerSettings) -> Sheet:
     """Return what the page of an answer shows."""
     recording, exact = answer.recording, answer.posterior
     clinical = recording.observation.clinical
@@ -42,12 +42,15 @@ def _rows(told: Mapping[str, FloatArray]) -> FloatArray:
     return np.asarray(values[np.isfinite(values).all(axis=1)])
 
 
-def _more(recording: ModelledRecording, exact: ExactPosterior, settings: ShownSettings) -> MoreRepeats | None:
+def _more(
+    recording: ModelledRecording, exact: ExactPosterior, settings: OneAnswerSettings
+) -> MoreRepeats | None:
     """Return what more repeats would buy, by draws spread over those of the posterior.
 
     None of a posterior that has not converged, whose widths mean nothing.
     """
     if not exact.converged:
         return None
-    rows = np.linspace(0, len(exact.phi) - 1, min(settings.draws, len(exact.phi))).astype(np.int64)
+    number = min(settings.information_draws, len(exact.phi))
+    rows = np.linspace(0, len(exact.phi) - 1, number).astype(np.int64)
     return more_repeats(recording.model, exact.phi[rows], settings.difference_step)

@@ -12,17 +12,15 @@ from typing import Final
 from swesbi.answers.answer import Answer, shown_of
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording
-from swesbi.answers.settings import OneAnswerSettings, PressuresSettings
+from swesbi.answers.settings import OneAnswerSettings
 from swesbi.answers.sheet import sheet_of
-from swesbi.artefacts import ArtefactError, Origin, save, write_json
-from swesbi.posterior.result import exact_to_groups
-from swesbi.posterior.truncated import POSTERIOR
+from swesbi.artefacts import ArtefactError, Origin, write_json
 from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Sheet
-from swesbi.verdict.verdict import Verdict, read_verdict
+from swesbi.verdict.verdict import Verdict
 
 OBSERVATION: Final = "observation.h5"
 POSTERIOR_FILE: Final = "posterior.h5"
@@ -58,9 +56,8 @@ def made_from(
     }
     digest = sha256(json.dumps(said, sort_keys=True).encode())
     errors = recording.model.recording
-    observed = [
-        values for group in recording.observed().groups.values() for values in group.variables.values()
-    ]
+    groups = recording.observation.to_groups().values()
+    observed = [values for group in groups for values in group.variables.values()]
     for array in (*(values.to_numpy() for values in observed), errors.relative_se, errors.shared):
         digest.update(repr(array.tolist()).encode())
     return digest.hexdigest()
@@ -78,7 +75,7 @@ def kept_verdict(folder: Path, digest: str, *, pressures: bool) -> Verdict | Non
     if not all((folder / name).is_file() for name in (*OUTPUTS, *([WITH_PRESSURES] if pressures else []))):
         return None
     try:
-        verdict, content = read_verdict(path), json.loads(path.read_text(encoding="utf-8"))
+        verdict, content = Verdict.read(path), json.loads(path.read_text(encoding="utf-8"))
     except ArtefactError:
         return None
     return verdict if content.get(MADE_FROM) == digest else None
@@ -106,25 +103,20 @@ def save_answer(
         ArtefactError: A file cannot be written.
         ValueError: No draw of the posterior can be simulated.
     """
-    recording, exact, title = answer.recording, answer.posterior, settings.shown.cohort_title
-    observed = recording.observed()
-    save(folder / OBSERVATION, observed.groups, origin.provenance(observed.kind, settings.ingest))
-    stage = settings.exact_posterior
-    prior = stage.model.prior
-    save(folder / POSTERIOR_FILE, exact_to_groups(exact, prior), origin.provenance(POSTERIOR, stage))
-    made = made_from(recording, knowledge, settings, origin, notes)
-    write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: made, NOTES: list(notes)})
+    recording, exact, title = answer.recording, answer.posterior, settings.cohort_title
+    made = origin.provenance("", settings)
+    recording.observation.write(folder / OBSERVATION, made)
+    exact.write(folder / POSTERIOR_FILE, made)
+    digest = made_from(recording, knowledge, settings, origin, notes)
+    write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: digest, NOTES: list(notes)})
     if answer.with_pressures is not None:
-        clinical = PressuresSettings(exact_posterior=stage, clinical=settings.clinical)
-        groups = exact_to_groups(answer.with_pressures, prior)
-        save(folder / WITH_PRESSURES, groups, origin.provenance(POSTERIOR, clinical))
+        answer.with_pressures.write(folder / WITH_PRESSURES, made)
     shown = shown_of(answer, settings, origin.seed)
-    checked = origin.provenance(shown.kept.kind, settings.predictive_speeds)
-    save(folder / "predictive.h5", shown.kept.groups, checked)
+    shown.kept.write(folder / "predictive.h5", made)
     save_figure(shown.draw(title), folder / "ppc.png")
     began = PRIOR_DRAWS if knowledge.flow is None else NETWORK_ALONE
     panel = ExactPanel(origin.subject, exact, None, answer.verdict, None, began)
-    save_figure(draw_exact_subject(panel, settings.shown.prior, title), folder / "posterior.png")
-    page = sheet_of(answer, knowledge, shown, settings.shown)
+    save_figure(draw_exact_subject(panel, settings.joint_prior, title), folder / "posterior.png")
+    page = sheet_of(answer, knowledge, shown, settings)
     save_figure(draw_sheet(page), folder / "sheet.pdf")
     return page

@@ -58,10 +58,17 @@ class Variable:
 
 @dataclass(frozen=True)
 class Labels:
-    """Text labels of a dimension, which readers need; ``name`` is the dimension's unless it is given."""
+    """Text labels of a dimension, which readers need.
+
+    Attributes:
+        along: The dimension.
+        name: Where it is not the dimension's.
+        group: The only one that has them; empty: all groups that have the dimension.
+    """
 
     along: str
     name: str = ""
+    group: str = ""
 
 
 @dataclass(frozen=True)

@@ -80,13 +80,17 @@ def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[st
         labels: Label coordinates, as xarray takes them, of the groups that have their dimension.
     """
     stored: type = type(whole)
-    own = {
-        leaf.mark.name or leaf.mark.along: (leaf.mark.along, list(attrgetter(leaf.path)(whole)))
-        for leaf in _leaves(stored)
-        if isinstance(leaf.mark, Labels)
-    }
     schema, values = schema_of(stored), values_of(whole)
-    return {group: build_dataset(schema[group], values[group], {**(labels or {}), **own}) for group in schema}
+    own: dict[str, dict[str, Any]] = {group: {} for group in schema}
+    for leaf in _leaves(stored):
+        if isinstance(leaf.mark, Labels):
+            texts = (leaf.mark.along, list(attrgetter(leaf.path)(whole)))
+            for group in [leaf.mark.group] if leaf.mark.group else schema:
+                own[group][leaf.mark.name or leaf.mark.along] = texts
+    return {
+        group: build_dataset(schema[group], values[group], {**(labels or {}), **own[group]})
+        for group in schema
+    }
 
 
 def to_dataset(whole: object, labels: Mapping[str, Any] | None = None) -> xr.Dataset:
@@ -153,7 +157,11 @@ def _under(name: str, hint: Any, mark: Variable | Labels | Part) -> Iterator[_Le
         yield _Leaf(name, hint, replace(mark, name=mark.name or name, text=mark.text or _is_text(hint)))
     else:
         for leaf in _leaves(hint):
-            placed = mark.place(leaf.mark) if isinstance(leaf.mark, Variable) else leaf.mark
+            placed = (
+                mark.place(leaf.mark)
+                if isinstance(leaf.mark, Variable)
+                else replace(leaf.mark, group=leaf.mark.group or mark.group)
+            )
             yield _Leaf(f"{name}.{leaf.path}", leaf.hint, placed)
 
 
@@ -214,8 +222,9 @@ def _found(
         )
         return _rebuilt(hint, groups, given, f"{at}.", within)
     if isinstance(mark, Labels):
-        labels = mark.name or mark.along
-        return _read(next(group[labels] for group in groups.values() if labels in group), hint)
+        labels, own = mark.name or mark.along, groups.get(part.group)
+        among = [own] if own is not None else groups.values()
+        return _read(next(group[labels] for group in among if labels in group), hint)
     placed = part.place(replace(mark, name=mark.name or name, meaning=""))
     return _read(groups[placed.group or ROOT][placed.name], hint)
 

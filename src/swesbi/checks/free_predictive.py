@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import numpy as np
 
-from swesbi.artefacts import Part, Variable, from_groups, load, register, schema_of
+from swesbi.artefacts import Artefact, Part, Variable
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.scores import Band, band, coverage
 from swesbi.measurement.likelihood import SpeedModel
@@ -18,7 +17,7 @@ from swesbi.recording.speed import youngs_modulus_kpa
 
 
 @dataclass(frozen=True)
-class FreePredictiveCheck:
+class FreePredictiveCheck(Artefact, kind="free_predictive"):
     """What prior and posterior predict of a free-running recording, and how its p pushes lie in it."""
 
     grid: Annotated[FloatArray, Variable("grid", "1", "analysis phases, fraction of the cycle")]
@@ -82,15 +81,3 @@ def _predicted(
     pushes = model.predict_from(phi, beats)
     good = np.flatnonzero(np.isfinite(pushes.log_speed).all(axis=1))
     return on_grid.rows(good), pushes.rows(good)
-
-
-KIND: Final = register("free_predictive", schema_of(FreePredictiveCheck))
-
-
-def read_free_predictive(path: Path) -> FreePredictiveCheck:
-    """Read the predictive check of a free-running recording.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    return from_groups(FreePredictiveCheck, {"/": load(path, KIND)[0]})

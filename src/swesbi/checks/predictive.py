@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import (
-    Labels,
-    Part,
-    Provenance,
-    Variable,
-    from_groups,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    to_groups,
-)
+from swesbi.artefacts import Artefact, Labels, Part, Provenance, Variable, from_groups
 from swesbi.base.arrays import BoolArray, FloatArray, rows_of
 from swesbi.checks.observed_curves import at_phases, observed_curves
 from swesbi.checks.scores import (
@@ -39,6 +28,7 @@ from swesbi.checks.scores import (
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.seeds import generator
 
+LOGGER = logging.getLogger("swesbi")
 FEATURE_UNITS: Final = "as named in feature"
 MEASURED: Final = "measured phases"
 
@@ -152,7 +142,7 @@ class Prediction:
 
 
 @dataclass(frozen=True)
-class PredictiveCheck:
+class PredictiveCheck(Artefact, kind="predictive"):
     """The prior and the posterior predictive check of one subject.
 
     A subject whose posterior may not be read has a prediction of 0 draws, NaN throughout.
@@ -163,6 +153,15 @@ class PredictiveCheck:
     may_be_read: Annotated[bool, Variable("", "1", "1 where the posterior may be read, else 0")]
     prior: Annotated[Prediction, Part(group="prior")]
     posterior: Annotated[Prediction, Part(group="posterior")]
+
+    labels = {"parameter": list(THETA_NAMES)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> PredictiveCheck:
+        """Return what the groups of a file hold."""
+        observed = groups["/"]["features"].to_numpy()
+        given = {f"{group}.features.observed": observed for group in ("prior", "posterior")}
+        return from_groups(cls, groups, given)
 
 
 def noise_streams(seed: int, subject: str, draws: str) -> tuple[np.random.Generator, np.random.Generator]:
@@ -231,22 +230,24 @@ def _noisy_coverage(draws: Draws, target: Target, interval: float, rng: np.rando
     return coverage(target.stiffness_kpa[target.measured], band(values + noise, interval))
 
 
-SCHEMA: Final = schema_of(PredictiveCheck)
-KIND: Final = register("predictive", SCHEMA, (*labels_of(PredictiveCheck), "parameter"))
-
-
-def to_datasets(check: PredictiveCheck) -> dict[str, xr.Dataset]:
-    """Return the root, prior and posterior groups of a predictive artefact."""
-    return to_groups(check, {"parameter": list(THETA_NAMES)})
-
-
-def read_predictive(path: Path) -> tuple[PredictiveCheck, Provenance]:
-    """Read a predictive artefact.
-
-    Raises:
-        ArtefactError: The file is no predictive artefact of this schema version.
-    """
-    groups = {group: load(path, KIND, group)[0] for group in SCHEMA}
-    observed = groups["/"]["features"].to_numpy()
-    given = {f"{group}.features.observed": observed for group in ("prior", "posterior")}
-    return from_groups(PredictiveCheck, groups, given), load(path, KIND)[1]
+def log_scores(subject: str, check: PredictiveCheck) -> None:
+    """Log the scores of a subject's check."""
+    prior, posterior = check.prior.scores, check.posterior.scores
+    if not check.may_be_read:
+        LOGGER.info("subject %s: not to be read, no scores; prior RMSE %.2f kPa", subject, prior.rmse_kpa)
+        return
+    LOGGER.info(
+        "subject %s: RMSE %.2f -> %.2f kPa, R2 %.3f, coverage of the grid by noiseless curves %.2f, "
+        "with noise %.2f (prior without %.2f, its envelope %.2f), %d/%d features inside, %d draws failed",
+        subject,
+        prior.rmse_kpa,
+        posterior.rmse_kpa,
+        posterior.r2,
+        check.posterior.coverages.noiseless,
+        check.posterior.coverages.observed,
+        check.prior.coverages.noiseless,
+        check.prior.coverages.envelope,
+        check.posterior.features.inside.sum(),
+        len(check.target.feature_names),
+        check.posterior.draws.failed,
+    )

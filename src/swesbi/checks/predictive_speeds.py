@@ -8,20 +8,23 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray, rows_of
 from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
-from swesbi.checks.predictive import Draws, Prediction, PredictiveCheck, Target
+from swesbi.checks.predictive import Draws, Prediction, PredictiveCheck, Target, log_scores
 from swesbi.checks.scores import NO_COVERAGES, NO_SCORES, Band, FeatureCheck, band, cover, coverage, score
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations
-from swesbi.measurement.likelihood import SpeedModel, draw_speeds
-from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, speed_model
+from swesbi.measurement.settings import DiscrepancySettings, SummarySettings
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import OF_THETA
+from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import sample
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.seeds import generator
+from swesbi.verdict.verdict import Verdict
 
 NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
 
@@ -213,3 +216,40 @@ def withheld(prediction: Prediction) -> Prediction:
         coverages=NO_COVERAGES,
         phase_coverages=NO_COVERAGES,
     )
+
+
+def check_of_speeds(
+    posterior: ExactPosterior,
+    verdict: Verdict,
+    observation: Observation,
+    noise: CohortNoise,
+    shards: PriorSimulations,
+    *,
+    model: SpeedModelSettings,
+    summary: SummarySettings,
+    predictive: PredictiveSettings,
+    seed: int,
+) -> PredictiveCheck:
+    """Check the predictions of one subject in an experiment on speeds.
+
+    Args:
+        posterior: Of the subject.
+        verdict: Whether it may be read.
+        observation: The recording.
+        noise: Of the cohort.
+        shards: Simulations of the subject's prior.
+        model: Of the recording.
+        summary: Of which the checked features are some.
+        predictive: How many draws, and the interval.
+        seed: Of the new recordings.
+
+    Raises:
+        ValueError: Every posterior draw failed in the simulator.
+    """
+    features = CheckedFeatures(predictive.features, summary)
+    recorder = Recorder(speed_model(observation, noise, model), observation, features)
+    before = prior_recordings(shards, predictive.draws, recorder, stream_of(recorder, seed, "prior"))
+    readable = verdict.may_be_read
+    check = predictive_check(recorder, posterior.phi, before, predictive, seed, may_be_read=readable)
+    log_scores(observation.subject, check)
+    return check

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
 
+from swesbi.artefacts.csv import Table
+from swesbi.artefacts.typed import ByPlace, BySubject
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import median_and_interval
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT
@@ -27,6 +29,9 @@ COLUMNS: Final = (
     "with_low", "with_high", "width_ratio", "shift_in_widths", "sbp_mmhg", "dbp_mmhg", "sampler",
     "efficiency", "k_hat", "converged",
 )  # fmt: skip
+PRESSURES: Final = Table(columns=COLUMNS, row="subject")
+PressuresTable = Annotated[pd.DataFrame, PRESSURES]
+"""``pressures.csv``."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,36 @@ class Compared:
     model: SpeedModelSettings
     without: ExactPosterior
     with_them: ExactPosterior
+
+
+def pressures_table(
+    observations: BySubject[Observation],
+    posteriors: ByPlace[ExactPosterior],
+    with_pressures: ByPlace[ExactPosterior],
+    *,
+    population_models: dict[str, SpeedModelSettings],
+) -> PressuresTable:
+    """Tabulate what pressures add to each subject that has them: every quantity without and with.
+
+    Args:
+        observations: Observed curves, which have contexts and pressures.
+        posteriors: On speeds alone.
+        with_pressures: With pressures, of the same subjects.
+        population_models: Model of a recording of each experiment, by its name.
+
+    Raises:
+        UnfitError: A file of a subject with pressures is missing.
+    """
+    return pressures_table_of(  # one after the other, since posteriors of many subjects fill the memory
+        Compared(
+            experiment=place.experiment,
+            observation=observations[place.subject],
+            model=population_models[place.experiment],
+            without=posteriors[place],
+            with_them=with_them,
+        )
+        for place, with_them in with_pressures.items()
+    )
 
 
 def pressures_table_of(compared: Iterable[Compared]) -> pd.DataFrame:

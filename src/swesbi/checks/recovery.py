@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -154,23 +153,22 @@ def _row(
     )
 
 
-def read_truth(paths: Sequence[Path]) -> Mapping[str, FloatArray]:
-    """Return the true theta (3,) of each subject from ``truth.csv``; empty where the cohort has no such file.
+class Truths(dict[str, FloatArray]):
+    """True theta (3,) of each subject of a generated cohort, by ``truth.csv``.
 
     The passive stiffness is not among them: that of a generated subject goes with a passive law of its own,
     and is another quantity than the model's.
-
-    Args:
-        paths: The file, or none.
-
-    Raises:
-        ArtefactError: The file lacks a parameter.
     """
-    truths: dict[str, FloatArray] = {}
-    for path in paths:
+
+    @classmethod
+    def read(cls, path: Path) -> Truths:
+        """Read ``truth.csv``.
+
+        Raises:
+            ArtefactError: The file lacks a parameter.
+        """
         table = read_csv(path)
         if missing := [name for name in ("subject", *THETA_NAMES) if name not in table]:
             raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}")
         values = table[list(THETA_NAMES)].to_numpy(dtype=np.float64)
-        truths |= dict(zip(table["subject"], values, strict=True))
-    return truths
+        return cls(zip(table["subject"], values, strict=True))

@@ -63,11 +63,11 @@ def _refusal(study: Study, experiment: str, subject: str) -> str:
     """Return why the network of an experiment does not know a heart; empty where it does."""
     from swesbi.verdict.context import outside  # scipy.stats, which no start of Snakemake need wait for
 
-    context = study.new_rows[subject].to_context()
+    context = study.outside.rows[subject].to_context()
     if experiment in study.config.population_experiments:
         population = study.config.population_experiments[experiment].population
         return "; ".join(in_declared_range(context, population))
-    trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
+    trained = [study.cohort.rows[name].to_context() for name in study.subjects_of(experiment)]
     return "; ".join(outside(context, trained, study.config.new_subjects.margin_fraction))
 
 
@@ -83,7 +83,7 @@ def visit_pair(study: Study, person: str, earlier: str | None = None, later: str
     Raises:
         ConfigError: There is no such person or visit, or there are not two of them.
     """
-    table = study.new_cohort / SUBJECTS
+    table = study.outside.folder / SUBJECTS
     persons = {each.name: each for each in study.outside.persons}
     if person not in persons:
         raise ConfigError(f"person = {person!r}: {table} has {', '.join(persons)}")

@@ -10,11 +10,11 @@ def context_refusal(study: Study, experiment: str, subject: str) -> str:
     # SciPy's distributions take a while to import, and most who read the configuration ask nothing of it
     from swesbi.verdict.context import declared_refusal, refusal
 
-    context = study.new_rows[subject].to_context()
+    context = study.outside.rows[subject].to_context()
     populations = study.config.population_experiments
     if experiment in populations:
         return declared_refusal(context, populations[experiment].population)
-    trained = [study.context_rows[name].to_context() for name in study.subjects_of(experiment)]
+    trained = [study.cohort.rows[name].to_context() for name in study.subjects_of(experiment)]
     return refusal(context, trained, study.config.new_subjects.margin_fraction)
 
 

@@ -2,94 +2,307 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, Final
 
-from swesbi.config.parts import NAMED, SIDE_BY_SIDE, Wildcards, named, value_of
+from swesbi.base.settings import Settings
+from swesbi.config.experiments import (
+    ExperimentSettings,
+    PopulationExperimentSettings,
+    SpeedExperimentSettings,
+)
+from swesbi.config.models import Config
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 
-PLACES: Final = {
-    "acquired_numbers": "acquired_of_part",
-    "candidate_draws": "experiment.epoch_study.candidate_draws",
-    "checkpoint_epochs": "experiment.epoch_study.checkpoint_epochs",
-    "clinical_row": "clinical_of_subject",
-    "cmaes_prior": "prior_of_cmaes",
-    "cohort_contexts": "contexts_of_experiment",
-    "context_numbers": "contexts_of_shard",
-    "draw_numbers": "draws_of_shard",
-    "draws_per_context": "population.simulations.draws_per_context",
-    "ejection_time": "experiment.misspecification.ejection_time",
-    "estimator_model": "experiment.estimator.model",
-    "free_running": "population.calibration.free_running",
-    "interval": "experiment.exact.interval",
-    "judgement": "experiment.calibration.judgement",
-    "local": "experiment.calibration.local",
-    "lvet_sd_ms": "clinical.lvet_sd_ms",
-    "max_k_hat": "experiment.exact.max_k_hat",
-    "null_sizes": "population.nulls",
-    "own_numbers": "own_of_part",
-    "phases": "acquisition.phases",
-    "pushes_numbers": "pushes_of_part",
-    "recordings": "experiment.calibration.recordings",
-    "rule": "experiment.misspecification.rule",
-    "search": "cmaes.search",
-    "strained_level": "experiment.misspecification.rule.strained_level",
-    "strata": "population.calibration.strata",
-    "trained_on": "title_of_training",
-    "two_sample_draws": "population.calibration.two_sample_draws",
-    "uninformative": "new_subjects.uninformative",
-    "visits": "visits_of_experiment",
-}
-"""Names of values that lie elsewhere, as :func:`swesbi.config.parts.value_of` takes them."""
+BASE: Final = "base"
 
 
 class View:
     """The study as one job sees it: plain values by name.
 
-    A name stands for a value that is worked out, else for a section of the experiment that the wildcards
-    name, of its base for one over a population, else for a section of the configuration.
+    A name stands for a value that is worked out (`WORKED_OUT`), or for a section of the experiment that the
+    wildcards name, of its base for one over a population, or for a section of the configuration. Where a
+    value lies deeper in such a section, `PATHS` says where.
 
     Attributes:
         study: The study.
         wildcards: Of the job: subject, experiment, ...
     """
 
-    def __init__(self, study: Study, wildcards: Wildcards) -> None:
+    def __init__(self, study: Study, wildcards: Mapping[str, str]) -> None:
         self.study, self.wildcards = study, dict(wildcards)
+        self.config = study.config
 
     def __getitem__(self, name: str) -> Any:  # noqa: ANN401
         """Return a plain value.
 
         Raises:
-            ConfigError: A wildcard is missing or names nothing that the study has, the experiment is of a
-                kind that has no such section, or does not answer the subject.
+            ConfigError: A wildcard is missing or names nothing that the study has, or the experiment is of a
+                kind that has no such section.
         """
-        if {"subject", "experiment"} <= self.wildcards.keys():
-            self.study.check_subject(self._experiment, named(self.study, self.wildcards, "subject"))
-        if name in ("experiment", "subject"):
-            return named(self.study, self.wildcards, name)
-        if name == "prior" and "prior" in self.wildcards:
-            return value_of(self.study, self.wildcards, "prior_simulated")
-        return value_of(self.study, self.wildcards, self._place(name))
+        if name in WORKED_OUT:
+            return WORKED_OUT[name](self)
+        section, _, path = PATHS.get(name, name).partition(".")
+        try:
+            found = self._section(section)
+            return plain(operator.attrgetter(path)(found) if path else found)
+        except AttributeError:
+            raise ConfigError(
+                f"the experiment {self.experiment!r} is of kind {self.of_base.kind!r} and has no {name}; "
+                "this stage is for experiments of another kind"
+            ) from None
 
-    def _place(self, name: str) -> str:
-        if name in PLACES:
-            return PLACES[name]
-        if name in NAMED or name in SIDE_BY_SIDE:
-            return name
-        config = self.study.config
+    def _section(self, name: str) -> Any:  # noqa: ANN401
+        """Return a section: of an experiment over a population, of its base, or of the configuration."""
+        if name == BASE:
+            return self.of_base
         if "experiment" in self.wildcards:
-            if self._experiment in config.population_experiments and hasattr(
-                config.population_experiments[self._experiment], name
+            if (
+                self.experiment in self.config.population_experiments
+                and name in type(self.population).model_fields
             ):
-                return f"population.{name}"
-            if hasattr(config.experiments[config.base_of(self._experiment)], name):
-                return f"experiment.{name}"
-        if not hasattr(config, name):
-            raise ConfigError(f"{name}: there is no such setting for {self.wildcards or 'the whole cohort'}")
+                return getattr(self.population, name)
+            if name in type(self.of_base).model_fields:
+                return getattr(self.of_base, name)
+        if name not in Config.model_fields and "experiment" not in self.wildcards:
+            raise ConfigError("say which experiment")
+        return getattr(self.config, name)
+
+    def wildcard(self, kind: str) -> str:
+        """Return a wildcard, whatever it names.
+
+        Raises:
+            ConfigError: It is missing.
+        """
+        if kind not in self.wildcards:
+            raise ConfigError(f"say which {kind}")
+        return self.wildcards[kind]
+
+    def named(self, kind: str) -> str:
+        """Return a wildcard that must name something of the study: a subject, an experiment, a prior.
+
+        Raises:
+            ConfigError: It is missing, or the study has no such thing.
+        """
+        name = self.wildcard(kind)
+        known = {
+            "subject": self.study.cohort.rows,
+            "experiment": (*self.config.experiments, *self.config.population_experiments),
+            "prior": self.config.priors,
+        }
+        if name not in known[kind]:
+            raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known[kind])}")
         return name
 
     @cached_property
-    def _experiment(self) -> str:
-        return named(self.study, self.wildcards, "experiment")
+    def experiment(self) -> str:
+        """The name of the experiment."""
+        return self.named("experiment")
+
+    @property
+    def of_base(self) -> ExperimentSettings | SpeedExperimentSettings:
+        """The section of the experiment, of its base for one over a population."""
+        return self.config.experiments[self.config.base_of(self.experiment)]
+
+    @property
+    def population(self) -> PopulationExperimentSettings:
+        """The section of an experiment over a population.
+
+        Raises:
+            ConfigError: It is none.
+        """
+        if self.experiment not in self.config.population_experiments:
+            known = ", ".join(self.config.population_experiments) or "none"
+            raise ConfigError(
+                f"experiment = {self.experiment!r}: not one over a population; those are {known}"
+            )
+        return self.config.population_experiments[self.experiment]
+
+    def share(self, kind: str, parts: int, total: int) -> list[int]:
+        """Return the first of the numbers that fall to one of several jobs, and the one after the last."""
+        share = shard_draws(int(self.wildcard(kind)), parts, total)
+        return [share.start, share.stop]
+
+    @classmethod
+    def of_job(cls, study: Study, wildcards: Mapping[str, str]) -> View:
+        """Return the view of a job of the study.
+
+        Raises:
+            ConfigError: The experiment does not answer the subject.
+        """
+        view = cls(study, wildcards)
+        if {"subject", "experiment"} <= view.wildcards.keys():
+            study.check_subject(view.experiment, view.named("subject"))
+        return view
+
+    def together(self, *names: str) -> dict[str, Any]:
+        """Return several values side by side."""
+        return {name: self[name] for name in names}
+
+
+def shard_draws(shard: int, shards: int, draws: int) -> range:
+    """Return the draw numbers of one shard: contiguous, the shards as equal in size as can be.
+
+    Raises:
+        ValueError: The shard does not exist.
+    """
+    if not 0 <= shard < shards:
+        raise ValueError(f"shard {shard} does not exist: there are {shards}, numbered from 0")
+    return range(shard * draws // shards, (shard + 1) * draws // shards)
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401
+    """Return a value of the configuration as rules pass it."""
+    if isinstance(value, Settings):
+        return value.to_plain()
+    if isinstance(value, Mapping):
+        return {name: plain(one) for name, one in value.items()}
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _prior(view: View) -> dict[str, Any]:
+    """Return the prior that a wildcard names, else that of the experiment."""
+    name = view.named("prior") if "prior" in view.wildcards else view.of_base.prior
+    return view.config.priors[name].to_plain()
+
+
+def _part_of(path: str, kind: str = "part") -> Callable[[View], list[int]]:
+    """Return what gives the numbers, of so many in all, that fall to one job over a population."""
+    return lambda view: view.share(
+        kind, view.config.resources.population_parts, operator.attrgetter(path)(view.population)
+    )
+
+
+def _draws(view: View) -> list[int]:
+    total = view.config.simulations_per_subject(view.named("prior"))
+    return view.share("shard", view.config.resources.shards_per_subject, total)
+
+
+def _visits(view: View) -> dict[str, dict[str, str]]:
+    """Return person and group of those subjects of an experiment of whom either is told."""
+    visits = {
+        subject: view.study.cohort.visits[subject] for subject in view.study.subjects_of(view.experiment)
+    }
+    return {
+        subject: {"person": visit.person, "group": visit.group}
+        for subject, visit in visits.items()
+        if visit.person or visit.group
+    }
+
+
+def _with_chains(view: View) -> bool:
+    """Return whether a subject is among those whose samplers are compared with long chains."""
+    chains = view.config.speed_experiments[view.experiment].calibration.local.chains
+    return view.named("subject") in view.study.subjects_of(view.experiment)[:chains]
+
+
+def _trained_on(view: View) -> str:
+    """Return whose simulations a network was trained on."""
+    if view.experiment in view.config.population_experiments:
+        return f"contexts of the population of '{view.experiment}'"
+    return view.config.cohort_title
+
+
+def _model(view: View) -> dict[str, Any]:
+    """Return the model of a recording."""
+    return view.together("discrepancy", "density_kg_m3", "forward_model", "measurement") | {
+        "prior": view["joint_prior"]
+    }
+
+
+def _configuration(view: View) -> dict[str, Any]:
+    """Return the configuration without what changes no result of the study.
+
+    That is where results lie, how the work is split and who else is answered.
+    """
+    beside = ("resources", "results", "new_subjects", "changes", "change_groups", "plan")
+    return {name: value for name, value in view.config.to_plain().items() if name not in beside}
+
+
+def _experiments_shown(view: View) -> dict[str, Any]:
+    """Return the section of each experiment that is run, its prior as the prior itself."""
+    return {
+        name: view.config.experiments[name].to_plain()
+        | {"prior": view.config.priors[view.config.experiments[name].prior].to_plain()}
+        for name in view.config.experiments_run
+    }
+
+
+def _populations_shown(view: View) -> dict[str, Any]:
+    """Return the section of each experiment over a population, with the mass of its credible intervals."""
+    config = view.config
+    return {
+        name: config.population_experiments[name].to_plain()
+        | {"interval": config.speed_experiments[config.base_of(name)].exact.interval}
+        for name in config.populations_run
+    }
+
+
+WORKED_OUT: Final[Mapping[str, Callable[[View], Any]]] = {
+    "acquired_numbers": _part_of("calibration.acquired"),
+    "clinical_row": lambda view: view.study.cohort.clinical_of(view.named("subject")).to_plain(),
+    "cmaes_prior": lambda view: view.config.priors[view.config.cmaes.prior].to_plain(),
+    "cohort_contexts": lambda view: [
+        view.study.cohort.rows[subject].to_plain() for subject in view.study.subjects_of(view.experiment)
+    ],
+    "configuration": _configuration,
+    "context": lambda view: view.study.cohort.rows[view.named("subject")].to_plain(),
+    "context_numbers": _part_of("simulations.contexts", "shard"),
+    "draw_numbers": _draws,
+    "experiment": lambda view: view.experiment,
+    "experiments_shown": _experiments_shown,
+    "fresh": lambda view: view.together("population", "conditions", "model", "acquisition", "recording"),
+    "joint_prior": lambda view: {
+        "theta": view["prior"], "passive_stiffness_kpa": view["passive_stiffness_kpa"],
+    },
+    "layout": lambda view: view.study.cohort.layout.to_plain(),
+    "model": _model,
+    "noise_groups": lambda view: dict(view.study.cohort.noise_groups),
+    "own_numbers": _part_of("calibration.own"),
+    "population_models": lambda view: {
+        name: View(view.study, {"experiment": name})["model"] for name in view.config.populations_run
+    },
+    "populations_shown": _populations_shown,
+    "prior": _prior,
+    "pushes_numbers": _part_of("calibration.free_running.recordings"),
+    "reference_prior": lambda view: view.config.priors[view.config.passive_reference_prior].to_plain(),
+    "refused": lambda view: view.study.refused(view.experiment) if view.population else {},
+    "subject": lambda view: view.named("subject"),
+    "trained_on": _trained_on,
+    "visits": _visits,
+    "with_chains": _with_chains,
+}  # fmt: skip
+"""Values that are no part of the configuration as it stands."""
+PATHS: Final[Mapping[str, str]] = {
+    "candidate_draws": "epoch_study.candidate_draws",
+    "checkpoint_epochs": "epoch_study.checkpoint_epochs",
+    "density_kg_m3": "recording.density_kg_m3",
+    "difference_step": "identifiability.difference_step",
+    "discrepancy": "observation_model.discrepancy",
+    "draws_per_context": "simulations.draws_per_context",
+    "ejection_time": "misspecification.ejection_time",
+    "estimator_model": "estimator.model",
+    "free_running": "calibration.free_running",
+    "grid_points": "measurement.grid_points",
+    "information_draws": "identifiability.design.draws",
+    "interval": "exact.interval",
+    "judgement": "base.calibration.judgement",
+    "local": "base.calibration.local",
+    "lvesv_fraction": "misspecification.rule.volumes.lvesv_tolerance_fraction",
+    "lvet_sd_ms": "clinical.lvet_sd_ms",
+    "max_k_hat": "exact.max_k_hat",
+    "noise_level": "new_subjects.noise_level",
+    "null_sizes": "nulls",
+    "phases": "acquisition.phases",
+    "recordings": "base.calibration.recordings",
+    "rule": "misspecification.rule",
+    "search": "cmaes.search",
+    "strained_level": "misspecification.rule.strained_level",
+    "strata": "calibration.strata",
+    "two_sample_draws": "calibration.two_sample_draws",
+    "uninformative": "new_subjects.uninformative",
+}
+"""Where values lie below a section; below that of the base, where one over a population has its own."""

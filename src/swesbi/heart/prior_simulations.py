@@ -8,13 +8,13 @@ nor the order of jobs matter.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Final
 
 import numpy as np
 
-from swesbi.artefacts import Artefact, ArtefactError, Labels, Variable
+from swesbi.artefacts import Artefact, ArtefactError, Labels, UnfitError, Variable
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
@@ -23,7 +23,6 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.parameters import NUISANCE_COLUMNS, THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import PriorSettings, SimulatedPrior, quantile
-from swesbi.recording.settings import ContextRow
 from swesbi.seeds import generator
 
 LOGGER = logging.getLogger("swesbi")
@@ -82,11 +81,22 @@ class PriorSimulations(Artefact, kind="simulations"):
         }
         return replace(parts[0], **whole)
 
-    def first(self, number: int) -> PriorSimulations:
-        """Return the first draws of them."""
-        names = (field.name for field in fields(self) if field.name not in SHARED)
-        rows: dict[str, Any] = {name: getattr(self, name)[:number] for name in names}
-        return replace(self, **rows)
+
+def first_of(shards: Mapping[str, PriorSimulations], subject: str, number: int) -> PriorSimulations:
+    """Return the first draws of a subject.
+
+    Raises:
+        UnfitError: There are none of it, or fewer.
+    """
+    whole = shards[subject]
+    if (given := len(whole.theta)) < number:
+        raise UnfitError(
+            "shards",
+            f"hold {given} simulations of subject {subject}, {number} are wanted; simulate it first",
+        )
+    names = (field.name for field in fields(whole) if field.name not in SHARED)
+    rows: dict[str, Any] = {name: getattr(whole, name)[:number] for name in names}
+    return replace(whole, **rows)
 
 
 @dataclass(frozen=True)
@@ -100,7 +110,7 @@ class _Round:
 
 def shard_of_prior(
     *,
-    context: ContextRow,
+    context: Context,
     prior: PriorSettings,
     forward_model: ForwardModelSettings,
     draw_numbers: tuple[int, int],
@@ -111,7 +121,7 @@ def shard_of_prior(
     Raises:
         SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
     """
-    simulations = draw_simulations(range(*draw_numbers), context.to_context(), prior, forward_model, seed)
+    simulations = draw_simulations(range(*draw_numbers), context, prior, forward_model, seed)
     LOGGER.info(
         "subject %s: %d simulations, %d failed attempts redrawn",
         context.subject,

@@ -1,4 +1,4 @@
-"""The likelihood of measured speeds, and reading a subject's recording with it.
+"""The likelihood of measured speeds, and a subject's recording under it.
 
 Given phi, the log speeds of a gated recording are normal with covariance diag(s^2) + W W^T: s^2 is the
 variance of what each phase has for itself, noise and discrepancy, and W the factor of what the phases of a
@@ -7,15 +7,13 @@ sweep share (``shared_error``). Pushes share what the model misses in a cell of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.special import logsumexp
 
-from swesbi.artefacts import ArtefactError
-from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts import UnfitError
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import Context
@@ -342,24 +340,24 @@ class MeasuredSubject:
         return summarise(self.on_grid(cycle_phase, active_stiffness_kpa), summary)
 
 
-def read_measured_subjects(
-    observations: Sequence[Path], passives: Sequence[Path], measurement: MeasurementSettings
+def measured_subjects(
+    observations: Sequence[Observation],
+    passives: Mapping[str, PassiveBaseline],
+    measurement: MeasurementSettings,
 ) -> tuple[MeasuredSubject, ...]:
-    """Read the subjects in the order of ``observations``; each file names its subject.
+    """Put each recording together with the passive baseline of its subject, in the order of the recordings.
 
     Raises:
-        ArtefactError: Observations and passive baselines are not of the same subjects, each once.
+        UnfitError: They are not of the same subjects.
     """
-    baselines = {hdf5_provenance(path).subject: PassiveBaseline.read(path) for path in passives}
-    recordings = [Observation.read(path) for path in observations]
-    names = [recording.subject for recording in recordings]
-    if sorted(names) != sorted(baselines) or len(passives) != len(baselines):
-        raise ArtefactError(
-            f"observations of {names} and passive baselines of {sorted(baselines)}: "
-            "each subject needs one of each"
+    names = [recording.subject for recording in observations]
+    if sorted(names) != sorted(passives):
+        raise UnfitError(
+            "passives",
+            f"are of {sorted(passives)}, the observations of {names}; each subject needs one of each",
         )
     return tuple(
-        MeasuredSubject(recording, baselines[recording.subject], measurement) for recording in recordings
+        MeasuredSubject(recording, passives[recording.subject], measurement) for recording in observations
     )
 
 
@@ -368,25 +366,10 @@ def reference_beat(context: Context, prior: PriorSettings, forward_model: Forwar
     return simulate(log_centre(prior)[None, :], context, forward_model)
 
 
-def read_speed_model(observation: Path, noise: Path, settings: SpeedModelSettings) -> SpeedModel:
-    """Read one recording and the cohort's noise, and build its model.
+def speed_model(observation: Observation, noise: CohortNoise, settings: SpeedModelSettings) -> SpeedModel:
+    """Return the model of a recording whose errors are those of its group.
 
     Raises:
-        ArtefactError: A file is no such artefact.
-        ValueError: The reference beat does not become periodic.
+        ArtefactError: The noise of the subject is not known.
     """
-    return build_speed_model(observation, CohortNoise.read(noise), settings)
-
-
-def build_speed_model(observation: Path, noise: CohortNoise, settings: SpeedModelSettings) -> SpeedModel:
-    """Read one recording, and build its model with this noise; errors as of ``read_speed_model``."""
-    recording = Observation.read(observation)
-    return SpeedModel(speeds.measured_speeds(recording, noise.of(recording.subject)), settings)
-
-
-def read_speed_models(
-    observations: Sequence[Path], noise: Path, settings: SpeedModelSettings
-) -> tuple[SpeedModel, ...]:
-    """Read the models of several recordings, in the order given."""
-    of_cohort = CohortNoise.read(noise)
-    return tuple(build_speed_model(path, of_cohort, settings) for path in observations)
+    return SpeedModel(speeds.measured_speeds(observation, noise.of(observation.subject)), settings)

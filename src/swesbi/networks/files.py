@@ -83,9 +83,7 @@ def write_plain(path: Path, content: Mapping[str, Any]) -> None:
         append_checksum(temporary)
 
 
-def read_plain(
-    path: Path, kind: str, rebuild: Callable[[Mapping[str, Any]], Content]
-) -> tuple[Content, Provenance]:
+def read_plain(path: Path, kind: str, rebuild: Callable[[Mapping[str, Any]], Content]) -> Content:
     """Read plain content with ``weights_only=True`` and rebuild from it what it holds.
 
     Torch reads a flipped bit without complaint, so the checksum comes first; then the content has to be
@@ -104,7 +102,7 @@ def read_plain(
     check_whole(path, plain_provenance)
     content, provenance = _guarded(path, kind, lambda: _content(path))
     check_identity(path, kind, provenance)
-    return _guarded(path, kind, lambda: rebuild(content)), provenance
+    return _guarded(path, kind, lambda: rebuild(content))
 
 
 def read_content(path: Path) -> Mapping[str, Any]:

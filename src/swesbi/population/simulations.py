@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.progress import Progress
 from swesbi.context import Context
@@ -24,11 +25,12 @@ from swesbi.population.settings import PopulationSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.recording.phases import nominal_phases
 
+LOGGER = logging.getLogger("swesbi")
 ALONG: Final = "context"
 
 
 @dataclass(frozen=True)
-class PopulationSimulations:
+class PopulationSimulations(artefacts.Artefact, kind="population_simulations"):
     """m contexts with d draws of theta each, at the P nominal phases."""
 
     contexts: tuple[Context, ...]
@@ -54,6 +56,68 @@ class PopulationSimulations:
         IntArray,
         artefacts.Variable("context status", "1", "failed simulations by status, drawn again"),
     ]
+
+    labels = LABELS
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file: contexts, and their simulations."""
+        return {"/": SCHEMA}
+
+    @classmethod
+    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
+        """Return the names of contexts beside those of the fields."""
+        return *super().required_labels(), artefacts.Labels(ALONG, "subject")
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file, with dimensions context, draw and phase."""
+        labels = {
+            **LABELS,
+            "subject": (ALONG, [context.subject for context in self.contexts]),
+            "nuisance": list(self.nuisance_names),
+        }
+        values = artefacts.values_of(self)["/"] | context_values(self.contexts)
+        return {"/": artefacts.build_dataset(SCHEMA, values, labels)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> PopulationSimulations:
+        """Return what the group of a file holds."""
+        return artefacts.from_dataset(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
+
+    @classmethod
+    def joined(cls, parts: Sequence[PopulationSimulations]) -> PopulationSimulations:
+        """Return the shards together, in the order of the contexts whatever that of the files."""
+        contexts = [context for part in parts for context in part.contexts]
+        order = sorted(range(len(contexts)), key=lambda index: contexts[index].subject)
+        arrays: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts])[order]
+            for name in artefacts.schema_of(cls)["/"]
+        }
+        return replace(parts[0], contexts=tuple(contexts[index] for index in order), **arrays)
+
+
+def shard_of_population(
+    *,
+    context_numbers: tuple[int, int],
+    draws_per_context: int,
+    phases: int,
+    population: PopulationSettings,
+    model: SpeedModelSettings,
+    experiment: str,
+    seed: int,
+) -> PopulationSimulations:
+    """Simulate the contexts from the first number to before the second.
+
+    Raises:
+        SimulationFailure: A draw failed too often.
+        ValueError: The reference beat of a context does not become periodic.
+    """
+    first, stop = context_numbers
+    label = f"simulations {experiment}, contexts {first} to {stop - 1}"
+    made = simulate_population(range(first, stop), draws_per_context, population, phases, model, seed, label)
+    failed, drawn = int(made.failures.sum()), made.theta.shape[0] * made.theta.shape[1]
+    LOGGER.info("%d contexts, %d simulations, %d failed and drawn again", len(made.contexts), drawn, failed)
+    return made
 
 
 def simulate_population(
@@ -101,31 +165,3 @@ def _simulate(
 
 
 SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(PopulationSimulations)["/"]
-KIND: Final = artefacts.register(
-    "population_simulations", {"/": SCHEMA}, (*LABELS, "nuisance", artefacts.Labels(ALONG, "subject"))
-)
-
-
-def to_dataset(made: PopulationSimulations) -> xr.Dataset:
-    """Return the simulations as a dataset with dimensions context, draw and phase."""
-    labels = {
-        **LABELS,
-        "subject": (ALONG, [context.subject for context in made.contexts]),
-        "nuisance": list(made.nuisance_names),
-    }
-    values = artefacts.values_of(made)["/"] | context_values(made.contexts)
-    return artefacts.build_dataset(SCHEMA, values, labels)
-
-
-def read_population(shards: Sequence[Path]) -> PopulationSimulations:
-    """Read the shards of the training set, in the order of the contexts whatever the order of the files.
-
-    Raises:
-        ArtefactError: A file is no such shard.
-    """
-    merged = xr.concat([artefacts.load(path, KIND)[0] for path in shards], dim="context").sortby("subject")
-    rebuilt = artefacts.from_dataset(PopulationSimulations, merged, contexts=contexts_of(merged, ALONG))
-    arrays: dict[str, Any] = {
-        name: np.ascontiguousarray(value) for name, value in artefacts.values_of(rebuilt)["/"].items()
-    }
-    return replace(rebuilt, **arrays)

@@ -19,7 +19,7 @@ from swesbi.networks.flow.cells import (
     cell_inputs,
     context_inputs,
 )
-from swesbi.networks.flow.training import FlowTraining, Rows, SplineParts, fit_flow, single
+from swesbi.networks.flow.training import FlowTraining, Rows, SplineParts, TrainedWithLosses, fit_flow, single
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.conditions import draw_cells
@@ -28,7 +28,7 @@ from swesbi.population.simulations import PopulationSimulations
 from swesbi.prior import sample, to_logit
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
-from swesbi.seeds import generator
+from swesbi.seeds import generator, integer_seed
 
 CONTEXTS_AT_A_TIME: Final = 500  # what is made on the way to their rows takes a hundred megabytes
 
@@ -140,3 +140,43 @@ def train_population(
 
     parts = SplineParts(conditioner, eta, maker.model.prior.simulated)
     return fit_flow(training, held_out, rows_of, parts, settings, maker.seed, label)
+
+
+def trained_over_population(
+    shards: PopulationSimulations,
+    *,
+    model: SpeedModelSettings,
+    conditions: ConditionSettings,
+    acquisition: AcquisitionSettings,
+    recording: RecordingSettings,
+    estimator: SplineSettings,
+    experiment: str,
+    seed: int,
+) -> TrainedWithLosses:
+    """Train q(heart | z) on recordings drawn over the population.
+
+    Runs on the CPU, on one thread, and repeats exactly.
+
+    Args:
+        shards: The simulations.
+        model: Prior, discrepancy and density.
+        conditions: Gated and free-running recordings, noise levels and missing phases.
+        acquisition: Protocol of the recordings.
+        recording: What ingestion admits.
+        estimator: Architecture and schedule.
+        experiment: Its name, in progress lines.
+        seed: Of the study.
+
+    Raises:
+        ValueError: Too few contexts for a split.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    maker = RowMaker(
+        model=model,
+        conditions=conditions,
+        protocol=acquisition,
+        recording=recording,
+        cells=CellSettings(cells=acquisition.phases, relative_se=conditions.seen_relative_se),
+        seed=integer_seed(seed, "population training"),
+    )
+    return train_population(shards, maker, estimator, f"training {experiment}").outputs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,9 @@ from swesbi.seeds import generator, integer_seed
 
 if TYPE_CHECKING:
     from swesbi.networks.flow.flow import FlowProposal
+    from swesbi.prior import JointPriorSettings
+
+LOGGER = logging.getLogger("swesbi")
 
 
 def exact_posterior(
@@ -83,9 +87,14 @@ def _began_with(model: LikelihoodModel, network: PlacedProposal | None, draws: i
     return evaluate(model, network.draw(draws, seed)).phi
 
 
-def conditioned(exact: ExactPosterior, network: FlowProposal) -> ExactPosterior:
-    """Return a posterior with what the network that it began with was conditioned on."""
-    return replace(exact, condition=network.condition, components=network.flow.components)
+def described(
+    exact: ExactPosterior, prior: JointPriorSettings, network: FlowProposal | None
+) -> ExactPosterior:
+    """Return a posterior with the names of its parameters, and what its network was conditioned on."""
+    named = replace(exact, parameters=prior.names)
+    if network is None:
+        return named
+    return replace(named, condition=network.condition, components=network.flow.components)
 
 
 def certified(
@@ -213,3 +222,13 @@ def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]
         f"{settings.max_r_hat:g} is needed) with {sampled.effective_draws.min():.0f} effective draws "
         f"({settings.min_effective_draws} are needed)",
     )
+
+
+def log_certificate(subject: str, exact: ExactPosterior) -> None:
+    """Log what gave the draws, and how reliable they are."""
+    LOGGER.info(
+        "subject %s: draws by %s; k-hat %.2f, efficiency %.0f %%",
+        subject, exact.sampler, exact.k_hat, 100.0 * exact.efficiency,
+    )  # fmt: skip
+    for reason in exact.reasons:
+        LOGGER.log(logging.INFO if exact.converged else logging.WARNING, "  %s", reason)

@@ -1,28 +1,37 @@
 """The exact posterior of one recording, with its certificate, and its file ``posterior.h5``.
 
-The file is a posterior like any other, for :func:`swesbi.posterior.truncated.read_posterior` and whatever
-reads it. Beside it stand the passive stiffness, the weights and how the draws were obtained. It is read
+The file is a posterior like any other, for :class:`swesbi.posterior.truncated.Posterior` and whatever reads
+it. Beside it stand the passive stiffness, the weights and how the draws were obtained. It is read
 without the libraries that made it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import Part, Variable, arranged, build_dataset, from_groups, load, schema_of, values_of
+from swesbi.artefacts import (
+    Artefact,
+    Labels,
+    Part,
+    Variable,
+    arranged,
+    build_dataset,
+    from_groups,
+    load,
+    schema_of,
+    values_of,
+)
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED
 from swesbi.posterior import truncated
 from swesbi.posterior.importance import WeightedDraws
-from swesbi.posterior.settings import PosteriorSettings
-from swesbi.posterior.truncated import POSTERIOR
-from swesbi.prior import JointPriorSettings
+from swesbi.posterior.truncated import Posterior, summary_of
 
 Sampler = Literal["importance", "mcmc"]
 MCMC: Final = "mcmc"
@@ -38,7 +47,7 @@ SEPARATOR: Final = "; "
 
 
 @dataclass(frozen=True)
-class ExactPosterior:
+class ExactPosterior(Artefact):
     """Equally weighted draws of the exact posterior of one recording, and how they were obtained.
 
     Attributes:
@@ -52,6 +61,7 @@ class ExactPosterior:
         interval_mass: Mass of the credible intervals.
         condition: Conditioning vector of the network, shape (C,); empty where there was none.
         components: Names of its components.
+        parameters: Names of the d parameters; a posterior without them cannot be written.
     """
 
     phi: FloatArray
@@ -76,6 +86,9 @@ class ExactPosterior:
     interval_mass: float
     condition: FloatArray
     components: tuple[str, ...] = ()
+    parameters: Annotated[tuple[str, ...], Labels("joint_parameter")] = ()
+
+    kind = Posterior.kind
 
     @property
     def k_hat(self) -> float:
@@ -107,6 +120,44 @@ class ExactPosterior:
         """Largest split R-hat of the sampler over the parameters; NaN without one."""
         return float(np.fmax.reduce(self.r_hat))
 
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the groups of the file."""
+        groups = _summary(self).to_groups()
+        groups["/"] = xr.merge([groups["/"], _root(self)], combine_attrs="no_conflicts")
+        labels = {NUISANCE: list(self.parameters[REPORTED.stop :])}
+        beside = _columns(self.phi[None], SCALE_NAME)
+        added = build_dataset(SCHEMA["posterior"], beside, labels)
+        groups["posterior"] = groups["posterior"].assign(added.variables)
+        first = group_of_first(len(self.components))
+        groups[first] = build_dataset(SCHEMA[first], _columns(self.npe_phi, PHI_NAMES), labels)
+        weighted = _columns(self.weighted.phi, PHI_NAMES) | values_of(self)["weighted"]
+        groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted, labels)
+        return groups
+
+    @classmethod
+    def read(cls, path: Path) -> ExactPosterior:
+        """Read ``posterior.h5`` of an experiment on speeds.
+
+        Raises:
+            ArtefactError: The file is not a posterior.
+            KeyError: It is the posterior of an experiment without an exact likelihood.
+        """
+        root, _ = load(path, cls.kind)
+        first = group_of_first(root.sizes["component"])
+        groups = {group: load(path, cls.kind, group)[0] for group in ("posterior", first, "weighted")}
+        groups["/"] = root
+        reasons = str(root["reasons"].item())
+        given = {
+            "phi": phi_of(groups["posterior"].isel(chain=0)),
+            "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
+            "npe_phi": phi_of(groups[first]),
+            "weighted.phi": phi_of(groups["weighted"]),
+            "interval_mass": float(root["interval_mass"]),
+            "condition": root["z_obs"].to_numpy(),
+            "components": tuple(root["component"].to_numpy().tolist()),
+        }
+        return from_groups(cls, groups, given)
+
 
 def _nuisances(along: str) -> dict[str, Variable]:
     """Return the dataset of nuisance parameters, of which an experiment has as many as its prior frees."""
@@ -135,45 +186,6 @@ Of the network's draws and the prior's it has one: those with which the inferenc
 """
 
 
-def exact_to_groups(exact: ExactPosterior, prior: JointPriorSettings) -> dict[str, xr.Dataset]:
-    """Return the groups of ``posterior.h5``; ``prior`` names the parameters."""
-    groups = truncated.posterior_to_groups(_summary(exact, prior))
-    groups["/"] = xr.merge([groups["/"], _root(exact, prior)], combine_attrs="no_conflicts")
-    labels = {NUISANCE: list(prior.nuisance_names)}
-    beside = _columns(exact.phi[None], SCALE_NAME)
-    added = build_dataset(SCHEMA["posterior"], beside, labels)
-    groups["posterior"] = groups["posterior"].assign(added.variables)
-    first = group_of_first(len(exact.components))
-    groups[first] = build_dataset(SCHEMA[first], _columns(exact.npe_phi, PHI_NAMES), labels)
-    weighted = _columns(exact.weighted.phi, PHI_NAMES) | values_of(exact)["weighted"]
-    groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted, labels)
-    return groups
-
-
-def read_exact_posterior(path: Path) -> ExactPosterior:
-    """Read ``posterior.h5`` of an experiment on speeds.
-
-    Raises:
-        ArtefactError: The file is not a posterior.
-        KeyError: It is the posterior of an experiment without an exact likelihood.
-    """
-    root, _ = load(path, POSTERIOR)
-    first = group_of_first(root.sizes["component"])
-    groups = {group: load(path, POSTERIOR, group)[0] for group in ("posterior", first, "weighted")}
-    groups["/"] = root
-    reasons = str(root["reasons"].item())
-    given = {
-        "phi": phi_of(groups["posterior"].isel(chain=0)),
-        "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
-        "npe_phi": phi_of(groups[first]),
-        "weighted.phi": phi_of(groups["weighted"]),
-        "interval_mass": float(root["interval_mass"]),
-        "condition": root["z_obs"].to_numpy(),
-        "components": tuple(root["component"].to_numpy().tolist()),
-    }
-    return from_groups(ExactPosterior, groups, given)
-
-
 def group_of_first(components: int) -> str:
     """Return which group holds the draws with which the inference began.
 
@@ -195,17 +207,13 @@ def _columns(phi: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
     return truncated.columns_of(reported, names) | {NUISANCE_PARAMETERS: phi[..., REPORTED.stop :]}
 
 
-def _summary(exact: ExactPosterior, prior: JointPriorSettings) -> truncated.Posterior:
+def _summary(exact: ExactPosterior) -> Posterior:
     """Return the posterior of theta; its candidates are the network's draws, none of which can leak."""
-    count = len(exact.phi)
-    kept = PosteriorSettings(draws=count, unfiltered_draws=count, interval=exact.interval_mass)
-    summary = truncated.summarise_posterior(
-        exact.phi[:, OF_THETA], exact.condition, exact.components, prior.theta, kept
-    )
-    npe = exact.npe_phi[:, OF_THETA]
-    return replace(summary, unfiltered=npe, unfiltered_in_prior=np.ones(len(npe), dtype=bool))
+    npe, inside = exact.npe_phi[:, OF_THETA], np.ones(len(exact.npe_phi), dtype=bool)
+    theta = np.ascontiguousarray(exact.phi[:, OF_THETA])  # sums, to the last bit, follow the memory
+    return summary_of(theta, npe, inside, exact.condition, exact.components, interval=exact.interval_mass)
 
 
-def _root(exact: ExactPosterior, prior: JointPriorSettings) -> xr.Dataset:
+def _root(exact: ExactPosterior) -> xr.Dataset:
     values = values_of(exact)["/"] | {"reasons": SEPARATOR.join(exact.reasons)}
-    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(prior.names)})
+    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(exact.parameters)})

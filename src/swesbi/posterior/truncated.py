@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
@@ -12,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.artefacts.schema import Schema
 from swesbi.draws import interval_levels
 from swesbi.parameters import PHI, THETA_COLUMNS, THETA_NAMES
 from swesbi.posterior.settings import PosteriorSettings
@@ -26,7 +26,7 @@ COLUMNS: Final = {
 
 
 @dataclass(frozen=True)
-class Posterior:
+class Posterior(artefacts.Artefact, kind="posterior"):
     """Draws and summary of one subject's posterior; the summary is NaN where there are too few draws.
 
     Attributes:
@@ -55,6 +55,39 @@ class Posterior:
         FloatArray, artefacts.Variable("component", "1", "standardised observed conditioning vector")
     ]
 
+    labels = {
+        "parameter": list(THETA_NAMES),
+        "other_parameter": list(THETA_NAMES),
+        "bound": ["lower", "upper"],
+    }
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return groups and datasets of the file: each parameter's draws are a dataset."""
+        return SCHEMA
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the groups of the file; the group ``posterior`` follows ArviZ: (chain, draw)."""
+        own = artefacts.to_groups(self, self.labels)
+        draws = {"chain": [0], "draw": np.arange(len(self.theta))}
+        chains = columns_of(self.theta[None], THETA_NAMES)
+        candidates = columns_of(self.unfiltered, THETA_NAMES) | artefacts.values_of(self)["unfiltered"]
+        first = {"draw": np.arange(len(self.unfiltered))}
+        return {
+            "/": own["/"],
+            "posterior": artefacts.build_dataset(SCHEMA["posterior"], chains, draws),
+            "unfiltered": artefacts.build_dataset(SCHEMA["unfiltered"], candidates, first),
+        }
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> Posterior:
+        """Return what the groups of a file hold."""
+        draws = {
+            "theta": rows_of(groups["posterior"].isel(chain=0), THETA_NAMES),
+            "unfiltered": rows_of(groups["unfiltered"], THETA_NAMES),
+        }
+        return artefacts.from_groups(cls, groups, draws)
+
 
 def summarise_posterior(
     candidates: FloatArray,
@@ -78,13 +111,37 @@ def summarise_posterior(
     inside = in_bounds(candidates, prior)
     theta = candidates[inside][: settings.draws]
     first = slice(settings.unfiltered_draws)
+    return summary_of(
+        theta, candidates[first], inside[first], z_obs, component_names, interval=settings.interval
+    )
+
+
+def summary_of(
+    theta: FloatArray,
+    unfiltered: FloatArray,
+    in_prior: NDArray[np.bool_],
+    z_obs: FloatArray,
+    component_names: tuple[str, ...],
+    *,
+    interval: float,
+) -> Posterior:
+    """Summarise draws that are known to lie within the prior's bounds.
+
+    Args:
+        theta: (n, 3) draws.
+        unfiltered: (m, 3) the first candidates.
+        in_prior: (m,) whether each lies within the bounds.
+        z_obs: (C,) observed conditioning vector.
+        component_names: Names of its components.
+        interval: Mass of the credible intervals.
+    """
     return Posterior(
         theta=theta,
-        unfiltered=candidates[first],
-        unfiltered_in_prior=inside[first],
+        unfiltered=unfiltered,
+        unfiltered_in_prior=in_prior,
         median=_quantiles(theta, np.array([0.5]))[:, 0],
-        interval=_quantiles(theta, interval_levels(settings.interval)),
-        interval_mass=settings.interval,
+        interval=_quantiles(theta, interval_levels(interval)),
+        interval_mass=interval,
         correlation=_correlation(theta),
         component_names=component_names,
         z_obs=z_obs,
@@ -120,41 +177,6 @@ SCHEMA: Final = {
     "posterior": CHAINS,
     "unfiltered": columns_along("draw", THETA_NAMES, ", not filtered") | SUMMARY["unfiltered"],
 }
-POSTERIOR: Final = artefacts.register("posterior", SCHEMA, ("parameter", *artefacts.labels_of(Posterior)))
-
-
-def posterior_to_groups(posterior: Posterior) -> dict[str, xr.Dataset]:
-    """Return the groups of ``posterior.h5``; the group ``posterior`` follows ArviZ: (chain, draw)."""
-    labels = {
-        "parameter": list(THETA_NAMES),
-        "other_parameter": list(THETA_NAMES),
-        "bound": ["lower", "upper"],
-        "component": list(posterior.component_names),
-    }
-    values = artefacts.values_of(posterior)
-    draws = {"chain": [0], "draw": np.arange(len(posterior.theta))}
-    chains = columns_of(posterior.theta[None], THETA_NAMES)
-    candidates = columns_of(posterior.unfiltered, THETA_NAMES) | values["unfiltered"]
-    first = {"draw": np.arange(len(posterior.unfiltered))}
-    return {
-        "/": artefacts.build_dataset(SCHEMA["/"], values["/"], labels),
-        "posterior": artefacts.build_dataset(SCHEMA["posterior"], chains, draws),
-        "unfiltered": artefacts.build_dataset(SCHEMA["unfiltered"], candidates, first),
-    }
-
-
-def read_posterior(path: Path) -> Posterior:
-    """Read ``posterior.h5``.
-
-    Raises:
-        ArtefactError: The file is not a posterior.
-    """
-    groups = {group: artefacts.load(path, POSTERIOR, group)[0] for group in SCHEMA}
-    draws = {
-        "theta": rows_of(groups["posterior"].isel(chain=0), THETA_NAMES),
-        "unfiltered": rows_of(groups["unfiltered"], THETA_NAMES),
-    }
-    return artefacts.from_groups(Posterior, groups, draws)
 
 
 def columns_of(draws: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:

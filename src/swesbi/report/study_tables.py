@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.texts import Text
+from swesbi.artefacts.typed import ByPlace, BySubject
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.recovery import Truths
 from swesbi.checks.scores import band, reduction_percent
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.posterior.truncated import Posterior
+from swesbi.report.latex import posterior_latex, ppc_latex
 from swesbi.verdict.verdict import Verdict
 
+LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
 TRUTH_COLUMNS: Final = (
     "experiment", "subject", "status", "parameter", "truth", "median", "low", "high", "inside",
@@ -33,6 +40,65 @@ class Case:
     posterior: Posterior
     verdict: Verdict
     fit: CmaesFit
+
+
+class StudyTables(NamedTuple):
+    """The tables of every experiment, as CSV and LaTeX."""
+
+    ppc_csv: PlainTable
+    ppc_tex: Text
+    features_csv: PlainTable
+    posterior_csv: PlainTable
+    posterior_tex: Text
+
+
+def study_tables(
+    predictives: ByPlace[PredictiveCheck],
+    posteriors: ByPlace[Posterior],
+    verdicts: ByPlace[Verdict],
+    cmaes: BySubject[CmaesFit],
+    *,
+    cohort_title: str,
+) -> StudyTables:
+    """Tabulate every experiment; who has a predictive check has rows, in the order of the checks.
+
+    Args:
+        predictives: Predictive checks.
+        posteriors: Of the same subjects and experiments.
+        verdicts: Likewise.
+        cmaes: Reference fits.
+        cohort_title: What the tables call the subjects.
+
+    Raises:
+        UnfitError: The posterior, the verdict or the fit of a subject is missing.
+    """
+    cases = [
+        Case(*place, check, posteriors[place], verdicts[place], cmaes[place.subject])
+        for place, check in predictives.items()
+    ]
+    judged = {(case.experiment, case.subject): case.verdict for case in cases}
+    scores, inferred = ppc_table(cases), posterior_table(cases)
+    return StudyTables(
+        ppc_csv=scores,
+        ppc_tex=ppc_latex(scores, judged, cohort_title),
+        features_csv=features_table(cases),
+        posterior_csv=inferred,
+        posterior_tex=posterior_latex(inferred, judged, cohort_title),
+    )
+
+
+def beside_the_truth(posteriors: ByPlace[Posterior], verdicts: ByPlace[Verdict], truth: Truths) -> PlainTable:
+    """Tabulate credible intervals of every experiment and subject beside the truth of a generated cohort.
+
+    Raises:
+        UnfitError: A verdict is missing.
+    """
+    answers = ((*place, posterior, verdicts[place]) for place, posterior in posteriors.items())
+    table = truth_table(answers, truth)
+    for experiment, part in table.dropna(subset="inside").groupby("experiment", sort=False):
+        inside = part["inside"].astype(bool)
+        LOGGER.info("%s: %d of %d true parameters inside", experiment, inside.sum(), len(inside))
+    return table
 
 
 def ppc_table(cases: Sequence[Case]) -> pd.DataFrame:

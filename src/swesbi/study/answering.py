@@ -14,18 +14,17 @@ from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.answers.written import OBSERVATION, VERDICT, kept_verdict, made_from, save_answer
 from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
-from swesbi.config.parts import named
 from swesbi.config.read import ConfigError, in_words, merged_files, overlay, read_merged
 from swesbi.config.refusals import context_refusal, why_in_short
-from swesbi.config.slices import ONE_ANSWER, stage_settings
 from swesbi.config.study import Study, load_study
-from swesbi.networks.flow.files import SHIPPED_NETWORK
+from swesbi.config.view import View
+from swesbi.networks.flow.trained import SHIPPED_NETWORK
 from swesbi.report.sheet import Sheet
-from swesbi.study.finished import check_finished, finished_experiment
 from swesbi.study.nulls import nulls_of
 from swesbi.study.observing import Folder, observe_folder
 from swesbi.study.other_network import OtherNetworkError, check_network
-from swesbi.study.registry import stage_code
+from swesbi.study.results import answering
+from swesbi.study.stage import plain_settings, stage_code
 from swesbi.verdict.settings import SHIPPED_NULLS
 from swesbi.verdict.verdict import Verdict
 
@@ -66,7 +65,7 @@ def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
     """
     able = {*study.config.speed_experiments, *study.config.population_experiments}
     if asked is not None:
-        named(study, {"experiment": asked}, "experiment")
+        View(study, {"experiment": asked}).named("experiment")
         if asked not in able:
             names = (*study.config.experiments, *study.config.population_experiments)
             raise ConfigError(
@@ -81,6 +80,20 @@ def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
     return study.answering_experiments
 
 
+def answer_settings(study: Study, experiment: str, subject: str) -> OneAnswerSettings:
+    """Return what the answer to a recording outside the study depends on.
+
+    Raises:
+        ConfigError: The experiment has no such settings.
+    """
+    view, said = View(study.of_outside, {"experiment": experiment, "subject": subject}), study.description(
+        study.outside, subject
+    )
+    own = {"recording": said.settings.to_plain(), "layout": said.file.layout.to_plain()}
+    others = [name for name in OneAnswerSettings.model_fields if name not in own]
+    return OneAnswerSettings.from_plain(view.together(*others) | own)
+
+
 def is_everyones(error: Exception) -> bool:
     """Tell whether an error is of the study, its network or the disk, and so of every subject of a folder."""
     return isinstance(error, ArtefactError | OSError | OtherNetworkError)
@@ -92,11 +105,11 @@ def check_new_subject(study: Study, subject: str) -> None:
     Raises:
         ConfigError: Says which.
     """
-    if subject in study.new_refused:
-        raise ConfigError(study.new_refused[subject])
-    if subject not in study.new_rows:
-        known = ", ".join((*study.new_rows, *study.new_refused))
-        raise ConfigError(f"subject = {subject!r}: {study.new_cohort} has {known}")
+    if subject in study.outside.refused:
+        raise ConfigError(study.outside.refused[subject])
+    if subject not in study.outside.rows:
+        known = ", ".join((*study.outside.rows, *study.outside.refused))
+        raise ConfigError(f"subject = {subject!r}: {study.outside.folder} has {known}")
 
 
 def check_untouched(folder: Path, recording: ModelledRecording) -> None:
@@ -189,7 +202,7 @@ class Answerer:
     @property
     def subjects(self) -> tuple[str, ...]:
         """All subjects of the folder, those whose row cannot be used last."""
-        return (*self.study.new_rows, *self.study.new_refused)
+        return (*self.study.outside.rows, *self.study.outside.refused)
 
     @cached_property
     def folder(self) -> Folder:
@@ -212,13 +225,12 @@ class Answerer:
         observed = self.folder.observed[subject]
         network, why = self._network(subject, free=not observed.observation.is_gated)
         experiment = network or self.experiments[0]
-        plain = stage_settings(self.study, ONE_ANSWER, experiment=experiment, subject=subject)
-        settings = OneAnswerSettings.from_plain(plain)
+        settings = answer_settings(self.study, experiment, subject)
         knowledge = self._knowledge(network) if network else self._prior
         if observed.observation.is_gated:
             recording = self.folder.gated(observed, settings)
         else:
-            recording = modelled_pushes(observed.observation, settings.exact_posterior.model)
+            recording = modelled_pushes(observed.observation, settings.model)
         origin = Origin(self.study.config.seed, subject, stage_code(CODE))
         said = BY_PACKAGE if network and self._by_package(network) else INSTEAD if network else FROM_PRIOR
         note = why and said.format(subject=subject, name=experiment, why=why)
@@ -248,15 +260,15 @@ class Answerer:
         """
         if free and experiment not in self.study.config.population_experiments:
             return "takes no pushes"
-        finished = finished_experiment(self.study, experiment)
+        finished = answering(self.study, experiment)
         if not finished.is_there:
             if self.required and not free:
-                check_finished(finished, self.options)
+                finished.check(self.options)
             return "has not been trained"
         return context_refusal(self.study, experiment, subject)
 
     def _by_package(self, experiment: str) -> bool:
-        return finished_experiment(self.study, experiment).estimator == SHIPPED_NETWORK
+        return answering(self.study, experiment).network == SHIPPED_NETWORK
 
     @cached_property
     def _prior(self) -> Knowledge:
@@ -279,9 +291,9 @@ class Answerer:
             OtherNetworkError: It was trained under other settings.
         """
         if experiment not in self._known:
-            finished = finished_experiment(self.study, experiment)
-            trained = stage_settings(self.study, finished.trained_by, experiment=experiment)
-            check_network(finished.estimator, trained)
-            check_finished(finished, self.options)
+            finished = answering(self.study, experiment)
+            trained = plain_settings(finished.trained_by, View(self.study, {"experiment": experiment}))
+            check_network(finished.network, trained)
+            finished.check(self.options)
             self._known[experiment] = finished.knowledge()
         return self._known[experiment]

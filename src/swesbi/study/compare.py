@@ -7,18 +7,29 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, get_type_hints
+from typing import Any, Final
 
 from swesbi.answers.answer import Answer
 from swesbi.answers.compared import JOINT, OUTPUTS, TABLE, PersonChangeSettings, save_change
 from swesbi.answers.written import OBSERVATION
-from swesbi.artefacts import Origin, folder_made_whole
-from swesbi.config.pairs import VisitPair, answered_pairs, pairs_of, refused_visits, visit_pair
+from swesbi.artefacts import Origin, Provenance, folder_made_whole
+from swesbi.artefacts.csv import read_csv, write_csv
+from swesbi.config.pairs import VisitPair, answered_pairs, left_out, pairs_of, refused_visits, visit_pair
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
-from swesbi.persons.change.words import change_lines
+from swesbi.config.view import View
+from swesbi.persons.change.stored import StoredChange
+from swesbi.persons.change.stored_groups import (
+    ChangeGroups,
+    change_groups_table,
+    change_in_groups,
+    change_persons_table,
+)
+from swesbi.persons.change.words import change_lines, group_lines
 from swesbi.recording.cohort.visits import Visit
+from swesbi.recording.observation import Observation
+from swesbi.report.figures.change_groups import draw_change_groups
+from swesbi.report.figures.style import save_figure
 from swesbi.study.answering import (
     EXIT_REFUSED,
     Answerer,
@@ -28,24 +39,22 @@ from swesbi.study.answering import (
     study_with,
 )
 from swesbi.study.answering import Asked as AskedRecording
-from swesbi.study.finished import check_finished, finished_experiment
-from swesbi.study.registry import stage_code, stage_function
+from swesbi.study.job import typed_settings
+from swesbi.study.results import answering
+from swesbi.study.stage import stage_code
 
 LOGGER: Final = logging.getLogger("swesbi")
 CHANGES: Final = "change"
 """The folder of the changes, in that of an experiment; one below it for each person."""
 STAGE: Final = "person_change"
 CODE: Final = "swesbi.answers.compared:save_change"
-STAGE_OF_GROUPS: Final = "change_groups"
+CODE_OF_GROUPS: Final = "swesbi.persons.change.stored_groups:change_in_groups"
 ALL_CHANGES: Final = "changes.csv"
 """The tables of all persons of a folder, one below the other."""
-GROUP_OUTPUTS: Final = {
-    "groups": "changes_groups.h5",
-    "table": "changes_groups.csv",
-    "persons": "changes_persons.csv",
-    "figure_pdf": "changes_groups.pdf",
-    "figure_png": "changes_groups.png",
-}
+GROUP_OUTPUTS: Final = (
+    "changes_groups.h5", "changes_groups.csv", "changes_persons.csv", "changes_groups.pdf",
+    "changes_groups.png",
+)  # fmt: skip
 """Of the groups of these persons."""
 
 
@@ -101,8 +110,8 @@ def _check_visits(study: Study, person: str) -> None:
 def _lost_visits(study: Study) -> dict[str, list[str]]:
     """Return what is wrong with rows that cannot be used, by person; of those that name none under ''."""
     lost: dict[str, list[str]] = {}
-    for subject, reason in study.new_refused.items():
-        lost.setdefault(study.new_visit_rows.get(subject, Visit()).person, []).append(reason)
+    for subject, reason in study.outside.refused.items():
+        lost.setdefault(study.outside.told_visits.get(subject, Visit()).person, []).append(reason)
     return lost
 
 
@@ -118,13 +127,13 @@ def experiment_with_network(study: Study, asked: str | None) -> str:
         ConfigError: The experiment cannot answer, or none can.
     """
     names = experiments_to_ask(study, asked)
-    return next((name for name in names if finished_experiment(study, name).is_there), names[0])
+    return next((name for name in names if answering(study, name).is_there), names[0])
 
 
 def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Answerer:
     """Return what answers the visits, or refuse an experiment that has not been run."""
     command = snakemake_options(options.config, options.overlay)
-    check_finished(finished_experiment(study, experiment), command)
+    answering(study, experiment).check(command)
     return Answerer(study, (experiment,), command, required=True)
 
 
@@ -148,7 +157,7 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
     refused = {person: "; ".join(reasons) for person, reasons in lost.items()}
     if not (pairs_of(study) or refused):
         raise ConfigError(
-            f"--cohort = {str(study.new_cohort)!r}: no person has two visits; its subjects.csv needs the "
+            f"--cohort = {str(study.outside.folder)!r}: no person has two visits; its subjects.csv needs the "
             "columns person and visit, with a row for each visit (docs/compare-and-plan.md)"
         )
     experiment = experiment_with_network(study, options.experiment)
@@ -173,8 +182,8 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
     refused |= _unknown_hearts(study, experiment)
     reasons = "".join(f"\nrefused: {person}: {reason}" for person, reason in refused.items())
     if not compared:
-        raise ValueError(f"{study.new_cohort}: no person can be compared{reasons}")
-    files = ", ".join((ALL_CHANGES, *(() if failed else GROUP_OUTPUTS.values())))
+        raise ValueError(f"{study.outside.folder}: no person can be compared{reasons}")
+    files = ", ".join((ALL_CHANGES, *(() if failed else GROUP_OUTPUTS)))
     written = f"written to {folder}: {files}, a folder a person"
     print(f"\n{len(compared)} compared, {len(refused)} refused; {written}{reasons}{failed}")
     return EXIT_REFUSED if refused or failed else 0
@@ -201,32 +210,62 @@ def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str,
     """
     import pandas as pd
 
-    from swesbi.artefacts.csv import read_csv, write_csv
-
     study, experiment = compared[0].study, compared[0].experiment
-    plain = stage_settings(study, STAGE_OF_GROUPS, experiment=experiment)
-    plain["left_out"] += [
-        f"{person} is left out: {' '.join(reason.split())}" for person, reason in refused.items()
-    ]
     made_of = {folder / asked.pair.person: asked.pair.subjects[0] for asked in compared}
     table = pd.concat([read_csv(person / TABLE) for person in made_of], ignore_index=True)
     table.insert(0, "experiment", experiment)
     write_csv(folder / ALL_CHANGES, table)
-    run = stage_function(STAGE_OF_GROUPS)
+    plain, code = groups_settings(study, experiment, refused), stage_code(CODE_OF_GROUPS)
     try:
         with folder_made_whole(folder) as made:
-            run(
-                changes=[person / JOINT for person in made_of],
-                observations=[person / first / OBSERVATION for person, first in made_of.items()],
-                **{name: made / file for name, file in GROUP_OUTPUTS.items()},
-                settings=get_type_hints(run)["settings"].from_plain(plain),
-                origin=Origin(study.config.seed, "", stage_code(STAGE_OF_GROUPS)),
+            found = change_in_groups(
+                [StoredChange.read(person / JOINT) for person in made_of],
+                [Observation.read(person / first / OBSERVATION) for person, first in made_of.items()],
+                **typed_settings(change_in_groups, plain),
             )
+            by = Provenance("", seed=study.config.seed, settings=plain, code_hash=code)
+            save_groups(found, made, by, study.config.new_subjects.cohort_title)
     except (ValueError, ArithmeticError, RuntimeError) as error:
-        for file in GROUP_OUTPUTS.values():
+        for file in GROUP_OUTPUTS:
             (folder / file).unlink(missing_ok=True)
         return f"\nno change in groups: {error}"
     return ""
+
+
+def groups_settings(study: Study, experiment: str, refused: Mapping[str, str]) -> dict[str, Any]:
+    """Return what the change in groups depends on beside the changes: groups, and who is left out why.
+
+    Args:
+        study: With the persons outside it.
+        experiment: Whose network answered.
+        refused: Who cannot be compared, and why.
+    """
+    view = View(study, {"experiment": experiment})
+    group_of = {person.name: person.group for person in study.outside.persons}
+    persons = [pair.person for pair in answered_pairs(study, experiment)]
+    said = [f"{person} is left out: {' '.join(reason.split())}" for person, reason in refused.items()]
+    return view.together("prior", "change_groups", "cohort_posterior", "seed") | {
+        "groups": {person: group_of[person] for person in persons if group_of[person]},
+        "left_out": [*left_out(study, experiment), *said],
+    }
+
+
+def save_groups(found: ChangeGroups, folder: Path, made: Provenance, cohort_title: str) -> None:
+    """Write what has changed in groups, and log it.
+
+    Args:
+        found: It.
+        folder: Where its files go.
+        made: What made it.
+        cohort_title: What the figure calls the persons.
+    """
+    groups, table, persons, *figures = (folder / name for name in GROUP_OUTPUTS)
+    found.write(groups, made)
+    write_csv(table, change_groups_table(found))
+    write_csv(persons, change_persons_table(found))
+    save_figure(draw_change_groups(found, cohort_title), *figures)
+    for line in group_lines(found):
+        LOGGER.info("%s", line)
 
 
 def _answer(folder: Path, asked: Asked) -> None:
@@ -240,8 +279,9 @@ def _answer(folder: Path, asked: Asked) -> None:
             f"{folder}: is a file where the results go; move it, or name another folder by --out"
         )
     pair, study = asked.pair, asked.answerer.study
-    named = {"person": pair.person, "from_visit": pair.visits[0], "to_visit": pair.visits[1]}
-    plain = stage_settings(study, STAGE, experiment=asked.experiment, **named)
+    view = View(study.of_outside, {"experiment": asked.experiment})
+    plain = view.together("model", "changes", "cohort_title")
+    plain |= {"person": pair.person, "visits": list(pair.visits)}
     origin = Origin(study.config.seed, pair.person, stage_code(CODE))
     with folder_made_whole(folder) as made:
         visits = [_visit(made, asked, *visit) for visit in zip(pair.visits, pair.subjects, strict=True)]

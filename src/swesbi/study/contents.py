@@ -77,7 +77,8 @@ def _weights(path: Path) -> Content:
     from swesbi.networks.files import METADATA, plain_provenance, read_plain
 
     files.check_whole(path)
-    content, provenance = read_plain(path, plain_provenance(path).kind, dict)
+    provenance = plain_provenance(path)
+    content = read_plain(path, provenance.kind, dict)
     tensors = _leaves({name: part for name, part in content.items() if name != METADATA}, "/")
     arrays = {key: xr.Variable([f"d{n}" for n in range(one.ndim)], one.numpy()) for key, one in tensors}
     return _artefact(provenance), arrays

@@ -38,13 +38,13 @@ def main(options: argparse.Namespace) -> int:
 
 def demonstrated(config: Path, out: Path) -> list[str]:
     """Answer the recording into a folder, and return what came out: six lines."""
-    from swesbi.checks.recovery import read_truth
+    from swesbi.checks.recovery import Truths
     from swesbi.study.answering import Answerer, experiments_to_ask
 
     study = load_study(read_merged(config), new_cohort=Path(COHORT))
     asked = Answerer(study, experiments_to_ask(study, None), "").asked(SUBJECT)
     _, page = asked.answer_into(out, force=True)
-    truth = read_truth([Path(COHORT) / "truth.csv"])[SUBJECT]
+    truth = Truths.read(Path(COHORT) / "truth.csv")[SUBJECT]
     low, median, high = page.limits
     rows = {line.parameter.name: number for number, line in enumerate(ANSWER)}
     mass = f"{100.0 * page.result.interval_mass:.0f} %"

@@ -77,7 +77,7 @@ def main(options: argparse.Namespace) -> int:
     command = snakemake_options(options.config, options.overlay)
     required = options.experiment is not None
     answerer = Answerer(study, experiments, command, options.from_prior, required)
-    out = options.out or typed_in / ANSWERS / study.new_cohort_name
+    out = options.out or typed_in / ANSWERS / study.outside.name
     request = Request(answerer, named, out, options.force)
     if len(named) == 1:
         print(_given(request, *named).text)
@@ -126,9 +126,9 @@ def subjects_of(study: Study, paths: Sequence[Path], subject: str | None) -> tup
     Raises:
         ConfigError: A file is nobody's recording, or another's than the subject's.
     """
-    wholes = [study.new_cohort, study.new_cohort / RECORDINGS]
-    if study.new_layout.table.file is not None:
-        wholes.append(study.new_cohort / study.new_layout.table.file)
+    wholes = [study.outside.folder, study.outside.folder / RECORDINGS]
+    if study.outside.layout.table.file is not None:
+        wholes.append(study.outside.folder / study.outside.layout.table.file)
     whole = any(path.resolve() == each.resolve() for path in paths for each in wholes)
     named = {} if whole else {path: _subjects_in(study, path) for path in paths}
     if subject is None:
@@ -144,14 +144,14 @@ def subjects_of(study: Study, paths: Sequence[Path], subject: str | None) -> tup
 
 def _subjects_in(study: Study, path: Path) -> tuple[str, ...]:
     """Return the subjects whose recording a file is; of one that cannot be used, its name."""
-    files = {subject: file.resolve() for subject, file in study.new_recordings.items()}
+    files = {subject: file.resolve() for subject, file in study.outside.files.items()}
     if names := tuple(subject for subject, file in files.items() if file == path.resolve()):
         return names
     if path.stem not in files and path.parent.name == RECORDINGS:
         return (path.stem,)
     raise ConfigError(
-        f"{path}: is nobody's recording; those of {SUBJECTS} lie in {study.new_cohort / RECORDINGS}, or in "
-        "the table that recording.yaml names"
+        f"{path}: is nobody's recording; those of {SUBJECTS} lie in {study.outside.folder / RECORDINGS}, or "
+        "in the table that recording.yaml names"
     )
 
 

@@ -19,13 +19,11 @@ from typing import Any, Protocol, TextIO, get_type_hints
 
 from pydantic import TypeAdapter
 
-from swesbi.artefacts import DamagedArtefactError, Origin, Provenance
+from swesbi.artefacts import DamagedArtefactError, Provenance
 from swesbi.artefacts.atomic import UnfitError, write_fault
 from swesbi.artefacts.typed import read_as, write_as
 from swesbi.base.processes import exit_when_gone
-from swesbi.base.progress import Progress
 from swesbi.base.terminal import terminal
-from swesbi.study.registry import file_arguments, file_types, stage_function
 from swesbi.study.running import RUN
 from swesbi.study.stage import OF_EVERY_JOB, place_of
 
@@ -35,9 +33,6 @@ START_UP = "start-up: "
 """Begins the line of a log that says what came before the stage, in seconds of processor time."""
 RUN_WITH = "run with: "
 """Begins the line that gives what Snakemake was given beside its targets."""
-SERVED = "runs of the stage: "
-"""Begins the line that says how many runs of the stage the job serves: one for each of its subjects."""
-MEMBERS = "members"
 PROCESSOR_TIME = "processor time: "
 """Begins the line that says what the whole job took, with the processes that it started."""
 WALL_TIME = "wall time: "
@@ -59,43 +54,16 @@ class SnakemakeJob(Protocol):
 def run_job(snakemake: SnakemakeJob) -> None:
     """Run the stage of one Snakemake job.
 
-    The rule's named inputs and outputs become the arguments of the same names; ``params.stage`` holds the
-    stage's name, settings, seed, subject and code hash. A job that serves several holds as much for each of
-    its ``members`` and numbers its files as they are; the stage runs for one after the other. A resource of
-    the configuration goes to a stage that has an argument of its name; it must not change a result. The job
-    ends when the run that started it is gone.
+    The rule's named inputs become the arguments of the same names, its outputs are what the stage returns,
+    and its params hold the settings by name (:func:`swesbi.study.stage.stage_params`). A resource of the
+    configuration goes to a stage that has an argument of its name; it must not change a result. The job ends
+    when the run that started it is gone.
 
     Raises:
         SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
     """
     began = time.monotonic() - time.process_time()  # nothing waits before this
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
-    stage = snakemake.params["stage"]
-    if "stage" in stage:
-        run_stage_job(snakemake, began)
-        return
-    run = stage_function(stage["name"])
-    files = {**dict(snakemake.input.items()), **dict(snakemake.output.items())}
-    run_now = snakemake.config[RUN]
-    exit_when_gone(run_now["process"])
-    with logging_to(Path(str(snakemake.log[0])), run_now["options"]):
-        print(f"{START_UP}{time.process_time():.3f} s")
-        print(f"{RUN_WITH}{run_now['options']}")
-        served = list(_served(stage, files))
-        print(f"{SERVED}{len(served)}")
-        progress = Progress(stage["name"], len(served), unit="subject")
-        for one, own_files in served:
-            run(**_arguments(run, own_files, one), **_resources(run, snakemake.config["resources"]))
-            if len(served) > 1:
-                progress.step()
-        used = [resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-        print(f"{PROCESSOR_TIME}{sum(usage.ru_utime + usage.ru_stime for usage in used):.3f} s")
-        print(f"{WALL_TIME}{time.monotonic() - began:.2f} s")
-        print(f"{MEMORY}{max(usage.ru_maxrss for usage in used) / 1024.0:.0f} MB")
-
-
-def run_stage_job(snakemake: SnakemakeJob, began: float) -> None:
-    """Run the stage that params name, between its log's first and last lines."""
     params = {name: value for param in snakemake.params for name, value in param.items()}
     function = stage_of(params["stage"])
     run_now = snakemake.config[RUN]
@@ -160,11 +128,12 @@ def typed_settings(function: Callable[..., Any], plain: Mapping[str, Any]) -> di
         pydantic.ValidationError: One is not of its type.
     """
     hints = get_type_hints(function, include_extras=True)
-    return {
+    typed: dict[str, Any] = {
         name: TypeAdapter(hints[name]).validate_json(json.dumps(plain[name]))
         for name, argument in inspect.signature(function).parameters.items()
         if argument.kind is argument.KEYWORD_ONLY and argument.default is argument.empty
     }
+    return typed
 
 
 def _shared_out(
@@ -190,44 +159,6 @@ def _shared_out(
 
 def _listed(value: Any) -> list[Path]:  # noqa: ANN401
     return [Path(str(path)) for path in ([value] if isinstance(value, str) else value)]
-
-
-def _served(
-    stage: Mapping[str, Any], files: Mapping[str, Any]
-) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
-    """Yield the params and the named files of each run of the stage."""
-    if MEMBERS not in stage:
-        yield stage, files
-        return
-    for number, member in enumerate(stage[MEMBERS]):
-        ending = f"_{number}"
-        yield (
-            member,
-            {name.removesuffix(ending): path for name, path in files.items() if name.endswith(ending)},
-        )
-
-
-def _arguments(
-    run: Callable[..., None], files: Mapping[str, Any], stage: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Match a rule's files and params with the arguments of a stage."""
-    types = file_types(run)
-    paths = {name: _as_paths(files[name], types[name]) for name in types if name in files}
-    arguments = file_arguments(run, paths)
-    arguments["settings"] = get_type_hints(run)["settings"].from_plain(stage["settings"])
-    arguments["origin"] = Origin(stage["seed"], stage["subject"], stage["code"])
-    return arguments
-
-
-def _resources(run: Callable[..., None], configured: Mapping[str, Any]) -> dict[str, Any]:
-    wanted = inspect.signature(run).parameters
-    return {name: value for name, value in configured.items() if name in wanted}
-
-
-def _as_paths(value: Any, hint: object) -> Path | tuple[Path, ...]:  # noqa: ANN401
-    if hint is Path:
-        return Path(str(value))
-    return tuple(Path(str(item)) for item in ([value] if isinstance(value, str) else value))
 
 
 @contextlib.contextmanager

@@ -20,8 +20,8 @@ import pandas as pd
 from swesbi.artefacts.atomic import atomic_path
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.config.read import read_merged
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.config.view import View
 from swesbi.population.recordings import (
     ACQUIRED,
     OWN,
@@ -53,8 +53,7 @@ def fingerprint(study: Study) -> dict[str, float]:
     """Return what the model gives: a number by name, of three hearts of each population."""
     values: dict[str, float] = {}
     for experiment in study.config.population_experiments:
-        plain = stage_settings(study, "population_null", experiment=experiment)
-        fresh = FreshSettings.from_plain(plain["fresh"])
+        fresh = FreshSettings.from_plain(View(study, {"experiment": experiment})["fresh"])
         for index in range(HEARTS):
             values |= _of_heart(f"{experiment}/{index}", index, fresh)
     return values

@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 
 from swesbi.config.read import ConfigError
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study
+from swesbi.config.view import View
 from swesbi.verdict.settings import SHIPPED_NULLS
 
 
@@ -21,7 +21,7 @@ def nulls_of(study: Study, experiment: str) -> Path:
     Raises:
         ConfigError: The model is another, and no population has it.
     """
-    model = stage_settings(study, "exact_posterior", experiment=experiment)["model"]
+    model = View(study, {"experiment": experiment})["model"]
     if json.dumps(model, sort_keys=True) == _shipped_model():
         return SHIPPED_NULLS
     populations = study.config.population_experiments

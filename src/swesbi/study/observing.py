@@ -35,7 +35,7 @@ class Folder:
         subject = observed.observation.subject
         noise = self.repeats.noise(subject)
         model = SpeedModel(
-            measured_speeds(observed.observation, noise.components), settings.exact_posterior.model
+            measured_speeds(observed.observation, noise.components), settings.model
         )
         compared, level = self.repeats.compared(subject), settings.noise_level
         test = noise_test(compared, noise.components, "the folder", level)
@@ -45,8 +45,8 @@ class Folder:
 def observe_folder(study: Study) -> Folder:
     """Read and ingest every recording outside the study; one that cannot be used stops no other."""
     observed: dict[str, Checked] = {}
-    refused = dict(study.new_refused)
-    for subject in study.new_rows:
+    refused = dict(study.outside.refused)
+    for subject in study.outside.rows:
         try:
             observed[subject] = observe(study, subject)
         except RecordingError as error:
@@ -55,7 +55,7 @@ def observe_folder(study: Study) -> Folder:
         refused[name] = str(problem)
         del observed[name]
     levels = {name: each.levels for name, each in observed.items() if each.levels is not None}
-    prior, groups = study.config.new_subjects.noise_prior, study.new_noise_groups
+    prior, groups = study.config.new_subjects.noise_prior, study.outside.noise_groups
     return Folder(observed, refused, FolderRecordings(levels, prior, groups))
 
 
@@ -65,7 +65,7 @@ def observe_table(study: Study, subject: str, table: Table) -> Folder:
     Raises:
         RecordingError: It is malformed or too incomplete, or nothing tells its errors.
     """
-    said, context = study.said_of_new(subject), study.new_rows[subject].to_context()
+    said, context = study.description(study.outside, subject), study.outside.rows[subject].to_context()
     clinical = study.outside.clinical_of(subject).to_measures()
     one = ingested(raw_of(table, said), said, context, clinical, study.config.measurement.grid_points)
     levels = {} if one.levels is None else {subject: one.levels}
@@ -78,7 +78,7 @@ def observe(study: Study, subject: str) -> Checked:
     Raises:
         RecordingError: It is malformed or too incomplete, or nothing tells its errors.
     """
-    said = study.said_of_new(subject)
-    raw = read_raw(study.new_cohort, subject, said)
-    context, clinical = study.new_rows[subject].to_context(), study.outside.clinical_of(subject).to_measures()
+    cohort, said = study.outside, study.description(study.outside, subject)
+    raw = read_raw(cohort.folder, subject, said)
+    context, clinical = cohort.rows[subject].to_context(), cohort.clinical_of(subject).to_measures()
     return ingested(raw, said, context, clinical, study.config.measurement.grid_points)

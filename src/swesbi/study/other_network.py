@@ -6,10 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from swesbi.networks.flow.files import SHIPPED_NETWORK, load_flow_provenance
+from swesbi.artefacts import load
+from swesbi.networks.flow.trained import SHIPPED_NETWORK, TrainedFlow
 from swesbi.study.contents import flatten
 
 ABSENT: Final = str(None)
+NAME: Final = "experiment"
+"""The setting by which progress lines call a training."""
 
 
 class OtherNetworkError(ValueError):
@@ -26,8 +29,10 @@ def check_network(estimator: Path, settings: Mapping[str, Any]) -> None:
     Raises:
         OtherNetworkError: Names the first setting that differs.
     """
-    provenance = load_flow_provenance(estimator)
-    compared = [dict(settings), dict(provenance.settings)]
+    provenance = load(estimator, TrainedFlow.kind)[1]
+    compared = [
+        {key: value for key, value in each.items() if key != NAME} for each in (settings, provenance.settings)
+    ]
     if estimator == SHIPPED_NETWORK:
         compared = [{"model": each["model"]} for each in compared]
     here, there = map(flatten, compared)

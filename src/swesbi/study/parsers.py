@@ -6,8 +6,6 @@ import argparse
 from pathlib import Path
 from typing import Final
 
-from swesbi.study.registry import STAGES, listing
-
 DEMO_OUT: Final = "swesbi-demo"
 ARTEFACTS: Final = (".h5", ".pt", ".json")
 """Endings of files that have a checksum."""
@@ -203,19 +201,4 @@ def inspect() -> argparse.ArgumentParser:
     asked.add_argument("--diff", nargs=2, type=Path, metavar=("RUN_A", "RUN_B"), help=diff)
     check = f"only compare artefacts ({', '.join(ARTEFACTS)}) with their checksums; folders are searched"
     parser.add_argument("--check", action="store_true", help=check)
-    return parser
-
-
-def stages() -> argparse.ArgumentParser:
-    """Return the options of `stages`, among them, unread, those of one stage."""
-    parser = argparse.ArgumentParser(
-        prog="swesbi stages",
-        description="List the stages of the study, or run one of them. `snakemake --cores 2` runs all.\n"
-        "`swesbi stages NAME --help` states what a stage reads and writes.",
-        epilog=f"{listing()}\n\nexample:\n  swesbi stages ingest --subject G "
-        "--recording data/virtual_volunteers/swe/G.csv --observation observation.h5",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("stage", nargs="?", choices=STAGES, metavar="NAME", help="one of those below")
-    parser.add_argument("options", nargs=argparse.REMAINDER, help="of that stage")
     return parser

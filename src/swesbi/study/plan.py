@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, get_type_hints
+from typing import TYPE_CHECKING, Any, Final
 
-from swesbi.artefacts import Origin
-from swesbi.artefacts.atomic import atomic_path
+from swesbi.artefacts import Provenance
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts.texts import TextFile
 from swesbi.config.read import (
     ConfigError,
     at_configuration,
@@ -20,17 +21,19 @@ from swesbi.config.read import (
     read_merged,
     snakemake_options,
 )
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.config.view import View
 from swesbi.persons.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
-from swesbi.study.finished import check_finished, finished_experiment
-from swesbi.study.registry import stage_code, stage_function
+from swesbi.study.other_network import check_network
+from swesbi.study.results import Answering, answering
+from swesbi.study.stage import plain_settings, stage_code
 
 if TYPE_CHECKING:
+    from swesbi.persons.planning.bank import Bank, BankPerson
     from swesbi.persons.planning.words import Planned
 
 LOGGER = logging.getLogger("swesbi")
-STAGE: Final = "plan_bank"
+CODE: Final = "swesbi.persons.planning.answered:answered_bank"
 TABLE, TEXT = "plan.csv", "plan.txt"
 FIGURES: Final = ("plan.pdf", "plan.png")
 
@@ -77,14 +80,14 @@ def main(options: argparse.Namespace) -> int:
         raise ConfigError(
             f"--experiment {experiment!r}: simulated persons need a network of a population: {known}"
         )
-    finished = finished_experiment(study, experiment)
-    check_finished(finished, snakemake_options(options.config, options.overlay))
+    finished = answering(study, experiment)
+    finished.check(snakemake_options(options.config, options.overlay))
     folder = (
         options.out
         or Path(study.config.results) / experiment / "plan" / f"{asked.design}-{asked.effect.slug}"
     )
     banks = {
-        repeats: _bank(study, experiment, asked, repeats, finished.estimator, options.processes)
+        repeats: _bank(study, experiment, asked, repeats, finished, options.processes)
         for repeats in asked.repeats
     }
     planned = _planned(study, experiment, asked, banks)
@@ -141,35 +144,69 @@ def _check_noise(noise: float, repeats: int, study: Study, trained: tuple[float,
         )
 
 
-def _bank(study: Study, experiment: str, asked: Asked, repeats: int, estimator: Path, processes: int) -> Path:
-    """Make the bank of a number of repeats, or go on with one that is there."""
-    run, effect = stage_function(STAGE), asked.effect
-    plain = stage_settings(
-        study,
-        STAGE,
-        experiment=experiment,
-        design=asked.design,
-        parameter=effect.parameter,
-        change=repr(effect.change),
-        repeats=str(repeats),
-        repeat_noise=repr(asked.noise),
-    )
-    name = f"{asked.design}-{effect.slug}-{repeats}x{100.0 * asked.noise:g}.h5"
+def bank_settings(study: Study, experiment: str, asked: Asked, repeats: int) -> dict[str, Any]:
+    """Return the plain settings of the bank of a number of repeats."""
+    config, view = study.config, View(study, {"experiment": experiment})
+    trained = plain_settings(answering(study, experiment).trained_by, view)
+    shared = ("model", "exact", "changes", "acquisition", "recording", "population")
+    return view.together(*shared, "grid_points", "lvesv_fraction") | {
+        "design": asked.design,
+        "parameter": asked.effect.parameter,
+        "change": asked.effect.change,
+        "repeats": repeats,
+        "repeat_noise": asked.noise,
+        "persons": config.plan.persons.to_plain(),
+        "recycled_draws": config.plan.studies.recycled_draws,
+        "train_population": trained,
+    }
+
+
+def _bank(
+    study: Study, experiment: str, asked: Asked, repeats: int, finished: Answering, processes: int
+) -> Bank:
+    """Make the bank of a number of repeats, or go on with one that is there.
+
+    It is written after every few persons, so that a run that is stopped goes on from there.
+
+    Raises:
+        OtherNetworkError: The network was trained under other settings.
+        ValueError: Nobody takes part, nobody could be answered, or the process of a person was killed.
+    """
+    from swesbi.networks.flow.trained import TrainedFlow
+    from swesbi.persons.planning.answered import BankSettings, answered_bank
+    from swesbi.persons.planning.bank import Bank
+
+    settings = BankSettings.from_plain(bank_settings(study, experiment, asked, repeats))
+    check_network(finished.network, settings.train_population)
+    name = f"{asked.design}-{asked.effect.slug}-{repeats}x{100.0 * asked.noise:g}.h5"
     path = Path(study.config.results) / experiment / "plan" / "banks" / name
-    files: dict[str, Any] = {"estimator": estimator, "bank": path}
-    run(
-        **files,
-        settings=get_type_hints(run)["settings"].from_plain(plain),
-        origin=Origin(study.config.seed, "", stage_code(STAGE)),
-        processes=processes,
-    )
-    return path
+    seed, code = study.config.seed, stage_code(CODE)
+    made = Provenance("", seed=seed, settings=settings.to_plain(), code_hash=code)
+    network, kept = TrainedFlow.read(finished.network), kept_persons(path, made)
+    for bank in answered_bank(network, kept, settings, seed=seed, processes=processes):
+        bank.write(path, made)
+    return Bank.read(path)
 
 
-def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Path]) -> Planned:
+def kept_persons(path: Path, wanted: Provenance) -> Sequence[BankPerson]:
+    """Return the persons of a bank that is there, if they were made under these settings and by this code."""
+    from swesbi.persons.planning.bank import Bank
+
+    if not path.is_file():
+        return ()
+    bank, found = Bank.read(path), hdf5_provenance(path)
+    persons = wanted.settings["persons"]
+    there = dict(found.settings)
+    there["persons"] = {**there.get("persons", {}), "number": persons["number"]}
+    if (there, found.code_hash, found.seed) != (dict(wanted.settings), wanted.code_hash, wanted.seed):
+        LOGGER.info("%s was made under other settings or by other code, and is made anew", path)
+        return ()
+    return [person for person in bank.persons if person.number < persons["number"]]
+
+
+def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Bank]) -> Planned:
     """Simulate the studies of every bank."""
     # scikit-learn and scipy take seconds to import; what is refused above should not wait for them
-    from swesbi.persons.planning.bank import read_bank
     from swesbi.persons.planning.hyperdraws import Recycling, evaluate_bank
     from swesbi.persons.planning.luck import luck_of
     from swesbi.persons.planning.power import one_person_power, power_curve
@@ -180,8 +217,7 @@ def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Pa
     by = Recycling(config.priors[speeds.prior], config.cohort_posterior, config.change_groups)
     rule = (plan.probability, asked.power)
     curves, individuals = [], {}
-    for repeats, path in banks.items():
-        bank = read_bank(path)[0]
+    for repeats, bank in banks.items():
         found = evaluate_bank(bank, asked.design, plan.studies, by, config.seed)
         luck = luck_of(bank, asked.design, asked.effect, by)
         curves.append(power_curve(found, luck, asked.effect, repeats, plan.studies, rule, config.seed))
@@ -211,6 +247,5 @@ def _written(planned: Planned, folder: Path) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     write_csv(folder / TABLE, plan_table(planned))
     save_figure(figure, *(folder / name for name in FIGURES))
-    with atomic_path(folder / TEXT) as temporary:
-        temporary.write_text(f"{text}\n", encoding="utf-8")
+    TextFile().write(f"{text}\n", folder / TEXT)
     return f"{text}\nwritten to {folder}: {', '.join((TABLE, TEXT, *FIGURES))}"

@@ -56,8 +56,8 @@ def stage_params(stage: str, values: Values, seed: int) -> dict[str, Any]:
 
 
 def plain_settings(stage: str, values: Named) -> dict[str, Any]:
-    """Return the plain settings that a stage depends on, out of many by name."""
-    return {name: values[name] for name in settings_of(stage)}
+    """Return the plain settings that a stage depends on beside what every job has, out of many by name."""
+    return {name: values[name] for name in settings_of(stage) if name not in OF_EVERY_JOB}
 
 
 @cache

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
 
 from swesbi.artefacts import ArtefactError
-from swesbi.artefacts.csv import checked, read_csv
+from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.parameters import TOLD_NAMES
 from swesbi.verdict.prior_support import support_numbers
-from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest, read_verdict
+from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest
 
 RECORDINGS: Final = {
     "own": "the model's own noise",
@@ -105,18 +104,6 @@ class Answer:
     sampler: str
 
 
-def read_answer(verdict: Path) -> Answer:
-    """Read what is reported of a subject, and the verdict on it.
-
-    Raises:
-        ArtefactError: The file is no verdict, or one of an experiment on features.
-    """
-    judged = read_verdict(verdict)
-    if not is_exact(judged):
-        raise ArtefactError(f"{verdict}: is not the verdict of an experiment on speeds")
-    return told_of(judged)
-
-
 def told_of(judged: Verdict) -> Answer:
     """Return what is reported of a subject by a verdict of an experiment on speeds."""
     told = [judged.answer[name] for name in TOLD_NAMES]
@@ -166,10 +153,6 @@ def answer_columns() -> tuple[str, ...]:
     return (*limits, "k_hat", "efficiency", "sampler")
 
 
-def read_cohort(path: Path) -> pd.DataFrame:
-    """Read ``cohort.csv``.
-
-    Raises:
-        ArtefactError: A column is missing.
-    """
-    return checked(read_csv(path, ("reason",)), path, ("subject", "status", "reason", *answer_columns()))
+COHORT: Final = Table(columns=("subject", "status", "reason", *answer_columns()), texts=("reason",))
+CohortTable = Annotated[pd.DataFrame, COHORT]
+"""``cohort.csv``."""

@@ -6,20 +6,21 @@ package. A study under other settings makes its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final
 
 import xarray as xr
 
 from swesbi import artefacts
+from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import below_each_other
 from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.recordings import (
     OWN,
     FreshSettings,
@@ -44,7 +45,7 @@ PUSHES: Final = "pushes"
 
 
 @dataclass(frozen=True)
-class NullRecordings:
+class NullRecordings(artefacts.Artefact, kind="population_null"):
     """Well-specified recordings of fresh contexts, and what the tests look at in each.
 
     Attributes:
@@ -57,16 +58,52 @@ class NullRecordings:
     gated: Annotated[Checks, artefacts.Part()]
     pushes: Annotated[Checks, artefacts.Part(group=PUSHES)]
 
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return groups and datasets of the file."""
+        own = artefacts.schema_of(cls)
+        return {**own, "/": artefacts.schema_of(Context, ALONG)["/"] | own["/"]}
 
-def draw_nulls(
-    flow: TrainedFlow, fresh: FreshSettings, sizes: NullSettings, exact: ExactSettings, seed: int
+    @classmethod
+    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
+        """Return the labels of strips, and names of the recordings."""
+        return (*map(artefacts.Labels, STRIP_LABELS), artefacts.Labels(ALONG, "subject"))
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file, gated recordings at the root."""
+        schema, values = self.schema(), artefacts.values_of(self)
+        values["/"] |= context_values(self.contexts)
+        names = {
+            "/": [context.subject for context in self.contexts],
+            PUSHES: [str(number) for number in range(len(self.pushes))],
+        }
+        return {
+            group: artefacts.build_dataset(
+                schema[group], values[group], {"subject": (ALONG, names[group])} | STRIP_LABELS
+            )
+            for group in schema
+        }
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> NullRecordings:
+        """Return what the groups of a file hold."""
+        return artefacts.from_groups(cls, groups, {"contexts": contexts_of(groups["/"], ALONG)})
+
+
+def null_recordings(
+    estimator: TrainedFlow,
+    *,
+    fresh: FreshSettings,
+    null_sizes: NullSettings,
+    exact: ExactSettings,
+    seed: int,
 ) -> NullRecordings:
     """Make and infer null recordings of both kinds.
 
     Args:
-        flow: The trained network.
+        estimator: The trained network.
         fresh: Where recordings come from.
-        sizes: How many of each kind, and their effective draws.
+        null_sizes: How many of each kind, and their effective draws.
         exact: The study's own settings of the exact posterior.
         seed: The study's seed.
     """
@@ -88,12 +125,12 @@ def draw_nulls(
             model = made(number)
             of_recording = integer_seed(seed, stream, number)
             contexts.append(model.recording.context)
-            found.append(infer_checks(model, flow, sizes.effective_draws, exact, of_recording))
+            found.append(infer_checks(model, estimator, null_sizes.effective_draws, exact, of_recording))
             progress.step()
         return tuple(contexts), below_each_other(found)
 
-    contexts, of_phases = checked(gated, sizes.recordings, GATED_STREAM)
-    _, of_pushes = checked(pushes, sizes.free_running_recordings, PUSHES_STREAM)
+    contexts, of_phases = checked(gated, null_sizes.recordings, GATED_STREAM)
+    _, of_pushes = checked(pushes, null_sizes.free_running_recordings, PUSHES_STREAM)
     return NullRecordings(contexts, of_phases, of_pushes)
 
 
@@ -106,30 +143,3 @@ def infer_checks(
     rng = generator(seed, "residuals")
     predicted = model.predict(drawn.phi[resampled_rows(drawn.weight, effective_draws, rng)])
     return check_recording(model, drawn.phi, drawn.weight, predicted, rng)
-
-
-SCHEMA: Final = artefacts.schema_of(NullRecordings)
-ROOT: Final = artefacts.schema_of(Context, ALONG)["/"] | SCHEMA["/"]
-KIND: Final = artefacts.register(
-    "population_null", {**SCHEMA, "/": ROOT}, (*STRIP_LABELS, artefacts.Labels(ALONG, "subject"))
-)
-
-
-def null_groups(null: NullRecordings) -> dict[str, xr.Dataset]:
-    """Return the null recordings, gated ones at the root, as datasets with dimension recording."""
-    values = artefacts.values_of(null)
-    names = {"subject": (ALONG, [context.subject for context in null.contexts])}
-    root = artefacts.build_dataset(ROOT, values["/"] | context_values(null.contexts), names | STRIP_LABELS)
-    numbers = {"subject": (ALONG, [str(number) for number in range(len(null.pushes))])}
-    pushes = artefacts.build_dataset(SCHEMA[PUSHES], values[PUSHES], numbers | STRIP_LABELS)
-    return {"/": root, PUSHES: pushes}
-
-
-def read_nulls(path: Path) -> NullRecordings:
-    """Read the null recordings with the contexts of the gated ones.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    groups = {group: artefacts.load(path, KIND, group)[0] for group in SCHEMA}
-    return artefacts.from_groups(NullRecordings, groups, {"contexts": contexts_of(groups["/"], ALONG)})

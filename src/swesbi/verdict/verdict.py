@@ -9,7 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Final
 
-from swesbi.artefacts import ArtefactError
+from swesbi.artefacts import ArtefactError, Provenance, write_json
 
 
 class Status(StrEnum):
@@ -132,19 +132,27 @@ class Verdict:
         own["answer"] = {name: dict(said) for name, said in self.answer.items()}
         return {**own, "tests": [asdict(test) for test in self.tests]}
 
+    @classmethod
+    def read(cls, path: Path) -> Verdict:
+        """Read ``verdict.json`` of any experiment; what else is added to it is left alone.
 
-def read_verdict(path: Path) -> Verdict:
-    """Read ``verdict.json`` of any experiment; what else is added to it is left alone.
+        Raises:
+            ArtefactError: The file is missing or not such a file.
+        """
+        try:
+            plain = json.loads(path.read_text(encoding="utf-8"))
+            required = {f.name for f in fields(cls) if f.default is f.default_factory is MISSING}
+            named = {f.name: plain[f.name] for f in fields(cls) if f.name in {*required, *plain}}
+            tests = tuple(VerdictTest(**test) for test in plain.get("tests", ()))
+            said = {"status": Status(plain["status"]), "reasons": tuple(plain["reasons"]), "tests": tests}
+            return cls(**{**named, **said})
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ArtefactError(f"{path}: cannot be read as a verdict ({error}); delete it") from error
 
-    Raises:
-        ArtefactError: The file is missing or not such a file.
-    """
-    try:
-        plain = json.loads(path.read_text(encoding="utf-8"))
-        required = {f.name for f in fields(Verdict) if f.default is f.default_factory is MISSING}
-        named = {f.name: plain[f.name] for f in fields(Verdict) if f.name in {*required, *plain}}
-        tests = tuple(VerdictTest(**test) for test in plain.get("tests", ()))
-        said = {"status": Status(plain["status"]), "reasons": tuple(plain["reasons"]), "tests": tests}
-        return Verdict(**{**named, **said})
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ArtefactError(f"{path}: cannot be read as a verdict ({error}); delete it") from error
+    def write(self, path: Path, made: Provenance) -> None:
+        """Write ``verdict.json``, which has no room for what made it.
+
+        Raises:
+            ArtefactError: It cannot be written.
+        """
+        write_json(path, self.to_json())

@@ -11,14 +11,8 @@ from study_copy import ROOT
 
 from studies.sensitivity import stages
 from studies.sensitivity.settings import SensitivitySettings, run_settings, table_settings
-from studies.sensitivity.variants import (
-    KIND,
-    VariantPosterior,
-    read_posteriors,
-    sensitivity_table,
-    to_dataset,
-)
-from swesbi.artefacts import Origin, Provenance, save
+from studies.sensitivity.variants import VariantPosterior, VariantPosteriors, sensitivity_table
+from swesbi.artefacts import Origin, Provenance
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 
@@ -55,8 +49,8 @@ def test_a_shift_is_measured_in_widths_of_the_base_s_interval() -> None:
 
 def test_posteriors_are_read_back(tmp_path: Path) -> None:
     parts = (posterior(10.0, 2.0, "A"), posterior(20.0, 1.0, "B", "mcmc"))
-    save(tmp_path / "x.h5", to_dataset(parts), Provenance(KIND, "", 1, {}, "0" * 16))
-    found = read_posteriors(tmp_path / "x.h5")
+    VariantPosteriors(parts).write(tmp_path / "x.h5", Provenance("", "", 1, {}, "0" * 16))
+    found = VariantPosteriors.read(tmp_path / "x.h5").of
     assert [(part.subject, part.sampler, part.converged) for part in found] == [
         ("A", "importance", True),
         ("B", "mcmc", True),
@@ -66,11 +60,11 @@ def test_posteriors_are_read_back(tmp_path: Path) -> None:
 
 def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
     base = run_settings(STUDY, SENSITIVITY, "base")
-    base["train"]["estimator"]["epochs"] = SENSITIVITY.short_training_epochs
+    base["estimator"]["epochs"] = SENSITIVITY.short_training_epochs
     doubled = run_settings(STUDY, SENSITIVITY, "discrepancy_doubled")
-    shipped = base["train"]["model"]["discrepancy"]
-    assert doubled["train"]["model"]["discrepancy"] == {name: 2 * value for name, value in shipped.items()}
-    doubled["train"]["model"]["discrepancy"] = shipped
+    shipped = base["model"]["discrepancy"]
+    assert doubled["model"]["discrepancy"] == {name: 2 * value for name, value in shipped.items()}
+    doubled["model"]["discrepancy"] = shipped
     assert doubled == base
     assert run_settings(STUDY, SENSITIVITY, "seed_3")["seed"] != base["seed"]
 
@@ -98,7 +92,7 @@ def test_a_wrong_variant_is_refused_by_its_key() -> None:
 def test_the_stage_writes_table_and_figure(tmp_path: Path) -> None:
     variants = {"base": posterior(10.0, 2.0), "other": posterior(10.9, 4.0)}
     for name, part in variants.items():
-        save(tmp_path / f"{name}.h5", to_dataset([part]), Provenance(KIND, "", 1, {}, "0" * 16))
+        VariantPosteriors((part,)).write(tmp_path / f"{name}.h5", Provenance("", "", 1, {}, "0" * 16))
     files = {name: tmp_path / f"sensitivity{ending}" for name, ending in FILES.items()}
     plain = table_settings(STUDY, SENSITIVITY) | {"labels": {"base": "as configured", "other": "another"}}
     stages.sensitivity(

@@ -102,7 +102,7 @@ def test_the_shipped_recording_is_taken_as_it_is_and_others_are_recorded_again()
 
 
 def test_features_are_standardised_by_their_own_statistics_and_contexts_are_not() -> None:
-    own = settings().experiments["paper"].recovery
+    own = settings().experiments["paper"]
     width = len(summary_names(own.summary)) + 7
     known = Standardisation(np.full(width, 3.0), np.full(width, 2.0))
     pool = SimpleNamespace(standardisation=known)
@@ -121,7 +121,7 @@ def test_features_are_standardised_by_their_own_statistics_and_contexts_are_not(
 
 
 def test_without_passive_stiffness_it_does_not_matter_along_which_beat_it_runs() -> None:
-    own = settings().experiments["paper"].recovery
+    own = settings().experiments["paper"]
     bare = shipped().passive
     bare = replace(bare, scale_kpa=0.0, stiffness_kpa=0.0 * bare.stiffness_kpa)
     subject = replace(shipped(), passive=bare)

@@ -14,25 +14,25 @@ from validation_case import VALIDATION, answer
 
 from data.makers.files import samples_table
 from studies.validation.answers import HeartAnswersSettings, Questioner, asked_of
-from studies.validation.score import KIND, HeartAnswer, to_dataset
+from studies.validation.score import HeartAnswer, HeartAnswers
 from studies.validation.settings import ValidationSettings, answers_settings, table_settings
 from studies.validation.stages import ValidationStageSettings, validation
 from swesbi.__main__ import main
 from swesbi.answers.knowledge import Knowledge
-from swesbi.artefacts import Origin, save
+from swesbi.artefacts import Origin
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
 from swesbi.draws import interval_levels
-from swesbi.posterior.result import read_exact_posterior
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise.folder import folder_noise
 from swesbi.recording.noise.sweeps import SweepLevels
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
-from swesbi.study.finished import finished_population
-from swesbi.verdict.verdict import read_verdict
+from swesbi.study.results import Results, answering_population
+from swesbi.verdict.verdict import Verdict
 from swesbi.virtual.generated import PHYSIOLOGY
 from swesbi.virtual.hearts import ranges
 from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM, RecordedHeart
@@ -92,9 +92,8 @@ def test_answers_of_several_jobs_are_one_table(study: Study, tmp_path: Path) -> 
     for first, letter in ((10, "a"), (0, "a"), (0, "b")):
         plain = answers_settings(study, "amortised", letter, STREAM, range(first, first + 10))
         paths.append(tmp_path / f"{letter}-{first}.h5")
-        made = [answer(number) for number in range(first, first + 10)]
-        provenance = ORIGIN.provenance(KIND, HeartAnswersSettings.from_plain(plain))
-        save(paths[-1], to_dataset(made), provenance)
+        made = HeartAnswers(tuple(answer(number) for number in range(first, first + 10)))
+        made.write(paths[-1], ORIGIN.provenance("", HeartAnswersSettings.from_plain(plain)))
     files = {name: tmp_path / f"{name}.csv" for name in ("table", "samplers")}
     files |= {f"figure_{kind}": tmp_path / f"validation.{kind}" for kind in ("pdf", "png")}
     shown = ValidationStageSettings.from_plain(table_settings(study, VALIDATION))
@@ -136,7 +135,7 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
     accepted = rejection(made.samples, settings.recording) == ACCEPTED
     # `infer` knows the noise of a folder of one from this recording and what is expected
     noise = folder_noise([SweepLevels.of(made.samples, accepted)], loaded.config.new_subjects.noise_prior)
-    knowledge = finished_population(finished.results, "amortised").knowledge()
+    knowledge = answering_population(Results(finished.results), "amortised").knowledge()
     found = Questioner(knowledge, noise.components, settings, origin.seed).answer(0)
     check_answer(found, made, finished.config, tmp_path)
 
@@ -153,8 +152,8 @@ def check_answer(found: HeartAnswer, made: RecordedHeart, overlay: str, folder: 
     )
     given = (str(cohort), "--overlay", overlay, "--experiment", "amortised")
     assert main(["infer", *given, "--subject", subject, "--out", str(out)]) == 0
-    exact = read_exact_posterior(out / subject / "posterior.h5")
-    assert found.status == read_verdict(out / subject / "verdict.json").status
+    exact = ExactPosterior.read(out / subject / "posterior.h5")
+    assert found.status == Verdict.read(out / subject / "verdict.json").status
     assert found.efficiency == exact.efficiency
     low, high = np.quantile(exact.phi[:, 0], interval_levels(0.9))
     column = QUANTITIES.index("k0_kpa")

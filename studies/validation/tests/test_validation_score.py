@@ -13,15 +13,7 @@ from other_hearts_case import CONTEXT, HEART, recorded
 from scipy.stats import beta, norm
 from validation_case import VALIDATION, answer, truth
 
-from studies.validation import score
-from studies.validation.score import (
-    intervals,
-    read_answers,
-    refusal,
-    to_dataset,
-    truths,
-    width_at_fixed_scale,
-)
+from studies.validation.score import HeartAnswers, intervals, refusal, truths, width_at_fixed_scale
 from studies.validation.table import samplers_table, validation_table
 from swesbi import artefacts
 from swesbi.base.arrays import FloatArray
@@ -141,8 +133,8 @@ def test_a_heart_is_missed_by_shown_stiffness_and_k_sr_alone(
 def test_answers_are_stored_whole(tmp_path: Path) -> None:
     made = [answer(0), answer(1, "strained", by_mcmc=True), refusal(2, HEART, 3, "ivsd_cm = 2 is outside")]
     path = tmp_path / "a.h5"
-    artefacts.save(path, to_dataset(made), artefacts.Provenance(score.KIND))
-    for one, other in zip(read_answers(path), made, strict=True):
+    HeartAnswers(tuple(made)).write(path, artefacts.Provenance(""))
+    for one, other in zip(HeartAnswers.read(path).of, made, strict=True):
         assert one.context == other.context
         np.testing.assert_equal(asdict(one), asdict(other))
 

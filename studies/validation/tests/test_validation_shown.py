@@ -12,7 +12,7 @@ from studies.validation.figure import draw_validation
 from studies.validation.score import HeartAnswer
 from studies.validation.sittings import STORED
 from studies.validation.table import validation_table as table_of
-from swesbi.report.tables.validation import stored_validation
+from swesbi.report.tables.validation import SITTINGS, shown_validation
 from swesbi.report.tables.validation_outcomes import BY_CHANCE, CONFIDENCE, QUANTITIES, in_brief
 
 TITLES: Final = {"a": "own", "c": "length", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
@@ -85,6 +85,6 @@ def test_the_figure_has_a_panel_a_quantity_and_a_row_a_generator_and_those_toget
 
 
 def test_the_page_shows_the_last_whole_sitting() -> None:
-    shown = stored_validation(STORED)
+    shown = shown_validation(SITTINGS.read(STORED))
     assert any("(h) another passive stiffness" in sentence for sentence in shown.brief)
     assert "round" in shown.table.caption

@@ -11,7 +11,7 @@ from validation_case import VALIDATION, answer
 from studies.validation.sittings import STORED, main
 from studies.validation.table import samplers_table, validation_table
 from swesbi.artefacts.csv import write_csv
-from swesbi.report.tables.validation import COLUMNS, OF_SITTING, letters, read_sittings
+from swesbi.report.tables.validation import COLUMNS, OF_SITTING, SITTINGS, letters
 
 LETTERS = "abcdefgh"
 TITLES = dict.fromkeys(LETTERS, "hearts")
@@ -43,7 +43,7 @@ def test_a_sitting_is_added_once_and_leaves_the_others_alone(
     assert "Reached: over (c), (d), (h) together at most 23 % are missed" in capsys.readouterr().out
     for path, text in before.items():
         assert path.read_text().startswith(text)
-    sittings = read_sittings(stored)
+    sittings = SITTINGS.read(stored)
     added = sittings[sittings["sitting"] == 9]
     assert set(added[list(OF_SITTING)].itertuples(index=False, name=None)) == {(9, "2030-01-02", "made up")}
     assert letters(added) == {*LETTERS}
@@ -59,6 +59,6 @@ def test_a_table_has_the_columns_that_are_stored_and_read() -> None:
 
 
 def test_the_first_sitting_is_whole_and_the_second_is_not() -> None:
-    _, (first, second, *_) = zip(*read_sittings(STORED).groupby("sitting"), strict=True)
+    _, (first, second, *_) = zip(*SITTINGS.read(STORED).groupby("sitting"), strict=True)
     assert letters(first) == {*VALIDATION.generators}
     assert letters(second) == {*VALIDATION.generators} - {"e", "f"}

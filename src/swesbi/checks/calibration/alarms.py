@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, fields
+from typing import Annotated, Final
 
+import pandas as pd
 from scipy.stats import binomtest
 
+from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import BoolArray
 from swesbi.verdict.checks import TESTS, Checks
 from swesbi.verdict.nulls import overall_p, p_values, single_level
@@ -38,6 +40,13 @@ class AlarmRow:
     ci_low: float
     ci_high: float
     n: int
+
+
+TABLE: Final = Table(
+    columns=tuple(field.name for field in fields(AlarmRow)), texts=("recordings", "alarm"), digits=None
+)
+AlarmTable = Annotated[pd.DataFrame, TABLE]
+"""``alarms.csv``: one :class:`AlarmRow` a row."""
 
 
 def alarm_rows(checks: Mapping[str, Checks], null: Checks, rule: RuleSettings) -> tuple[AlarmRow, ...]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
 
-from swesbi.artefacts import Variable
+from swesbi.artefacts import Part, Variable
 from swesbi.base.arrays import BoolArray, FloatArray, below_each_other, rows_of
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration import ranks
@@ -18,7 +18,7 @@ from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSett
 from swesbi.checks.calibration.table import check_scores
 from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
-from swesbi.networks.flow.flow import TrainedFlow
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
@@ -45,8 +45,15 @@ class FreshInferred:
             "recording", "1", "standard error of the mean speed of a phase without failed samples, over it"
         ),
     ]
-    inferred: ranks.Inferred
+    inferred: Annotated[ranks.Inferred, Part()]
     refused: int
+
+    @classmethod
+    def joined(cls, parts: Sequence[FreshInferred]) -> FreshInferred:
+        """Return several, in the order given."""
+        contexts = tuple(context for part in parts for context in part.contexts)
+        refused = sum(part.refused for part in parts)
+        return replace(below_each_other(parts), contexts=contexts, refused=refused)
 
 
 def infer_fresh(

@@ -31,7 +31,8 @@ from swesbi.measurement.likelihood import (
 )
 from swesbi.measurement.shared_error import Errors
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, WallPhases
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Annotated, Any, Final
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from swesbi import artefacts
-from swesbi.base.arrays import BoolArray, FloatArray, rows_of
+from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.schema import Schema
+from swesbi.base.arrays import BoolArray, FloatArray, below_each_other, rows_of
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, alarms
 from swesbi.checks.calibration.ranks import (
@@ -25,8 +27,8 @@ from swesbi.checks.calibration.settings import JudgementSettings, PushesSettings
 from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
-from swesbi.parameters import PHI_NAMES
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.recordings import FreshSettings, record_pushes
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.hearts import HeartModel
@@ -35,16 +37,18 @@ from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.checks import STRIP_LABELS, Checks, check_recording
+from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.settings import RuleSettings
 
+LOGGER = logging.getLogger("swesbi")
 STREAM: Final = "pushes"
 ALONG: Final = "recording"
-LABELS: Final[dict[str, Any]] = {"parameter": list(PHI_NAMES), **STRIP_LABELS}
+OF_CONTEXTS: Final = artefacts.schema_of(Context, ALONG)["/"]
 RESIDUAL_DRAWS: Final = 200  # posterior draws behind a p-value
 
 
 @dataclass(frozen=True)
-class InferredPushes:
+class InferredPushes(artefacts.Artefact, kind="pushes_calibration"):
     """n free-running recordings of fresh contexts, with what was inferred of each."""
 
     contexts: tuple[Context, ...]
@@ -56,13 +60,37 @@ class InferredPushes:
     by_mcmc: Annotated[BoolArray, artefacts.Variable("recording", "1", "1 where MCMC took over")]
     ranked: Annotated[Ranked, artefacts.Part()]
 
+    labels = STRIP_LABELS
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": OF_CONTEXTS | artefacts.schema_of(cls)["/"]}
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file, a row a recording."""
+        contexts = artefacts.build_dataset(OF_CONTEXTS, context_values(self.contexts))
+        return {"/": artefacts.to_dataset(self, self.labels).assign(contexts.variables)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> InferredPushes:
+        """Return what the group of a file holds."""
+        return artefacts.from_dataset(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
+
+    @classmethod
+    def joined(cls, parts: Sequence[InferredPushes]) -> InferredPushes:
+        """Return several, in the order given."""
+        contexts = tuple(context for part in parts for context in part.contexts)
+        return replace(below_each_other(parts), contexts=contexts)
+
 
 def infer_pushes(
-    index: Sequence[int],
-    flow: TrainedFlow,
+    estimator: TrainedFlow,
+    *,
+    pushes_numbers: tuple[int, int],
     fresh: FreshSettings,
-    pushes: PushesSettings,
-    sizes: RecordingsSettings,
+    free_running: PushesSettings,
+    recordings: RecordingsSettings,
     exact: ExactSettings,
     seed: int,
 ) -> InferredPushes:
@@ -71,67 +99,68 @@ def infer_pushes(
     Each recording has random streams of its own, so neither the order nor other numbers matter.
 
     Args:
-        index: Numbers of the contexts.
-        flow: The trained network.
+        estimator: The trained network.
+        pushes_numbers: Numbers of the contexts, from the first to before the second.
         fresh: Population and model.
-        pushes: How many pushes recordings have.
-        sizes: Draws of each posterior.
+        free_running: How many pushes recordings have.
+        recordings: Draws of each posterior.
         exact: The study's own settings of the exact posterior.
         seed: The study's seed.
     """
-    asked = [(number, count) for number in index for count in pushes.pushes]
+    asked = [(number, count) for number in range(*pushes_numbers) for count in free_running.pushes]
     progress = Progress("calibration on free-running recordings", len(asked), unit="recording")
     parts = []
     for number, count in asked:
         model, phi = record_pushes(number, (count, count), fresh, seed, STREAM, count)
         stream = integer_seed(seed, "calibration", STREAM, count, number)
-        proposal, heart = flow_proposal(flow, model.recording), HeartModel(model)
-        drawn, by_mcmc = weighted_posterior(heart, proposal, sizes.effective_draws, exact, stream)
+        proposal, heart = flow_proposal(estimator, model.recording), HeartModel(model)
+        drawn, by_mcmc = weighted_posterior(heart, proposal, recordings.effective_draws, exact, stream)
         rng = generator(stream, "residuals")
         chosen = model.predict(drawn.phi[resampled_rows(drawn.weight, RESIDUAL_DRAWS, rng)])
-        network = heart.evaluated(proposal.draw(sizes.network_draws, integer_seed(stream, "network"))).phi
+        by_network = proposal.draw(recordings.network_draws, integer_seed(stream, "network"))
+        network = heart.evaluated(by_network).phi
         reference = reference_points(1, model.settings.prior, generator(stream, "tarp"))[0]
         variance = prior_variance(model)
-        one = InferredPushes(
-            contexts=(model.recording.context,),
-            checks=check_recording(model, drawn.phi, drawn.weight, chosen, rng),
-            k_hat=np.array([drawn.k_hat]),
-            efficiency=np.array([drawn.efficiency]),
-            by_mcmc=np.array([by_mcmc]),
-            ranked=ranked(model, model.log_likelihood, phi, network, drawn, reference, variance),
+        parts.append(
+            InferredPushes(
+                contexts=(model.recording.context,),
+                checks=check_recording(model, drawn.phi, drawn.weight, chosen, rng),
+                k_hat=np.array([drawn.k_hat]),
+                efficiency=np.array([drawn.efficiency]),
+                by_mcmc=np.array([by_mcmc]),
+                ranked=ranked(model, model.log_likelihood, phi, network, drawn, reference, variance),
+            )
         )
-        parts.append(pushes_dataset(one))
         progress.step()
-    return pushes_of(xr.concat(parts, dim=ALONG))
+    return InferredPushes.joined(parts)
 
 
-SCHEMA: Final = artefacts.schema_of(Context, ALONG)["/"] | artefacts.schema_of(InferredPushes)["/"]
-KIND: Final = artefacts.register(
-    "pushes_calibration", {"/": SCHEMA}, (*LABELS, *artefacts.labels_of(InferredPushes))
-)
+class PushesScores(NamedTuple):
+    """Free-running recordings of fresh contexts, and their coverage.
 
-
-def pushes_dataset(inferred: InferredPushes) -> xr.Dataset:
-    """Return the recordings as a dataset, a row a recording."""
-    made = artefacts.to_dataset(inferred, LABELS)
-    added = artefacts.build_dataset(
-        artefacts.schema_of(Context, ALONG)["/"], context_values(inferred.contexts)
-    )
-    return made.assign(added.variables)
-
-
-def pushes_of(dataset: xr.Dataset) -> InferredPushes:
-    """Rebuild the recordings from a dataset."""
-    return artefacts.from_dataset(InferredPushes, dataset, contexts=contexts_of(dataset, ALONG))
-
-
-def read_pushes(paths: Sequence[Path]) -> InferredPushes:
-    """Read parts, in the order given, as one.
-
-    Raises:
-        ArtefactError: A file is no such part.
+    Attributes:
+        calibration: All recordings together.
+        table: A row a number of pushes, parameter and nominal level.
     """
-    return pushes_of(xr.concat([artefacts.load(path, KIND)[0] for path in paths], dim=ALONG))
+
+    calibration: InferredPushes
+    table: PlainTable
+
+
+def scores_on_pushes(
+    parts: InferredPushes,
+    null: NullRecordings,
+    *,
+    joint_prior: JointPriorSettings,
+    judgement: JudgementSettings,
+    rule: RuleSettings,
+) -> PushesScores:
+    """Score free-running recordings of fresh contexts by number of pushes; arguments as of ``by_pushes``."""
+    LOGGER.info(
+        "%d free-running recordings: median efficiency %.0f %%, %d by MCMC",
+        len(parts.by_mcmc), 100.0 * float(np.median(parts.efficiency)), int(parts.by_mcmc.sum()),
+    )  # fmt: skip
+    return PushesScores(parts, by_pushes(parts, null.pushes, joint_prior, judgement, rule))
 
 
 def by_pushes(

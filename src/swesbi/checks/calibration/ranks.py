@@ -7,11 +7,12 @@ equally weighted draws; the one here takes arrays with weights.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Part, Variable
@@ -246,3 +247,32 @@ class Inferred:
     ranked: Annotated[Ranked, Part()]
     diagnostics: Annotated[Diagnostics, Part()]
     checks: Annotated[Checks, Part()]
+
+
+@dataclass(frozen=True)
+class TwoSamples:
+    """Whether a classifier tells two samplers apart, by subject and pair of them, each joined by a space."""
+
+    subject: Annotated[tuple[str, ...], Labels("subject")]
+    pair: Annotated[tuple[str, ...], Labels("pair")]
+    accuracy: Annotated[
+        FloatArray, Variable("subject pair", "1", "accuracy of a classifier between two samplers")
+    ]
+    draws: Annotated[FloatArray, Variable("subject pair", "1", "draws of each sampler; NaN: not compared")]
+
+    @classmethod
+    def joined(cls, parts: Sequence[TwoSamples]) -> TwoSamples:
+        """Return those of several subjects, in the order given; NaN for a pair that one has not.
+
+        Pairs are in the order of their names where not all have the same.
+        """
+        pairs = parts[0].pair
+        if any(part.pair != pairs for part in parts):
+            pairs = tuple(sorted({pair for part in parts for pair in part.pair}))
+
+        def of_all(name: str) -> FloatArray:
+            tables = [pd.DataFrame(getattr(part, name), columns=list(part.pair)) for part in parts]
+            return pd.concat(tables).reindex(columns=list(pairs)).to_numpy()
+
+        subjects = tuple(subject for part in parts for subject in part.subject)
+        return cls(subjects, pairs, of_all("accuracy"), of_all("draws"))

@@ -18,7 +18,8 @@ from swesbi.checks.calibration.ranks import (
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.draws import resampled_rows
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.synthetic import Synthetic
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.hearts import HeartModel

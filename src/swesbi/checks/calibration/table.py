@@ -11,15 +11,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import lru_cache
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from scipy.special import bdtr, bdtrc
 
+from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import FloatArray, IntArray, rows_of
-from swesbi.checks.calibration.ranks import QUANTITY_NAMES, SAMPLERS, Ranked, RankScores, central_level
+from swesbi.checks.calibration.ranks import (
+    QUANTITY_NAMES,
+    SAMPLERS,
+    Ranked,
+    RankScores,
+    TwoSamples,
+    central_level,
+)
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.seeds import generator
 
@@ -37,6 +44,9 @@ COLUMNS: Final = (
     "subject", "recordings", "sampler", "test", "quantity", "n", "statistic", "p_value", "limit", "flagged",
     "coverage_90", "contraction",
 )  # fmt: skip
+TABLE: Final = Table(columns=COLUMNS)
+CalibrationTable = Annotated[pd.DataFrame, TABLE]
+"""``calibration.csv``."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +219,7 @@ def _uniform(
 
 
 def calibration_table(
-    ranked: Mapping[str, Ranked], two_samples: xr.Dataset, settings: JudgementSettings
+    ranked: Mapping[str, Ranked], two_samples: TwoSamples, settings: JudgementSettings
 ) -> pd.DataFrame:
     """Return one row a check.
 
@@ -249,14 +259,14 @@ def _checks(
     )
 
 
-def _of_two_samples(two_samples: xr.Dataset, limit: float) -> Iterator[dict[str, object]]:
-    for subject in two_samples["subject"].to_numpy():
-        for pair in two_samples["pair"].to_numpy():
-            of_pair = two_samples.sel(subject=subject, pair=pair)
-            if np.isnan(of_pair["draws"]):  # of this subject there are no long chains
+def _of_two_samples(two_samples: TwoSamples, limit: float) -> Iterator[dict[str, object]]:
+    for i, subject in enumerate(two_samples.subject):
+        for j, pair in enumerate(two_samples.pair):
+            draws, accuracy = two_samples.draws[i, j], two_samples.accuracy[i, j]
+            if np.isnan(draws):  # of this subject there are no long chains
                 continue
-            check = c2st_check("joint", int(of_pair["draws"]), float(of_pair["accuracy"]), limit)
-            yield from _labelled(str(subject), LOCAL, str(pair), (check,))
+            check = c2st_check("joint", int(draws), float(accuracy), limit)
+            yield from _labelled(subject, LOCAL, pair, (check,))
 
 
 def _labelled(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Final
 
@@ -9,7 +11,18 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from swesbi.artefacts import Variable, arranged, build_dataset, register, schema_of, stacked_values, values_of
+from swesbi.artefacts import (
+    Artefact,
+    Labels,
+    Provenance,
+    Variable,
+    arranged,
+    build_dataset,
+    schema_of,
+    stacked_values,
+    values_of,
+)
+from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.designs import Placement
 from swesbi.checks.identifiability.information import QUANTITY_NAMES, interval_fold
@@ -53,7 +66,6 @@ ADDED: Final = {
 SCHEMA: Final = {group: arranged(OF_SUBJECTS.get(group, {}) | ADDED[group]) for group in ADDED} | schema_of(
     Placement
 )
-KIND: Final = register("identifiability", SCHEMA, ("subject", "quantity", "parameter", "bound"))
 PLACEMENTS: Final = ("even", "chosen")
 
 
@@ -67,12 +79,50 @@ OF_PHASES: Final = {
 """Where what is told of each measured phase lies in what was found of a subject."""
 
 
-def to_groups(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, xr.Dataset]:
-    """Return the groups of ``identifiability.h5``."""
+@dataclass(frozen=True)
+class Identifiability(Artefact, kind="identifiability"):
+    """The study of a cohort, by group of its file."""
+
+    groups: Mapping[str, xr.Dataset]
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return groups and datasets of the file."""
+        return SCHEMA
+
+    @classmethod
+    def required_labels(cls) -> tuple[Labels, ...]:
+        """Return the text labels of the file."""
+        return tuple(map(Labels, ("subject", "quantity", "parameter", "bound")))
+
+    def to_groups(self) -> Mapping[str, xr.Dataset]:
+        """Return the content of the file."""
+        return self.groups
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> Identifiability:
+        """Return what the groups of a file hold."""
+        return cls(groups)
+
+    @classmethod
+    def of(cls, cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> Identifiability:
+        """Put together what was found of a cohort."""
+        values = stacked_values(cohort.subjects) | values_of(cohort.placement)
+        added, labels = _added(cohort, settings), _labels(cohort, settings)
+        return cls(
+            {
+                group: build_dataset(variables, values.get(group, {}) | added.get(group, {}), labels)
+                for group, variables in SCHEMA.items()
+            }
+        )
+
+
+def _added(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, dict[str, Any]]:
+    """Return the values of ``ADDED``."""
     recorded, subjects = cohort.recorded, cohort.subjects
     fewest = min(len(subject.shown) for subject in subjects)
     pairs = list(zip(recorded, subjects, strict=True))
-    added: dict[str, dict[str, Any]] = {
+    return {
         "/": {
             "interval_mass": settings.interval,
             "shown_phi": np.stack([subject.shown[:fewest] for subject in subjects]),
@@ -95,19 +145,17 @@ def to_groups(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) 
             "own_phases": np.array([int(subject.measured.sum()) for subject in recorded]),
         },
     }
-    values = stacked_values(subjects) | values_of(cohort.placement)
-    labels = {
-        "subject": [subject.subject for subject in subjects],
+
+
+def _labels(cohort: CohortIdentifiability, settings: IdentifiabilitySettings) -> dict[str, Any]:
+    return {
+        "subject": [subject.subject for subject in cohort.subjects],
         "quantity": list(QUANTITY_NAMES),
         "parameter": list(PHI_NAMES),
         "bound": ["lower", "upper"],
         "phases": list(settings.design.phases),
         "repeats": list(settings.design.repeats),
         "placed": list(cohort.placement.counts),
-    }
-    return {
-        group: build_dataset(variables, values.get(group, {}) | added.get(group, {}), labels)
-        for group, variables in SCHEMA.items()
     }
 
 

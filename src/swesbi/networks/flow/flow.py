@@ -1,4 +1,4 @@
-"""The trained flow q(heart | z): its density, its draws, and the base space in which it is standard normal.
+"""The density q(heart | z) of a trained flow, its draws, and the base space in which it is standard normal.
 
 A heart is theta with the free physiology, all that a simulation takes. What else a recording depends on
 needs no simulation and is integrated out (``posterior.hearts``), so that no network has to learn it.
@@ -14,43 +14,12 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.flow.arrays import ConditionedFlow, FlowArrays
-from swesbi.networks.flow.cells import AnyConditioner, CellConditioner
-from swesbi.networks.settings import SplineSettings
-from swesbi.networks.standardisation import Standardisation
-from swesbi.prior import SimulatedPrior, from_logit, log_jacobian, to_logit
+from swesbi.networks.flow.arrays import ConditionedFlow
+from swesbi.networks.flow.cells import CellConditioner
+from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.prior import from_logit, log_jacobian, to_logit
 
 FARTHEST: Final = -30.0  # in the logit: the lower bound of every parameter
-
-
-@dataclass(frozen=True)
-class TrainedFlow:
-    """A trained flow q(heart | z) and how it was trained.
-
-    Attributes:
-        net: The flow in standardised eta, with the weights of the best epoch.
-        settings: Architecture and training.
-        prior: The prior of hearts, whose box the logit maps.
-        conditioner: Makes z from recordings.
-        eta: Statistics of eta = logit(heart) over the training rows.
-        best_epoch: Epoch of the lowest validation loss, from 1.
-        epochs_run: Epochs that were trained.
-        best_validation_loss: Mean of -log q(eta | z) over held-out theta at the best epoch, standardised eta.
-    """
-
-    net: FlowArrays
-    settings: SplineSettings
-    prior: SimulatedPrior
-    conditioner: AnyConditioner
-    eta: Standardisation
-    best_epoch: int
-    epochs_run: int
-    best_validation_loss: float
-
-    @property
-    def components(self) -> tuple[str, ...]:
-        """Names of the C components of z."""
-        return self.conditioner.components
 
 
 @dataclass(frozen=True)

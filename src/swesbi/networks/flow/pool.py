@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
 
 from swesbi import artefacts
+from swesbi.artefacts.schema import Schema
+from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.heart.prior_simulations import PriorSimulations
+from swesbi.heart.prior_simulations import PriorSimulations, first_of
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.measurement.speeds import WallPhases, wall_at_phases
 from swesbi.parameters import NUISANCE_COLUMNS, THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
+
+LOGGER = logging.getLogger("swesbi")
 
 
 @dataclass(frozen=True)
@@ -87,56 +91,96 @@ class StoredSubject:
 
 
 SCHEMA: Final = artefacts.schema_of(StoredSubject, along="subject")["/"]
-KIND: Final = artefacts.register("speed_pool", {"/": SCHEMA}, ("subject", "parameter", "nuisance"))
 
 
-def pool_dataset(
-    pairs: Sequence[tuple[Observation, PriorSimulations]], measurement: MeasurementSettings
-) -> xr.Dataset:
-    """Return every subject's simulations at its own phases; NaN at phases that were not measured.
+@dataclass(frozen=True)
+class SpeedPool(artefacts.Artefact, kind="speed_pool"):
+    """The simulations of every subject at the phases of its own recording.
+
+    Attributes:
+        of_subjects: By subject.
+        nuisance_names: Names of the free physiology.
+    """
+
+    of_subjects: Mapping[str, StoredSubject]
+    nuisance_names: tuple[str, ...]
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
+
+    @classmethod
+    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
+        """Return the names of subjects and parameters."""
+        return tuple(map(artefacts.Labels, ("subject", "parameter", "nuisance")))
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file."""
+        values = artefacts.stacked_values(list(self.of_subjects.values()))["/"]
+        labels = {
+            "subject": list(self.of_subjects),
+            "parameter": list(THETA_NAMES),
+            "nuisance": list(self.nuisance_names),
+        }
+        return {"/": artefacts.build_dataset(SCHEMA, values, labels)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> SpeedPool:
+        """Return what the group of a file holds."""
+        names = {label: tuple(map(str, groups["/"][label].to_numpy())) for label in ("subject", "nuisance")}
+        rows = artefacts.from_rows(StoredSubject, groups["/"], "subject")
+        return cls(dict(zip(names["subject"], rows, strict=True)), names["nuisance"])
+
+    def of(self, model: SpeedModel) -> SubjectSimulations:
+        """Return the simulations of one recording's subject, the missing phases left out.
+
+        Raises:
+            UnfitError: The pool lacks the subject.
+        """
+        subject = model.recording.subject
+        if subject not in self.of_subjects:
+            raise artefacts.UnfitError(
+                "pool", f"holds no subject {subject!r}; it holds {', '.join(self.of_subjects)}"
+            )
+        row = self.of_subjects[subject]
+        stored = (row.active_stiffness_kpa, row.active_slope_kpa, row.shortening, row.shortening_slope)
+        return SubjectSimulations(
+            model, row.theta, row.physiology, WallPhases(*(values[:, row.measured] for values in stored))
+        )
+
+
+def pool_of_speeds(
+    observations: tuple[Observation, ...],
+    shards: BySubject[PriorSimulations],
+    *,
+    simulations_per_subject: int,
+    measurement: MeasurementSettings,
+) -> SpeedPool:
+    """Take the simulations of every subject at the phases of its recording; NaN at those not measured.
+
+    Args:
+        observations: The recordings.
+        shards: Simulations from the prior of each subject.
+        simulations_per_subject: The first so many of each are taken.
+        measurement: How the active stiffness is measured.
 
     Raises:
-        ValueError: The subjects have different numbers of phases or simulations.
+        UnfitError: A subject has no simulations, or too few, or other phases than the first.
     """
-    shapes = {(len(observed.phase), len(simulated.theta)) for observed, simulated in pairs}
-    if len(shapes) > 1:
-        raise ValueError(f"subjects have different numbers of phases and simulations: {sorted(shapes)}")
-    values = artefacts.stacked_values([_of_subject(*pair, measurement) for pair in pairs])["/"]
-    subjects = [observed.subject for observed, _ in pairs]
-    labels = {
-        "subject": subjects,
-        "parameter": list(THETA_NAMES),
-        "nuisance": list(pairs[0][1].nuisance_names),
-    }
-    return artefacts.build_dataset(SCHEMA, values, labels)
-
-
-def read_pool(path: Path) -> Mapping[str, StoredSubject]:
-    """Read the pool by subject.
-
-    Raises:
-        ArtefactError: The file is no such pool.
-    """
-    dataset = artefacts.load(path, KIND)[0]
-    subjects = [str(name) for name in dataset["subject"].to_numpy()]
-    rows = artefacts.from_rows(StoredSubject, dataset, "subject")
-    return dict(zip(subjects, rows, strict=True))
-
-
-def of_subject(pool: Mapping[str, StoredSubject], model: SpeedModel, path: Path) -> SubjectSimulations:
-    """Return the simulations of one recording's subject, the missing phases left out.
-
-    Raises:
-        ArtefactError: The pool lacks the subject.
-    """
-    subject = model.recording.subject
-    if subject not in pool:
-        raise artefacts.ArtefactError(f"{path}: holds no subject {subject!r}; it holds {', '.join(pool)}")
-    row = pool[subject]
-    stored = (row.active_stiffness_kpa, row.active_slope_kpa, row.shortening, row.shortening_slope)
-    return SubjectSimulations(
-        model, row.theta, row.physiology, WallPhases(*(values[:, row.measured] for values in stored))
-    )
+    taken: dict[str, StoredSubject] = {}
+    names: tuple[str, ...] = ()
+    phases = len(observations[0].phase)
+    for observed in observations:
+        if (own := len(observed.phase)) != phases:
+            raise artefacts.UnfitError(
+                "observations", f"subject {observed.subject} has {own} phases, not {phases}"
+            )
+        simulated = first_of(shards, observed.subject, simulations_per_subject)
+        taken[observed.subject] = _of_subject(observed, simulated, measurement)
+        names = simulated.nuisance_names
+    LOGGER.info("%d subjects, %d simulations each", len(taken), simulations_per_subject)
+    return SpeedPool(taken, names)
 
 
 def _of_subject(

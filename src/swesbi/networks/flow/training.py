@@ -7,7 +7,7 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 import torch
@@ -15,21 +15,27 @@ from torch import Tensor
 
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
+from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
+from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.flow.arrays import SingleArray
 from swesbi.networks.flow.cells import AnyConditioner
 from swesbi.networks.flow.conditioning import (
     Conditioner,
     ConditioningSettings,
+    conditioning_of,
     fit_conditioner,
     raw_features,
 )
-from swesbi.networks.flow.flow import TrainedFlow
 from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
-from swesbi.networks.flow.pool import SubjectSimulations, noisy_speeds
+from swesbi.networks.flow.pool import SpeedPool, SubjectSimulations, noisy_speeds
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
+from swesbi.networks.training_tables import Epoch, TrainingTable, losses_table
 from swesbi.prior import SimulatedPrior, to_logit
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.seeds import generator, integer_seed
 
 LOGGER = logging.getLogger("swesbi")
@@ -116,13 +122,9 @@ class TrainingDivergedError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class SplineEpoch:
-    """One epoch: its number from 1, mean -log q over training and held-out rows, batches left out."""
+class SplineEpoch(Epoch):
+    """One epoch, with the number of batches that were left out."""
 
-    number: int
-    training_loss: float
-    validation_loss: float
-    best_so_far: bool
     skipped_batches: int
 
 
@@ -132,6 +134,57 @@ class FlowTraining:
 
     flow: TrainedFlow
     epochs: tuple[SplineEpoch, ...]
+
+    @property
+    def outputs(self) -> TrainedWithLosses:
+        """The flow and the table of its losses."""
+        return TrainedWithLosses(self.flow, losses_table(self.epochs))
+
+
+class TrainedWithLosses(NamedTuple):
+    """A trained flow, and the losses of every epoch."""
+
+    estimator: TrainedFlow
+    training: TrainingTable
+
+
+def trained_on_subjects(
+    pool: SpeedPool,
+    observations: tuple[Observation, ...],
+    noise: CohortNoise,
+    *,
+    model: SpeedModelSettings,
+    summary: SummarySettings,
+    estimator: SplineSettings,
+    experiment: str,
+    seed: int,
+) -> TrainedWithLosses:
+    """Train q(heart | z) on the pool of all subjects.
+
+    Runs on the CPU, on one thread, and repeats exactly.
+
+    Args:
+        pool: Simulations of every subject.
+        observations: Their recordings.
+        noise: Of the cohort.
+        model: Of the recordings.
+        summary: Which features the network sees.
+        estimator: Architecture and schedule.
+        experiment: Its name, in progress lines.
+        seed: Of the study.
+
+    Raises:
+        UnfitError: The pool lacks a subject.
+        TrainingDivergedError: The loss was not finite too often.
+    """
+    subjects = [pool.of(speed_model(observed, noise, model)) for observed in observations]
+    return train_over_subjects(
+        subjects,
+        conditioning_of(summary, model),
+        estimator,
+        integer_seed(seed, "flow training"),
+        f"training {experiment}",
+    ).outputs
 
 
 def train_over_subjects(

@@ -6,7 +6,7 @@ the file is executed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -43,26 +43,25 @@ class TrainedEstimator:
     epochs_run: int
     best_validation_loss: float
 
+    @classmethod
+    def read(cls, path: Path) -> TrainedEstimator:
+        """Rebuild an estimator from its file, on the CPU, ready to sample.
 
-def save_estimator(path: Path, estimator: TrainedEstimator, provenance: Provenance) -> None:
-    """Write the estimator atomically; equal estimators give equal bytes."""
-    metadata = {
-        **provenance.attributes(),
-        **describe_net(estimator.settings, estimator.components),
-        "best_epoch": estimator.best_epoch,
-        "epochs_run": estimator.epochs_run,
-        "best_validation_loss": estimator.best_validation_loss,
-    }
-    files.write_plain(path, {"metadata": metadata, "state_dict": dict(estimator.net.state_dict())})
+        Raises:
+            ArtefactError: The file is not an estimator that this package can read.
+        """
+        return files.read_plain(path, ESTIMATOR, _rebuild)
 
-
-def load_estimator(path: Path) -> tuple[TrainedEstimator, Provenance]:
-    """Rebuild an estimator from its file, on the CPU, ready to sample.
-
-    Raises:
-        ArtefactError: The file is not an estimator that this package can read.
-    """
-    return files.read_plain(path, ESTIMATOR, _rebuild)
+    def write(self, path: Path, made: Provenance) -> None:
+        """Write the estimator atomically; equal estimators give equal bytes."""
+        metadata = {
+            **made.of(ESTIMATOR).attributes(),
+            **describe_net(self.settings, self.components),
+            "best_epoch": self.best_epoch,
+            "epochs_run": self.epochs_run,
+            "best_validation_loss": self.best_validation_loss,
+        }
+        files.write_plain(path, {"metadata": metadata, "state_dict": dict(self.net.state_dict())})
 
 
 def describe_net(settings: EstimatorSettings, components: tuple[str, ...]) -> dict[str, Any]:
@@ -98,10 +97,6 @@ def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
     )
 
 
-Weights = tuple[int, float, Mapping[str, Tensor]]
-"""Number of an epoch from 1, mean of -log q over the held-out rows after it, its state_dict on the CPU."""
-
-
 @dataclass(frozen=True)
 class Checkpoint:
     """The density estimator after one epoch, ready to sample.
@@ -121,44 +116,58 @@ class Checkpoint:
     net: MaskedFlow
 
 
-def save_checkpoints(
-    path: Path,
-    weights: Sequence[Weights],
-    best_epoch: int,
-    settings: EstimatorSettings,
-    components: tuple[str, ...],
-    provenance: Provenance,
-) -> None:
-    """Write the weights of several epochs of one training atomically; equal ones give equal bytes."""
-    metadata = {
-        **provenance.attributes(),
-        **describe_net(settings, components),
-        "best_epoch": best_epoch,
-        "epochs": [epoch for epoch, _, _ in weights],
-        "validation_losses": [loss for _, loss, _ in weights],
-    }
-    states = {str(epoch): dict(state) for epoch, _, state in weights}
-    files.write_plain(path, {"metadata": metadata, "state_dicts": states})
+@dataclass(frozen=True)
+class Checkpoints:
+    """The density estimator after several epochs of one training, its best and its last among them.
 
-
-def load_checkpoints(path: Path) -> tuple[tuple[Checkpoint, ...], Provenance]:
-    """Rebuild the estimators in the order of their epochs.
-
-    Raises:
-        ArtefactError: The file does not hold checkpoints that this package can read.
+    Attributes:
+        settings: Architecture and training settings.
+        of_epochs: In the order of the epochs.
     """
-    return files.read_plain(path, CHECKPOINTS, _rebuild_checkpoint)
+
+    settings: EstimatorSettings
+    of_epochs: tuple[Checkpoint, ...]
+
+    @property
+    def best(self) -> Checkpoint:
+        """That of the lowest validation loss."""
+        return next(one for one in self.of_epochs if one.best)
+
+    @classmethod
+    def read(cls, path: Path) -> Checkpoints:
+        """Rebuild the estimators.
+
+        Raises:
+            ArtefactError: The file does not hold checkpoints that this package can read.
+        """
+        return files.read_plain(path, CHECKPOINTS, _rebuild_checkpoints)
+
+    def write(self, path: Path, made: Provenance) -> None:
+        """Write the weights of all epochs atomically; equal ones give equal bytes."""
+        metadata = {
+            **made.of(CHECKPOINTS).attributes(),
+            **describe_net(self.settings, self.best.components),
+            "best_epoch": self.best.epoch,
+            "epochs": [one.epoch for one in self.of_epochs],
+            "validation_losses": [one.validation_loss for one in self.of_epochs],
+        }
+        states = {str(one.epoch): dict(one.net.state_dict()) for one in self.of_epochs}
+        files.write_plain(path, {"metadata": metadata, "state_dicts": states})
 
 
-def _rebuild_checkpoint(content: Mapping[str, Any]) -> tuple[Checkpoint, ...]:
+def _rebuild_checkpoints(content: Mapping[str, Any]) -> Checkpoints:
     metadata, states = files.CheckpointsMetadata.from_plain(content["metadata"]), content["state_dicts"]
-    return tuple(
-        Checkpoint(
-            epoch=epoch,
-            validation_loss=loss,
-            best=epoch == metadata.best_epoch,
-            components=metadata.components,
-            net=rebuild_net(metadata, states[str(epoch)]),
-        )
-        for epoch, loss in zip(metadata.epochs, metadata.validation_losses, strict=True)
+    settings = metadata.architecture()
+    return Checkpoints(
+        settings,
+        tuple(
+            Checkpoint(
+                epoch=epoch,
+                validation_loss=loss,
+                best=epoch == metadata.best_epoch,
+                components=metadata.components,
+                net=rebuild_net(metadata, states[str(epoch)]),
+            )
+            for epoch, loss in zip(metadata.epochs, metadata.validation_losses, strict=True)
+        ),
     )

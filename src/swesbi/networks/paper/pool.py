@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
+from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
+from swesbi.heart.prior_simulations import PriorSimulations, first_of
+from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
+from swesbi.measurement.operator import PassiveBaseline
+from swesbi.measurement.settings import (
+    MeasurementSettings,
+    SummarySettings,
+    summary_names,
+    summary_units,
+)
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.standardisation import MIXED, Standardisation, fit_standardisation
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
+
+LOGGER = logging.getLogger("swesbi")
 
 
 def noise_sd(names: Sequence[str], feature_noise_sd: Mapping[str, float]) -> FloatArray:
@@ -85,7 +97,7 @@ class Components:
 
 
 @dataclass(frozen=True)
-class Pool:
+class Pool(artefacts.Artefact, kind="pool"):
     """The training set, N rows, and the observed conditioning vectors of D subjects, C components.
 
     Parameters and conditioning vectors are in single precision, as training uses them.
@@ -112,6 +124,8 @@ class Pool:
         FloatArray, artefacts.Variable("subject component", MIXED, "observed features and context, raw")
     ]
 
+    labels = {"parameter": list(THETA_NAMES)}
+
     @property
     def z_obs(
         self,
@@ -131,6 +145,22 @@ class Pool:
             raise KeyError(f"the pool holds no subject {subject!r}; it holds {', '.join(self.subjects)}")
         z: FloatArray = self.z_obs[self.subjects.index(subject)]
         return z
+
+    def check_components(self, names: tuple[str, ...], given: str) -> None:
+        """Refuse a network that was trained on other components.
+
+        Args:
+            names: Of the network's inputs, in order.
+            given: The name under which the network is given.
+
+        Raises:
+            UnfitError: Names or order of the components differ.
+        """
+        if names != self.components.names:
+            known = ", ".join(self.components.names)
+            raise artefacts.UnfitError(
+                given, f"takes the components {', '.join(names)}; the pool holds {known}. Train on this pool"
+            )
 
 
 def components_of(feature_names: Sequence[str], feature_units: Sequence[str]) -> Components:
@@ -194,18 +224,53 @@ def _check_finite(subject: SubjectFeatures, names: tuple[str, ...]) -> None:
             )
 
 
-POOL: Final = artefacts.register("pool", artefacts.schema_of(Pool), (*artefacts.labels_of(Pool), "parameter"))
+def pool_of_features(
+    observations: tuple[Observation, ...],
+    passives: BySubject[PassiveBaseline],
+    shards: BySubject[PriorSimulations],
+    *,
+    simulations_per_subject: int,
+    measurement: MeasurementSettings,
+    summary: SummarySettings,
+    observation_model: ObservationModelSettings,
+    seed: int,
+) -> Pool:
+    """Pool the noise-augmented, standardised features and contexts of all subjects (paper, Eq. 7).
 
-
-def pool_to_dataset(pool: Pool) -> xr.Dataset:
-    """Return the pool with dimensions sample, parameter, component and subject."""
-    return artefacts.to_dataset(pool, {"parameter": list(THETA_NAMES)})
-
-
-def read_pool(path: Path) -> Pool:
-    """Read ``pool.h5``.
+    Args:
+        observations: The recordings.
+        passives: The passive baseline of each subject.
+        shards: Simulations from the prior of each.
+        simulations_per_subject: The first so many of each are taken.
+        measurement: The measurement operator.
+        summary: Which features.
+        observation_model: Their noise, and how often each simulation is augmented.
+        seed: Of the noise.
 
     Raises:
-        ArtefactError: The file is not a pool.
+        UnfitError: A subject lacks a passive baseline or enough simulations.
+        ValueError: As of ``build_pool``.
     """
-    return artefacts.from_dataset(Pool, artefacts.load(path, POOL)[0])
+    subjects = measured_subjects(observations, passives, measurement)
+    components = components_of(summary_names(summary), summary_units(summary))
+    features = [
+        _features(subject, first_of(shards, subject.observation.subject, simulations_per_subject), summary)
+        for subject in subjects
+    ]
+    pool = build_pool(features, components, observation_model, seed)
+    LOGGER.info("pool: %d subjects, %d rows of %d components", len(subjects), *pool.z.shape)
+    return pool
+
+
+def _features(
+    subject: MeasuredSubject, simulations: PriorSimulations, summary: SummarySettings
+) -> SubjectFeatures:
+    return SubjectFeatures(
+        context=subject.observation.context,
+        draw_index=simulations.draw_index,
+        theta=simulations.theta,
+        features=subject.simulated_features(
+            simulations.cycle_phase, simulations.active_stiffness_kpa, summary
+        ),
+        observed=subject.observed_features(summary),
+    )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import torch
@@ -17,17 +16,8 @@ from torch.utils.data import DataLoader, Dataset
 from swesbi.base.progress import Progress
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.networks.torch_prior import torch_prior
+from swesbi.networks.training_tables import Epoch
 from swesbi.prior import PriorSettings
-
-
-@dataclass(frozen=True)
-class Epoch:
-    """One epoch of training: its number from 1 and mean -log q over training and held-out rows."""
-
-    number: int
-    training_loss: float
-    validation_loss: float
-    best_so_far: bool
 
 
 class EpochRecord:

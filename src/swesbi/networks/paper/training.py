@@ -6,8 +6,9 @@ import contextlib
 import io
 import logging
 import warnings
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -16,11 +17,15 @@ from sbi.inference import NPE_C
 from torch import Tensor
 
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.paper.estimator import TrainedEstimator, Weights
+from swesbi.networks.paper.estimator import Checkpoint, Checkpoints, TrainedEstimator
 from swesbi.networks.paper.maf import MaskedFlow
-from swesbi.networks.paper.sbi_trainer import Epoch, EpochRecord, SbiTrainer, on_cpu
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.paper.sbi_trainer import EpochRecord, SbiTrainer, on_cpu
 from swesbi.networks.settings import EstimatorSettings, Procedure
+from swesbi.networks.training_tables import Epoch, TrainingTable, losses_table
+from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings
+from swesbi.seeds import integer_seed
 
 LOGGER = logging.getLogger("swesbi")
 
@@ -32,12 +37,65 @@ class Training:
     Attributes:
         estimator: The estimator of the best epoch.
         epochs: Every epoch in order.
-        weights: The weights after the epochs asked for, the best and the last, in order.
+        checkpoints: The estimator after the epochs asked for, the best and the last.
     """
 
     estimator: TrainedEstimator
     epochs: tuple[Epoch, ...]
-    weights: tuple[Weights, ...]
+    checkpoints: Checkpoints
+
+
+class TrainedNetwork(NamedTuple):
+    """A trained network, the losses of every epoch, and the network after some of them."""
+
+    estimator: TrainedEstimator
+    training: TrainingTable
+    checkpoints: Checkpoints
+
+
+def trained_network(
+    pool: Pool,
+    *,
+    prior: PriorSettings,
+    estimator: EstimatorSettings,
+    checkpoint_epochs: tuple[int, ...],
+    experiment: str,
+    seed: int,
+    device: str = "auto",
+) -> TrainedNetwork:
+    """Train q(theta | z) on the pool.
+
+    On the CPU the result repeats exactly. CUDA sums in another order: its weights differ in rounding, and no
+    more than another seed's would.
+
+    Args:
+        pool: The training set.
+        prior: The prior that its theta were drawn from.
+        estimator: Architecture and training settings.
+        checkpoint_epochs: Epochs whose weights are kept beside the best and the last.
+        experiment: Its name, in progress lines.
+        seed: Of the study.
+        device: "auto", "cpu" or "cuda".
+
+    Raises:
+        ValueError: As of ``train``.
+    """
+    label, device = f"training {experiment}", choose_device(device, estimator.procedure)
+    LOGGER.info(
+        "%s: %d rows of %d components on %s, procedure %s", label, *pool.z.shape, device, estimator.procedure
+    )
+    result = train(
+        pool.theta,
+        pool.z,
+        pool.components.names,
+        prior,
+        estimator,
+        integer_seed(seed, "training"),
+        device,
+        label,
+        checkpoint_epochs,
+    )
+    return TrainedNetwork(result.estimator, losses_table(result.epochs), result.checkpoints)
 
 
 def train(
@@ -91,9 +149,25 @@ def train(
     LOGGER.info("%s: best epoch %d of %d run, validation loss %.4f", label, *best, record.best_loss)
     estimator = TrainedEstimator(net, settings, components, *best, record.best_loss)
     states = trainer.kept | {best[0]: state}
-    losses = [epoch.validation_loss for epoch in record.epochs]
-    weights = tuple((number, losses[number - 1], states[number]) for number in sorted(states))
-    return Training(estimator, tuple(record.epochs), weights)
+    return Training(estimator, tuple(record.epochs), _checkpoints(states, estimator, record.epochs))
+
+
+def _checkpoints(
+    states: Mapping[int, Mapping[str, Tensor]], estimator: TrainedEstimator, epochs: Sequence[Epoch]
+) -> Checkpoints:
+    """Return the estimator with the weights after some epochs, by number."""
+    settings, inputs = estimator.settings, estimator.components
+    kept = [
+        Checkpoint(
+            epoch=number,
+            validation_loss=epochs[number - 1].validation_loss,
+            best=number == estimator.best_epoch,
+            components=inputs,
+            net=MaskedFlow(settings, len(THETA_NAMES), len(inputs), states[number]),
+        )
+        for number in sorted(states)
+    ]
+    return Checkpoints(settings, tuple(kept))
 
 
 def trainer_of(procedure: Procedure) -> type[SbiTrainer]:

@@ -8,17 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.persons.change.hearts import VisitsHearts
 from swesbi.persons.change.one_person import OnePerson, judge_one_person
 from swesbi.persons.change.proposal import first_proposal, normal_visit
 from swesbi.persons.change.ratios import Ratios, log_ratios, quantities_of, summarise_ratios
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.change.transport import joined_proposal
-from swesbi.persons.change.visits import VisitsModel
+from swesbi.persons.change.visits import VisitsModel, visits_model
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import Space
+from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
 
 STREAM = "change"
@@ -60,6 +62,26 @@ class Change:
     ratios: Ratios
     one_person: OnePerson
     efficiency: tuple[float, ...]
+
+
+def own_posterior(exact: ExactPosterior, space: Space) -> OwnPosterior:
+    """Return what the joint posterior begins with: a visit's own, and the space of its network."""
+    by_weights = exact.sampler == "importance"
+    effective = exact.efficiency * len(exact.weighted.phi) if by_weights else exact.effective_draws.min()
+    return OwnPosterior(exact.phi, float(min(effective, len(exact.phi))), exact.log_evidence, space)
+
+
+def both_visits(
+    models: Sequence[SpeedModel], observed: Sequence[Observation], settings: ChangeSettings
+) -> VisitsModel:
+    """Return the model of two visits of one person, in what they share as configured."""
+    shares = settings.shares
+    return visits_model(
+        models,
+        [each.phase_index[each.measured] for each in observed],
+        shares.of(models[0].settings.prior.names),
+        shares.discrepancy,
+    )
 
 
 def infer_change(

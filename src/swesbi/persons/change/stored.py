@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from swesbi import artefacts
-from swesbi.artefacts import Labels, Part, Variable
+from swesbi.artefacts import Artefact, Labels, Part, Variable
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.change.joint import Change
 from swesbi.persons.change.one_person import OnePerson
@@ -23,7 +21,7 @@ VISIT: Final = "visit"
 
 
 @dataclass(frozen=True)
-class StoredChange:
+class StoredChange(Artefact, kind="change"):
     """The change of a person between two visits, the earlier first.
 
     Attributes:
@@ -72,11 +70,6 @@ class StoredChange:
         )
 
 
-KIND: Final = artefacts.register(
-    "change", artefacts.schema_of(StoredChange), artefacts.labels_of(StoredChange)
-)
-
-
 def stored_change(
     change: Change,
     person: str,
@@ -114,15 +107,6 @@ def stored_change(
         threshold=settings.rule.threshold,
         probability=settings.rule.probability,
     )
-
-
-def read_change(path: Path) -> StoredChange:
-    """Read ``change.h5``.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    return artefacts.from_dataset(StoredChange, artefacts.load(path, KIND)[0])
 
 
 def change_table(change: StoredChange) -> pd.DataFrame:

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final
 
 import numpy as np
 import pandas as pd
 
-from swesbi.artefacts import Labels, Part, Variable, from_groups, labels_of, load, register, schema_of
+from swesbi.artefacts import Labels, Part, Variable
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import median_and_interval
 from swesbi.parameters import THETA_NAMES
+from swesbi.persons.change.groups import infer_change_groups, lacking_draws, member_of_change, unlike_pairs
+from swesbi.persons.change.settings import ChangeGroupsSettings
+from swesbi.persons.change.stored import StoredChange
 from swesbi.persons.cohort.hyperprior import in_rows
 from swesbi.persons.cohort.infer import Inferred
 from swesbi.persons.cohort.result import StoredPopulation
+from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.persons.cohort.stored import drawn_within, of_any_population, of_members
+from swesbi.prior import PriorSettings
+from swesbi.recording.observation import Observation
 
 RATIO, SPREAD, DIFFERENCE = "mean ratio", "spread between persons", "ratio of groups"
 EVERYONE: Final = "all"
@@ -78,7 +83,7 @@ class PersonRatios:
 
 
 @dataclass(frozen=True)
-class ChangeGroups(StoredPopulation):
+class ChangeGroups(StoredPopulation, kind="change_groups"):
     """What has changed in groups, as it is stored.
 
     Attributes:
@@ -112,8 +117,46 @@ class ChangeGroups(StoredPopulation):
         return ratio if group == 0 else np.asarray(ratio * self.population.group_factor[0, :, group - 1])
 
 
-SCHEMA: Final = schema_of(ChangeGroups)
-KIND: Final = register("change_groups", SCHEMA, ("parameter", *labels_of(ChangeGroups)))
+def change_in_groups(
+    changes: Sequence[StoredChange],
+    observations: Sequence[Observation],
+    *,
+    prior: PriorSettings,
+    change_groups: ChangeGroupsSettings,
+    cohort_posterior: HierarchySettings,
+    groups: dict[str, str],
+    left_out: tuple[str, ...],
+    seed: int,
+) -> ChangeGroups:
+    """Infer mean and spread of what has changed in the persons with two visits, and how their groups differ.
+
+    Args:
+        changes: Of each person.
+        observations: Observed curve of each person's earlier visit, in the same order.
+        prior: Of theta.
+        change_groups: Hyperprior, and how many draws are recycled.
+        cohort_posterior: Sizes of the inference.
+        groups: Of the persons who have one, by name.
+        left_out: What is to be said of those who are left out.
+        seed: Of everything.
+
+    Raises:
+        ValueError: There is nobody.
+    """
+    members = [
+        member_of_change(
+            change,
+            replace(observation.context, subject=change.person),
+            groups.get(change.person, ""),
+            change_groups,
+            cohort_posterior.exact.interval,
+            seed,
+        )
+        for change, observation in zip(changes, observations, strict=True)
+    ]
+    inferred = infer_change_groups(members, prior, change_groups, cohort_posterior, seed)
+    few = lacking_draws(inferred, change_groups.least_effective)
+    return stored_groups(inferred, (*left_out, *unlike_pairs(changes), *few))
 
 
 def stored_groups(inferred: Inferred, notes: Sequence[str]) -> ChangeGroups:
@@ -126,15 +169,6 @@ def stored_groups(inferred: Inferred, notes: Sequence[str]) -> ChangeGroups:
         persons=PersonRatios(**of_members(inferred)),
         log_likelihood=inferred.shrunken.log_likelihood[None],
     )
-
-
-def read_change_groups(path: Path) -> ChangeGroups:
-    """Read ``changes_groups.h5``.
-
-    Raises:
-        ArtefactError: The file is no such artefact.
-    """
-    return from_groups(ChangeGroups, {group: load(path, KIND, group)[0] for group in SCHEMA})
 
 
 def change_groups_table(stored: ChangeGroups) -> pd.DataFrame:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -13,22 +12,17 @@ from swesbi.parameters import OF_THETA
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import fit_in_nearest, placed_in
 from swesbi.posterior.hearts import HeartModel
-from swesbi.posterior.result import MCMC, read_exact_posterior
+from swesbi.posterior.result import MCMC, ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import LogitSpace
 from swesbi.prior import PriorSettings, log_density
 
 
-def stored_draws(path: Path) -> tuple[FloatArray, FloatArray]:
-    """Return draws phi (n, d) of ``posterior.h5`` and their log weights (n,), which sum to one.
+def weighted_draws(exact: ExactPosterior) -> tuple[FloatArray, FloatArray]:
+    """Return draws phi (n, d) of a posterior and their log weights (n,), which sum to one.
 
     They are the weighted draws; where the weights failed, the equally weighted ones of MCMC.
-
-    Raises:
-        ArtefactError: The file is not a posterior.
-        KeyError: It is the posterior of an experiment without an exact likelihood.
     """
-    exact = read_exact_posterior(path)
     if exact.sampler == MCMC:
         return exact.phi, np.full(len(exact.phi), -np.log(len(exact.phi)))
     return exact.weighted.phi, exact.weighted.log_weight

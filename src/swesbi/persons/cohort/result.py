@@ -6,24 +6,13 @@ Read without the libraries that made it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import (
-    Labels,
-    Part,
-    Variable,
-    from_groups,
-    labels_of,
-    load,
-    register,
-    schema_of,
-    to_groups,
-)
+from swesbi.artefacts import Artefact, Labels, Part, Variable, to_groups
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 
@@ -84,7 +73,7 @@ class Subjects:
 
 
 @dataclass(frozen=True)
-class StoredPopulation:
+class StoredPopulation(Artefact):
     """What is stored of any population's posterior: what is compared, and how the draws were obtained.
 
     Attributes:
@@ -109,14 +98,24 @@ class StoredPopulation:
         Variable("chain draw", "1", "log density, not normalised, of the logit", "lp", "sample_stats"),
     ]
 
+    labels = {
+        "parameter": list(THETA_NAMES),
+        "limit": ["lower", "median", "upper"],
+        "law": ["centre", "log_sd", "low", "high"],
+    }
+
     @property
     def groups(self) -> tuple[str, ...]:
         """The groups that are compared, the first one first; empty where none are."""
         return (self.first_group, *self.compared_group) if self.compared_group else ()
 
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the groups of the file, with ArviZ's numbers of the only chain and of the draws."""
+        return to_groups(self, {**self.labels, "chain": [0], "draw": np.arange(self.log_posterior.shape[1])})
+
 
 @dataclass(frozen=True)
-class CohortPosterior(StoredPopulation):
+class CohortPosterior(StoredPopulation, kind="cohort_posterior"):
     """The posterior of a cohort as it is stored.
 
     Attributes:
@@ -151,28 +150,3 @@ class CohortPosterior(StoredPopulation):
             "chain draw subject", "1", "log evidence ratio of each recording", "recording", "log_likelihood"
         ),
     ]
-
-
-SCHEMA: Final = schema_of(CohortPosterior)
-KIND: Final = register("cohort_posterior", SCHEMA, ("parameter", *labels_of(CohortPosterior)))
-
-
-def population_groups(posterior: StoredPopulation) -> dict[str, xr.Dataset]:
-    """Return the groups of the artefact of a population."""
-    labels = {
-        "parameter": list(THETA_NAMES),
-        "chain": [0],
-        "draw": np.arange(posterior.log_posterior.shape[1]),
-        "limit": ["lower", "median", "upper"],
-        "law": ["centre", "log_sd", "low", "high"],
-    }
-    return to_groups(posterior, labels)
-
-
-def read_cohort_posterior(path: Path) -> CohortPosterior:
-    """Read ``cohort_posterior.h5``.
-
-    Raises:
-        ArtefactError: The file is not the posterior of a cohort.
-    """
-    return from_groups(CohortPosterior, {group: load(path, KIND, group)[0] for group in SCHEMA})

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final
 
 import numpy as np
 
-from swesbi import artefacts
-from swesbi.artefacts import Labels, Variable
+from swesbi.artefacts import Artefact, Labels, Variable
 from swesbi.base.arrays import FloatArray
 
 NONE: Final = "none"
@@ -49,7 +47,7 @@ class BankPerson:
 
 
 @dataclass(frozen=True)
-class Bank:
+class Bank(Artefact, kind="plan_bank"):
     """Persons of a bank, N of them; attributes as of :class:`BankPerson`."""
 
     arm: Annotated[tuple[str, ...], Labels("arm")]
@@ -88,9 +86,6 @@ class Bank:
         return np.asarray(self.values[ARMS.index(arm)])
 
 
-KIND: Final = artefacts.register("plan_bank", artefacts.schema_of(Bank), artefacts.labels_of(Bank))
-
-
 def bank_of(persons: Sequence[BankPerson]) -> Bank:
     """Return persons in the order of their numbers."""
     ordered = sorted(persons, key=lambda one: one.number)
@@ -104,13 +99,3 @@ def bank_of(persons: Sequence[BankPerson]) -> Bank:
         redrawn=np.array([float(one.redrawn) for one in ordered]),
         **{name: stacked(name) for name in BY_ARM},
     )
-
-
-def read_bank(path: Path) -> tuple[Bank, artefacts.Provenance]:
-    """Read a bank and where it comes from.
-
-    Raises:
-        ArtefactError: The file is none.
-    """
-    dataset, provenance = artefacts.load(path, KIND)
-    return artefacts.from_dataset(Bank, dataset), provenance

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from swesbi.artefacts import UnfitError
-from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.cohort.clinical import ClinicalRow
 from swesbi.recording.cohort.recording_file import read_recording_file
 from swesbi.recording.ingest import ingest
@@ -30,7 +29,7 @@ def observed_curve(
     context: ContextRow,
     clinical_row: ClinicalRow,
     recording: RecordingSettings,
-    measurement: MeasurementSettings,
+    grid_points: int,
     layout: TableLayout,
 ) -> Observation:
     """Read a subject's recording: quality control, mean speed at each phase, E = 3 rho c^2.
@@ -39,9 +38,7 @@ def observed_curve(
         RecordingError: The recording is malformed or too incomplete.
     """
     samples = read_samples(table, recording.phases, recording.density_kg_m3, layout, context.subject)
-    observed = ingest(
-        samples, context.to_context(), recording, measurement.grid_points, clinical_row.to_measures()
-    )
+    observed = ingest(samples, context.to_context(), recording, grid_points, clinical_row.to_measures())
     LOGGER.info("%s", _account(observed))
     for sentence in phases_left_out(samples, recording):
         LOGGER.warning("subject %s: %s", context.subject, sentence)

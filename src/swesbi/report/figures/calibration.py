@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
+from swesbi.checks.calibration.dataset import Calibration
 from swesbi.checks.calibration.ranks import (
     NETWORK,
     QUANTITY_NAMES,
@@ -25,7 +25,17 @@ from swesbi.checks.calibration.ranks import (
     central_level,
 )
 from swesbi.checks.calibration.settings import JudgementSettings
-from swesbi.checks.calibration.table import C2ST, LOCAL, POOLED, SBC, TARP, band, points, uniformity
+from swesbi.checks.calibration.table import (
+    C2ST,
+    LOCAL,
+    POOLED,
+    SBC,
+    TARP,
+    CalibrationTable,
+    band,
+    points,
+    uniformity,
+)
 from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, PHI_NAMES, PHI_SYMBOLS
 from swesbi.report.figures.style import (
     CMAES,
@@ -33,6 +43,7 @@ from swesbi.report.figures.style import (
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
+    Drawing,
     in_percent,
     new_figure,
     shared_legend,
@@ -74,14 +85,28 @@ class CalibrationCase:
     max_k_hat: float
 
 
-def draw_calibration(case: CalibrationCase, cohort_title: str, experiment: str) -> Figure:
+def draw_calibration(
+    calibration: Calibration,
+    table: CalibrationTable,
+    *,
+    judgement: JudgementSettings,
+    max_k_hat: float,
+    experiment: str,
+    cohort_title: str,
+) -> Drawing:
     """Draw the ranks of each quantity, a panel each, then coverage, weights and local calibration.
 
     Args:
-        case: What is shown.
-        cohort_title: What the subjects are ("virtual volunteers").
+        calibration: Recordings of known parameters.
+        table: ``calibration.csv``.
+        judgement: What is asked.
+        max_k_hat: Pareto shape above which weights are not used.
         experiment: Name of the experiment.
+        cohort_title: What the subjects are ("virtual volunteers").
     """
+    own, acquired = calibration.own, calibration.acquired
+    ranked = {"own": own.ranked, "acquired": acquired.ranked, "local": calibration.local}
+    case = CalibrationCase(ranked, own.diagnostics, table, judgement, max_k_hat)
     with style():
         of_ranks = math.ceil(len(QUANTITY_NAMES) / GRID_COLUMNS)
         rows = of_ranks + math.ceil(len(PANELS) / GRID_COLUMNS)

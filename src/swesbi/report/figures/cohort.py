@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,12 +15,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 from numpy.typing import NDArray
 
+from swesbi.artefacts import UnfitError
+from swesbi.artefacts.typed import BySubject
+from swesbi.checks.recovery import Truths
 from swesbi.parameters import PHI_LABELS, PHI_NAMES, REPORTED, THETA_NAMES
 from swesbi.prior import JointPriorSettings, quantile
+from swesbi.recording.settings import ContextRow
 from swesbi.report.figures.style import (
     OBSERVED,
     PRIOR,
     STATUS_COLORS,
+    Drawing,
     in_percent,
     new_figure,
     plain_decades,
@@ -28,9 +34,10 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent, fixed, share
-from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR
-from swesbi.verdict.verdict import STATUSES
+from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR, CohortTable, cohort_table, is_exact, told_of
+from swesbi.verdict.verdict import STATUSES, Verdict
 
+LOGGER = logging.getLogger("swesbi")
 FloatArray = NDArray[np.float64]
 WIDTH_IN: Final = 7.2
 HEIGHT_IN: Final = 8.0
@@ -75,6 +82,52 @@ class Overview:
         """The prior's central 90 % of each parameter that is reported; shape (2, 4)."""
         levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(self.prior.names), axis=1)
         return quantile(levels, self.prior)[:, REPORTED]
+
+
+class CohortShown(NamedTuple):
+    """Every subject of a cohort, in one table and one figure."""
+
+    cohort: CohortTable
+    figure: Drawing
+
+
+def population_cohort(
+    verdicts: BySubject[Verdict],
+    truth: Truths | None,
+    *,
+    cohort_contexts: tuple[ContextRow, ...],
+    refused: dict[str, str],
+    joint_prior: JointPriorSettings,
+    interval: float,
+    cohort_title: str,
+    experiment: str,
+) -> CohortShown:
+    """Tabulate and draw every subject of a cohort as a population's network answers it.
+
+    Args:
+        verdicts: Of every subject that is answered.
+        truth: True parameters of a generated cohort.
+        cohort_contexts: All subjects, in the cohort's order.
+        refused: Reasons, by subject.
+        joint_prior: Drawn for scale.
+        interval: Mass of the credible intervals.
+        cohort_title: What the subjects are called.
+        experiment: Name of the experiment.
+
+    Raises:
+        UnfitError: A verdict is not of an experiment on speeds.
+        ArtefactError: A subject has neither an answer nor a reason.
+    """
+    answers = {}
+    for subject, verdict in verdicts.items():
+        if not is_exact(verdict):
+            raise UnfitError("verdicts", f"that of {subject} is not of an experiment on speeds")
+        answers[subject] = told_of(verdict)
+    table = cohort_table([row.to_context() for row in cohort_contexts], answers, refused)
+    overview = Overview(table, truth or {}, joint_prior, interval)
+    counts = table["status"].value_counts()
+    LOGGER.info("%s", ", ".join(f"{counts[name]} {name}" for name in OUTCOMES if name in counts))
+    return CohortShown(table, draw_cohort(overview, cohort_title, experiment))
 
 
 def draw_cohort(overview: Overview, cohort_title: str, experiment: str) -> Figure:

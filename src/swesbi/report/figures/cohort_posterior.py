@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
@@ -25,6 +24,7 @@ from swesbi.report.figures.style import (
     STATUS_COLORS,
     STRAINED,
     TRUTH,
+    Drawing,
     new_figure,
     plain,
     plain_decades,
@@ -46,19 +46,19 @@ MOST_DRAWN: Final = 40
 GROUP_COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, STRAINED, OBSERVED)
 
 
-def draw_cohort_posterior(posterior: CohortPosterior, cohort_title: str) -> Figure:
+def draw_cohort_posterior(cohort_posterior: CohortPosterior, *, cohort_title: str) -> Drawing:
     """Draw a panel a parameter: every subject alone and within the population, over the population's band.
 
     Where groups are compared, each parameter's median by group and their ratio follow below.
 
     Args:
-        posterior: The posterior of the cohort.
+        cohort_posterior: The posterior of the cohort.
         cohort_title: What the subjects are ("virtual volunteers").
     """
     posterior = replace(
-        posterior,
-        first_group=plain(posterior.first_group),
-        compared_group=tuple(map(plain, posterior.compared_group)),
+        cohort_posterior,
+        first_group=plain(cohort_posterior.first_group),
+        compared_group=tuple(map(plain, cohort_posterior.compared_group)),
     )
     shown = min(len(posterior.subject), MOST_DRAWN)
     first = ROW_HEIGHT_IN * shown + FRAME_HEIGHT_IN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, PowerNorm
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.stats import chi2
 
+from swesbi.checks.identifiability.tables import Identifiability
 from swesbi.heart.model import isometric_share, isometric_stiffness_kpa
 from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS
 from swesbi.report.figures.style import (
@@ -25,6 +27,7 @@ from swesbi.report.figures.style import (
     OBSERVED,
     PRIOR,
     TEXT_WIDTH_IN,
+    Drawing,
     columns,
     label_outer,
     new_figure,
@@ -49,13 +52,14 @@ TOP_INCREASE: Final = 0.6  # the end of the colour scale: a phase without which 
 DOT_AREA: Final = 30.0  # points^2 at the end of the colour scale
 
 
-def draw_identifiability(groups: dict[str, xr.Dataset], cohort_title: str) -> Figure:
+def draw_identifiability(identifiability: Identifiability, *, cohort_title: str) -> Drawing:
     """Draw a profile and a heat map for each subject.
 
     Args:
-        groups: Of ``identifiability.h5``: root, profile, phases.
+        identifiability: The study of a cohort.
         cohort_title: What the subjects are ("virtual volunteers").
     """
+    groups = identifiability.groups
     names = [str(name) for name in groups["/"]["subject"].to_numpy()]
     with style():
         height = FRAME_HEIGHT_IN + 2.0 * PANEL_HEIGHT_IN * rows(len(names))
@@ -68,7 +72,7 @@ def draw_identifiability(groups: dict[str, xr.Dataset], cohort_title: str) -> Fi
     return figure
 
 
-def _draw_profiles(figure: SubFigure, groups: dict[str, xr.Dataset], names: list[str]) -> None:
+def _draw_profiles(figure: SubFigure, groups: Mapping[str, xr.Dataset], names: list[str]) -> None:
     panels, profile = panel_grid(figure, len(names)), groups["profile"]
     levels = profile["confidence_level"].to_numpy()
     for index, (axes, name) in enumerate(zip(panels, names, strict=True)):
@@ -108,7 +112,7 @@ def axes_range(values: FloatArray) -> tuple[float, float]:
 
 
 def _limits(
-    groups: dict[str, xr.Dataset], levels: FloatArray
+    groups: Mapping[str, xr.Dataset], levels: FloatArray
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return common limits of k_ATP and of k_0: every subject's widest region."""
     profile = groups["profile"]

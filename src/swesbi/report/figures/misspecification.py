@@ -11,7 +11,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, AlarmRow
+from swesbi.artefacts.typed import BySubject
+from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, AlarmRow, AlarmTable
 from swesbi.population.recordings import ACQUIRED, OWN
 from swesbi.report.figures.style import (
     CMAES,
@@ -19,11 +20,13 @@ from swesbi.report.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     TRUTH,
+    Drawing,
     new_figure,
     style,
     titled,
 )
 from swesbi.report.numbers import as_percent
+from swesbi.report.results import records
 from swesbi.verdict.checks import TESTS
 from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 
@@ -54,6 +57,14 @@ LABELS: Final = {
     "end_systolic_volume": "LVESV (z)",
     "ejection_time": "LVET (z)",
 }
+
+
+def misspecification_figure(
+    table: AlarmTable, verdicts: BySubject[Verdict], *, cohort_title: str, strained_level: float
+) -> Drawing:
+    """Draw every subject's p-values and verdict, and below them how often the tests raise an alarm."""
+    rows = [AlarmRow(**{str(name): value for name, value in row.items()}) for row in records(table)]
+    return draw_misspecification(dict(verdicts), rows, strained_level, cohort_title)
 
 
 def draw_misspecification(

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from swesbi.artefacts.csv import checked, read_csv
+from swesbi.artefacts.csv import Table
 from swesbi.checks.calibration.ranks import NETWORK, SAMPLERS, WEIGHTED
 from swesbi.context import CONTEXT, Context, sphere_radius_m
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
@@ -30,6 +29,7 @@ from swesbi.report.figures.style import (
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
+    Drawing,
     in_percent,
     new_figure,
     plain,
@@ -62,9 +62,15 @@ PANEL_COLUMNS: Final = 3
 HEIGHT_IN: Final = 7.0
 MARGIN_FRACTION: Final = 0.06
 """How far an axis reaches beyond everything shown, so that the limits of the declared range are seen."""
-STRATA_COLUMNS: Final = (
-    "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "median_efficiency",
+STRATA: Final = Table(
+    columns=(
+        "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n",
+        "median_efficiency",
+    ),
+    row="stratum",
 )  # fmt: skip
+StrataTable = Annotated[pd.DataFrame, STRATA]
+"""``strata.csv``."""
 NAMES: Final = {"all": "all", "sex F": "female", "sex M": "male"}
 QUANTITIES: Final = {
     "age_years": ("age", "years"),
@@ -218,15 +224,6 @@ def _legend(drawn: Sequence[DrawnContext], cohort_title: str) -> list[Line2D | P
     return [*people, cohort, outside]
 
 
-def read_strata(path: Path) -> pd.DataFrame:
-    """Read ``strata.csv``.
-
-    Raises:
-        ArtefactError: A column or every row is missing.
-    """
-    return checked(read_csv(path), path, STRATA_COLUMNS, "stratum")
-
-
 def stratum_label(name: str) -> str:
     """Return a stratum in words: "age_years 18 to 40" as "age 18 to 40 years"."""
     quantity, _, limits = name.partition(" ")
@@ -236,18 +233,18 @@ def stratum_label(name: str) -> str:
     return f"{word} {limits} {unit}".rstrip() if unit else f"{word} {_as_percent(limits)}"
 
 
-def draw_strata(table: pd.DataFrame, interval: float, experiment: str) -> Figure:
+def draw_strata(strata: StrataTable, *, interval: float, experiment: str) -> Drawing:
     """Draw a panel a parameter and one for the efficiency, a row a stratum.
 
     Args:
-        table: Rows of ``strata.csv``.
+        strata: ``strata.csv``.
         interval: Nominal level that is shown.
         experiment: Name of the experiment.
 
     Raises:
         ValueError: The table has no rows at that level.
     """
-    shown = table[np.isclose(table["nominal"], interval)]
+    shown = strata[np.isclose(strata["nominal"], interval)]
     if shown.empty:
         raise ValueError(f"no coverage of {as_percent(interval)} intervals is in the table of strata")
     names = list(dict.fromkeys(shown["stratum"]))

@@ -7,9 +7,9 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from swesbi.checks.pressures import RESISTANCE
+from swesbi.artefacts import UnfitError
+from swesbi.checks.pressures import RESISTANCE, PressuresTable
 from swesbi.heart.physiology import TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import NUISANCES, PHI, SHOWN
 from swesbi.report.figures.style import (
@@ -17,6 +17,7 @@ from swesbi.report.figures.style import (
     POSTERIOR,
     PRIOR,
     TEXT_WIDTH_IN,
+    Drawing,
     new_figure,
     plain,
     shared_legend,
@@ -41,13 +42,20 @@ LOOKS: Final[dict[str, dict[str, Any]]] = {
 }
 
 
-def draw_pressures(table: pd.DataFrame, cohort_title: str) -> Figure:
+def draw_pressures(table: PressuresTable, *, experiment: str, cohort_title: str) -> Drawing:
     """Draw medians and intervals without and with pressures, a panel a quantity and a row a subject.
 
     Args:
-        table: The rows of ``pressures.csv``, of one experiment.
+        table: ``pressures.csv``.
+        experiment: Whose rows are drawn.
         cohort_title: What the subjects are ("virtual volunteers").
+
+    Raises:
+        UnfitError: The table has no row of the experiment.
     """
+    table = table[table["experiment"] == experiment]
+    if table.empty:
+        raise UnfitError("table", f"holds no {experiment}; delete it and rerun")
     subjects = list(dict.fromkeys(table["subject"]))[:MOST_DRAWN]
     with style():
         figure = new_figure(WIDTH_IN, 2 * (ROW_HEIGHT_IN * len(subjects) + FRAME_HEIGHT_IN))

@@ -23,6 +23,7 @@ from swesbi.report.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     TRUTH,
+    Drawing,
     in_percent,
     new_figure,
     plain,
@@ -51,6 +52,11 @@ MEAN: Final[dict[str, Any]] = {
     "capsize": 1.5,
     "zorder": 4,
 }
+
+
+def noise_figure(noise: CohortNoise, *, cohort_title: str) -> Drawing:
+    """Draw the variance components, of each recording and of the cohort."""
+    return draw_noise(noise, cohort_title)
 
 
 def draw_noise(

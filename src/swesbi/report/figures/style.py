@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -126,6 +126,18 @@ def save_figure(figure: Figure, *paths: Path) -> None:
         with style(), atomic_path(path) as temporary:
             dpi = min(PNG_DPI, MAX_PIXELS / max(figure.get_size_inches()))
             figure.savefig(temporary, dpi=dpi, metadata=NO_TIMESTAMP[path.suffix])
+
+
+class Saved:
+    """The format of a figure."""
+
+    def write(self, figure: Figure, path: Path) -> None:
+        """Write a figure as :func:`save_figure` does."""
+        save_figure(figure, path)
+
+
+Drawing = Annotated[Figure, Saved()]
+"""A figure that is a file, or one of each suffix."""
 
 
 def columns(panels: int) -> int:

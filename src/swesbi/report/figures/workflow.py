@@ -7,18 +7,27 @@ them, and the arrows; :mod:`swesbi.report.figures.workflow_panels` draws each.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path as MplPath
 
+from swesbi.artefacts.typed import ByPlace, BySubject, Place
+from swesbi.checks.predictive import PredictiveCheck
 from swesbi.context import Context
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.training_tables import TrainingTable
 from swesbi.parameters import THETA
+from swesbi.posterior.truncated import Posterior
+from swesbi.prior import PriorSettings
+from swesbi.recording.observation import Observation
 from swesbi.report.figures import workflow_panels
-from swesbi.report.figures.style import TEXT_WIDTH_IN, mark_excluded, new_figure, plain, style
+from swesbi.report.figures.style import TEXT_WIDTH_IN, Drawing, mark_excluded, new_figure, plain, style
+from swesbi.verdict.verdict import Verdict
 
 HEIGHT_IN: Final = 3.52
 TITLE_PT: Final = 6.2
@@ -61,6 +70,57 @@ RECORDING_BOX: Final = Box(0.24, ROW_B, 0.92)
 OBSERVED_BOX: Final = Box(1.42, ROW_B, 1.20)
 POSTERIOR_BOX: Final = Box(3.02, ROW_B, 0.60)
 CHECK_BOX: Final = Box(3.88, ROW_B, 0.84)
+
+
+def workflow_figure(
+    pool: Pool,
+    training: TrainingTable,
+    observations: BySubject[Observation],
+    predictives: ByPlace[PredictiveCheck],
+    posteriors: ByPlace[Posterior],
+    verdicts: ByPlace[Verdict],
+    *,
+    cohort_title: str,
+    prior: PriorSettings,
+    estimator_model: str,
+) -> Drawing:
+    """Draw the workflow with the first subject of ``verdicts`` whose posterior may be interpreted.
+
+    Where there is none the first one is shown, marked as excluded: by its candidates, filtered by no bound.
+    """
+    judged = dict(verdicts)
+    place = shown_subject(judged)
+    posterior, verdict = posteriors[place], judged[place]
+    candidates = posterior.unfiltered[np.all(np.isfinite(posterior.unfiltered), axis=1)]
+    rows = pool.subject_index == pool.subjects.index(place.subject)
+    picture = workflow_panels.WorkflowPicture(
+        subject=place.subject,
+        context=observations[place.subject].context,
+        prior=prior,
+        check=predictives[place],
+        components=pool.components.names,
+        pool_z=pool.z[rows].astype(np.float64),
+        sample_z=pool.z[rows & (pool.draw_index == pool.draw_index[rows].min())].astype(np.float64),
+        z_obs=pool.observed_z(place.subject),
+        theta=posterior.theta if verdict.may_be_read else candidates,
+        verdict=verdict,
+        history=training,
+        estimator=estimator_model.upper(),
+        subjects=len(pool.subjects),
+        rows=len(pool.z),
+    )
+    return draw_workflow(picture, cohort_title)
+
+
+def shown_subject(verdicts: Mapping[Place, Verdict]) -> Place:
+    """Return the first subject whose posterior may be interpreted, or the first where there is none.
+
+    Raises:
+        ValueError: There is no subject.
+    """
+    if not verdicts:
+        raise ValueError("no subject to draw: the cohort is empty")
+    return next((place for place, verdict in verdicts.items() if verdict.may_be_read), next(iter(verdicts)))
 
 
 def draw_workflow(picture: workflow_panels.WorkflowPicture, cohort_title: str) -> Figure:

@@ -17,6 +17,7 @@ from swesbi.report.page.figures import PagePart, figures_of, further_figures
 from swesbi.report.page.files import Figure, figure
 from swesbi.report.page.forest import svg_symbols
 from swesbi.report.page.landing import Landing
+from swesbi.report.page.names import LANDING
 from swesbi.report.page.sections import (
     Facts,
     Section,
@@ -38,7 +39,6 @@ from swesbi.report.tables.experiments import (
 )
 from swesbi.report.tables.validation import StoredValidation
 
-LANDING: Final = "index"
 TEMPLATES: Final = (
     "templates/index.html", "templates/method.html", "templates/checks.html", "templates/paper.html",
     "templates/files.html", "templates/layout.html", "templates/validation.html", "templates/macros.html",

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 import pandas as pd
 
+from swesbi.artefacts.csv import Table
 from swesbi.report.paper import design, measures
 from swesbi.report.paper.measured import Findings, Measure, Measured, StudyResults, differ, shown
 from swesbi.report.paper.values import PaperNumber
@@ -20,6 +21,12 @@ ONE_PHASE: Final = 0.05
 """A coverage counts phases of a cycle, of which the paper has 20."""
 COLUMNS: Final = ("quantity", "paper", "this_study", "note", "origin")
 STATEMENT_COLUMNS: Final = ("statement", "paper", "this_study", "agrees", "origin")
+COMPARISON: Final = Table(columns=COLUMNS, texts=COLUMNS)
+ComparisonTable = Annotated[pd.DataFrame, COMPARISON]
+"""``paper_comparison.csv``, as it was written."""
+STATEMENTS: Final = Table(columns=STATEMENT_COLUMNS, texts=STATEMENT_COLUMNS)
+StatementsTable = Annotated[pd.DataFrame, STATEMENTS]
+"""``statements.csv``, as it was written."""
 FOUND: Final = "found"
 DESIGNED: Final = "designed"
 MAIN: Final = "experiment."

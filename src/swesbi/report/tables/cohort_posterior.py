@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
 from swesbi.parameters import THETA
-from swesbi.persons.cohort.result import NOTE_SEPARATOR, CohortPosterior, read_cohort_posterior
+from swesbi.persons.cohort.result import NOTE_SEPARATOR, CohortPosterior
 from swesbi.persons.cohort.table import (
     FACTOR,
     GROUP_FACTOR,
@@ -55,19 +54,6 @@ class CohortSection:
 
     sentences: tuple[str, ...]
     tables: Mapping[str, Table]
-
-
-def cohort_sections(posteriors: Sequence[Path], title: str) -> dict[str, CohortSection]:
-    """Return what is shown of each experiment's cohort, by the experiment's name.
-
-    Args:
-        posteriors: ``cohort_posterior.h5`` of each experiment, in its folder.
-        title: What the subjects are ("virtual volunteers").
-
-    Raises:
-        ArtefactError: A file is not the posterior of a cohort.
-    """
-    return {path.parent.name: cohort_section(read_cohort_posterior(path), title) for path in posteriors}
 
 
 def cohort_section(posterior: CohortPosterior, title: str) -> CohortSection:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations, product
-from pathlib import Path
 from typing import Any, Final
 
 import pandas as pd
 
-from swesbi.artefacts.csv import checked, read_csv
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.numbers import (
     MISSING,
@@ -178,15 +176,6 @@ def training_table(experiments: Sequence[Experiment]) -> Table:
         rows.append({**best, "experiment": experiment.name, "epochs": len(losses), "last": last})
     note = "Loss: mean of −log q(θ | z) over the rows of the pool."
     return Table("Training of the estimators.", pd.DataFrame(rows), TRAINING, note)
-
-
-def read_as_written(path: Path, columns: Sequence[str]) -> pd.DataFrame:
-    """Read a table of text as it was written.
-
-    Raises:
-        ArtefactError: A column is missing.
-    """
-    return checked(read_csv(path, columns), path, columns)
 
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:

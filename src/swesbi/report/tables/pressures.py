@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Final
 
 import pandas as pd
 
-from swesbi.artefacts.csv import checked, read_csv
-from swesbi.checks.pressures import COLUMNS, RESISTANCE
+from swesbi.checks.pressures import RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import NUISANCES, PHI, SHOWN
 from swesbi.report.numbers import MISSING, fixed
@@ -33,29 +31,11 @@ NOTE: Final = (
 )
 
 
-def read_pressures(path: Path) -> pd.DataFrame:
-    """Read ``pressures.csv``.
-
-    Raises:
-        ArtefactError: A column or every row is missing.
-        FileNotFoundError: There is no such file.
-    """
-    return checked(read_csv(path), path, COLUMNS, row="subject")
-
-
-def pressures_of(paths: Sequence[Path], experiment: str) -> pd.DataFrame | None:
-    """Return the rows of an experiment in the table, if there is one and has any.
-
-    Args:
-        paths: ``pressures.csv``, or none.
-        experiment: Name of the experiment.
-
-    Raises:
-        ArtefactError: It is no such table.
-    """
-    tables = [read_pressures(path) for path in paths]
-    rows = [table[table["experiment"] == experiment] for table in tables]
-    return next((part for part in rows if len(part)), None)
+def pressures_of(table: pd.DataFrame | None, experiment: str) -> pd.DataFrame | None:
+    """Return the rows of an experiment in ``pressures.csv``, if there is one and has any."""
+    if table is None or experiment not in set(table["experiment"]):
+        return None
+    return table[table["experiment"] == experiment]
 
 
 def pressures_table(table: pd.DataFrame, cohort_title: str) -> Table:

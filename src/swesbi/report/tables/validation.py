@@ -6,13 +6,12 @@ is of. matplotlib is not imported.
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
 import pandas as pd
 
-from swesbi.artefacts import ArtefactError
-from swesbi.artefacts.csv import checked, read_csv
+from swesbi.artefacts import UnfitError
+from swesbi.artefacts.csv import Table as Format
 from swesbi.report.numbers import percent, span
 from swesbi.report.table import MARK, MUTED, Cell, Column, Strong, Table, words
 from swesbi.report.tables.validation_outcomes import (
@@ -38,6 +37,11 @@ COLUMNS: Final = (
 )  # fmt: skip
 OF_SITTING: Final = ("sitting", "date", "model")
 """Its number, the day on which it ended, and what was changed of the model before it."""
+VALIDATION: Final = Format(columns=COLUMNS, row="generator")
+"""``validation.csv``: one row a generator and quantity."""
+SITTINGS: Final = Format(columns=(*OF_SITTING, *COLUMNS), row="sitting")
+SittingsTable = Annotated[pd.DataFrame, SITTINGS]
+"""The stored table of all sittings."""
 COMPARED: Final = 2
 """The sitting whose width of k_SR on (a) later ones are compared with."""
 NOTE: Final = (
@@ -58,46 +62,24 @@ class StoredValidation(NamedTuple):
     table: Table
 
 
-def read_validation(path: Path) -> pd.DataFrame:
-    """Read a table of the validation, one row a generator and quantity.
-
-    Raises:
-        ArtefactError: A column or every row is missing.
-        FileNotFoundError: There is no such file.
-    """
-    return checked(read_csv(path), path, COLUMNS, row="generator")
-
-
-def read_sittings(path: Path) -> pd.DataFrame:
-    """Read the stored table of all sittings, in the order of their numbers.
-
-    Raises:
-        ArtefactError: A column or every row is missing.
-        FileNotFoundError: There is no such file.
-    """
-    table = checked(read_csv(path), path, (*OF_SITTING, *COLUMNS), row="sitting")
-    return table.sort_values("sitting", kind="stable")
-
-
 def letters(rows: pd.DataFrame) -> frozenset[str]:
     """Return the letters of the generators that were asked."""
     return frozenset(rows["generator"].str.partition(":")[0]) - {POOLED}
 
 
-def stored_validation(path: Path) -> StoredValidation:
+def shown_validation(table: pd.DataFrame) -> StoredValidation:
     """Return what the page shows: the last sitting that asked every generator that any sitting asked.
 
     Args:
-        path: The stored table of all sittings.
+        table: The stored table of all sittings.
 
     Raises:
-        ArtefactError: It is no such table, or no sitting of it is whole.
+        UnfitError: No sitting of it is whole.
     """
-    table = read_sittings(path)
     whole = [rows for _, rows in table.groupby("sitting") if letters(rows) == letters(table)]
     if not whole:
         named = ", ".join(sorted(letters(table)))
-        raise ArtefactError(f"no sitting of the validation asked all generators, {named}")
+        raise UnfitError("validation", f"no sitting of the validation asked all generators, {named}")
     shown = whole[-1]
     number, date, model = shown.iloc[0][list(OF_SITTING)]
     caption = f"The validation of the shipped study: round {number}, {date}; {model}."

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import numpy as np
 
 from swesbi.artefacts import (
+    Artefact,
     ArtefactError,
     Labels,
     Part,
@@ -19,12 +20,10 @@ from swesbi.artefacts import (
     Variable,
     build_dataset,
     from_rows,
-    load,
-    register,
-    save,
     schema_of,
     stacked_values,
 )
+from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.measurement.operator import passive_shape
@@ -93,45 +92,50 @@ class StoredHeart:
 
 
 SCHEMA: Final = schema_of(StoredHeart, ALONG)["/"]
-KIND: Final = register("exam_hearts", {"/": SCHEMA}, ("parameter", "own_parameter", Labels(ALONG, "subject")))
 
 
-def save_hearts(hearts: Sequence[StoredHeart], path: Path, seed: int, settings: dict[str, Any]) -> None:
-    """Write hearts of one letter; the curves in single precision, which is far finer than any recording.
+@dataclass(frozen=True)
+class HeartsOfLetter(Artefact, kind="exam_hearts"):
+    """Hearts of one letter, of all streams; at least one, all with the same other parameters.
 
-    Args:
-        hearts: At least one, all with the same other parameters.
-        path: File to write.
-        seed: The study's seed.
-        settings: What the hearts depend on besides, as plain data.
-
-    Raises:
-        ArtefactError: The file cannot be written.
+    Attributes:
+        hearts: In the order in which they were drawn.
+        made: Seed of the study, and what the hearts depend on besides.
     """
-    values = stacked_values(hearts)["/"]
-    single = {
-        name: value.astype(np.float32) for name, value in values.items() if "cycle" in SCHEMA[name].dims
-    }
-    labels = {
-        "subject": (ALONG, [heart.context.subject for heart in hearts]),
-        "parameter": list(THETA_NAMES),
-        "own_parameter": list(hearts[0].own_names),
-        "cycle": hearts[0].beat.phase,
-    }
-    dataset = build_dataset(SCHEMA, values | single, labels)
-    save(path, dataset, Provenance(KIND, seed=seed, settings=settings))
 
+    hearts: Sequence[StoredHeart]
+    made: Provenance
 
-def load_hearts(path: Path) -> tuple[list[StoredHeart], Provenance]:
-    """Read the hearts of one letter, of all streams, and where they come from.
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
 
-    Raises:
-        ArtefactError: The file is missing, damaged or of another kind.
-    """
-    dataset, provenance = load(path, KIND)
-    subjects = [str(name) for name in dataset["subject"].to_numpy()]
-    rows = from_rows(StoredHeart, _in_double(dataset), ALONG, **{"context.subject": subjects})
-    return rows, provenance
+    @classmethod
+    def required_labels(cls) -> tuple[Labels, ...]:
+        """Return the names of the parameters and of the hearts."""
+        return (Labels("parameter"), Labels("own_parameter"), Labels(ALONG, "subject"))
+
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content; curves in single precision, which is far finer than any recording."""
+        values = stacked_values(self.hearts)["/"]
+        single = {
+            name: value.astype(np.float32) for name, value in values.items() if "cycle" in SCHEMA[name].dims
+        }
+        labels = {
+            "subject": (ALONG, [heart.context.subject for heart in self.hearts]),
+            "parameter": list(THETA_NAMES),
+            "own_parameter": list(self.hearts[0].own_names),
+            "cycle": self.hearts[0].beat.phase,
+        }
+        return {"/": build_dataset(SCHEMA, values | single, labels)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> HeartsOfLetter:
+        """Return what the group of a file holds, and where it comes from."""
+        subjects = [str(name) for name in groups["/"]["subject"].to_numpy()]
+        rows = from_rows(StoredHeart, _in_double(groups["/"]), ALONG, **{"context.subject": subjects})
+        return cls(rows, made)
 
 
 def _in_double(dataset: xr.Dataset) -> xr.Dataset:
@@ -199,12 +203,12 @@ def _by_stream(path: Path, letter: str) -> Mapping[StreamKey | None, OtherHeart]
         raise ArtefactError(
             f"{path}: no such file; make it: .venv/bin/python data/other_hearts/make.py {letter} {path}"
         )
-    stored, provenance = load_hearts(path)
-    if provenance.settings.get("letter") != letter:
-        raise ValueError(f"{path}: holds hearts of {provenance.settings.get('letter')!r}, not of {letter!r}")
+    stored = HeartsOfLetter.read(path)
+    if (there := stored.made.settings.get("letter")) != letter:
+        raise ValueError(f"{path}: holds hearts of {there!r}, not of {letter!r}")
     return {
-        _key(seed_sequence(provenance.seed, heart.stream, letter, heart.number)): heart.other_heart()
-        for heart in stored
+        _key(seed_sequence(stored.made.seed, heart.stream, letter, heart.number)): heart.other_heart()
+        for heart in stored.hearts
     }
 
 
@@ -214,7 +218,7 @@ def _key(sequence: np.random.SeedSequence) -> StreamKey:
 
 def _there(path: Path) -> str:
     """Say which hearts a file holds."""
-    stored, provenance = load_hearts(path)
-    counts = Counter(heart.stream for heart in stored)
+    stored = HeartsOfLetter.read(path)
+    counts = Counter(heart.stream for heart in stored.hearts)
     streams = ", ".join(f"{count} of {stream!r}" for stream, count in counts.items())
-    return f"{streams}, of seed {provenance.seed}"
+    return f"{streams}, of seed {stored.made.seed}"

@@ -3,87 +3,106 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from pydantic import Field
 from scipy.special import stdtrit
 
-from swesbi.artefacts import ArtefactError, Origin
-from swesbi.artefacts.csv import write_csv
+from swesbi.artefacts.typed import BySubject
+from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
 from swesbi.checks.draws import score_theta
 from swesbi.checks.recovery import NothingRecoveredError, recover, score_recovery
-from swesbi.checks.settings import PredictiveSettings
-from swesbi.measurement.likelihood import MeasuredSubject, read_measured_subjects
-from swesbi.networks.paper.estimator import Checkpoint, load_checkpoints
+from swesbi.checks.settings import PredictiveSettings, RecoverySettings
+from swesbi.checks.synthetic_recovery import posterior_seed, synthetic_recordings
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
+from swesbi.measurement.operator import PassiveBaseline
+from swesbi.measurement.settings import MeasurementSettings, SummarySettings
+from swesbi.networks import training_tables
+from swesbi.networks.paper.estimator import Checkpoint, Checkpoints
 from swesbi.networks.paper.maf import draw_candidates, draw_until, losses
-from swesbi.networks.paper.pool import read_pool
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.settings import ObservationModelSettings
+from swesbi.networks.training_tables import EpochsTable
 from swesbi.parameters import THETA_NAMES
-from swesbi.prior import in_bounds, prior_variance
-from swesbi.report import training_tables
+from swesbi.prior import PriorSettings, in_bounds, prior_variance
+from swesbi.recording.observation import Observation
 from swesbi.seeds import integer_seed
-from swesbi.study.stages import inference
-from swesbi.study.stages.origin import by_key
 from swesbi.verdict.settings import SupportSettings
-from swesbi.verdict.verdict import read_verdict
+from swesbi.verdict.verdict import Verdict
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 EpochRow = dict[str, object]
 
 
-class EpochsStageSettings(inference.RecoveryStageSettings):
-    """What the study over epochs depends on; recovery is that of the experiment."""
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked of every checkpoint."""
 
+    prior: PriorSettings
+    forward_model: ForwardModelSettings
+    recovery: RecoverySettings
     support: SupportSettings
     predictive: PredictiveSettings
-    candidate_draws: int = Field(ge=1, description="draws from each checkpoint for a subject, at most")
+    candidate_draws: int
+    seed: int
 
 
-def epochs(
+def inference_by_epoch(
+    pool: Pool,
+    checkpoints: Checkpoints,
+    observations: tuple[Observation, ...],
+    passives: BySubject[PassiveBaseline],
+    verdicts: BySubject[Verdict],
     *,
-    pool: Path,
-    checkpoints: Path,
-    observations: Sequence[Path],
-    passives: Sequence[Path],
-    verdicts: Sequence[Path],
-    epochs: Path,
-    settings: EpochsStageSettings,
-    origin: Origin,
-) -> None:
-    """Write what each checkpoint of a training says of synthetic recordings and of the subjects.
+    prior: PriorSettings,
+    forward_model: ForwardModelSettings,
+    measurement: MeasurementSettings,
+    summary: SummarySettings,
+    observation_model: ObservationModelSettings,
+    recovery: RecoverySettings,
+    support: SupportSettings,
+    predictive: PredictiveSettings,
+    candidate_draws: int,
+    seed: int,
+) -> EpochsTable:
+    """Tell what each checkpoint of a training says of synthetic recordings and of the subjects.
 
     Recordings and draws are those of the recovery and of the posteriors, so the rows of the best epoch
     agree with the experiment's own results, save that the posterior sd is of the first draws, not of all.
     Whose posterior may be interpreted is the study's verdict.
 
     Raises:
-        ArtefactError: An input does not fit the others.
+        UnfitError: An input does not fit the others.
     """
-    data, (nets, _) = read_pool(pool), load_checkpoints(checkpoints)
-    subjects = read_measured_subjects(observations, passives, settings.measurement)
-    readable = {key.subject: read_verdict(path).may_be_read for key, path in by_key(verdicts).items()}
-    if missing := [s.observation.subject for s in subjects if s.observation.subject not in readable]:
-        raise ArtefactError(f"no verdict of subject {missing[0]} is given")
-    truth, raw = inference.synthetic_recordings(subjects, settings, origin.seed)
-    z = data.standardisation.apply(raw)
+    pool.check_components(checkpoints.best.components, "checkpoints")
+    subjects = measured_subjects(observations, passives, measurement)
+    readable = {subject: verdicts[subject].may_be_read for subject in passives}
+    truth, raw = synthetic_recordings(
+        subjects,
+        recovery.recordings,
+        prior=prior,
+        forward_model=forward_model,
+        summary=summary,
+        observation_model=observation_model,
+        seed=seed,
+    )
+    asked = _Asked(prior, forward_model, recovery, support, predictive, candidate_draws, seed)
+    z = pool.standardisation.apply(raw)
     rows: list[EpochRow] = []
-    progress = Progress("epochs", len(nets), unit="checkpoint")
-    for net in nets:
-        inference.check_components(data, net, checkpoints)
+    progress = Progress("epochs", len(checkpoints.of_epochs), unit="checkpoint")
+    for net in checkpoints.of_epochs:
         rows.append(_row(net, training_tables.VALIDATION_LOSS, value=net.validation_loss))
-        rows.append(_fresh_loss(net, truth, z, settings.recovery.confidence))
-        rows.extend(_recovery_rows(net, truth, z, settings, origin.seed))
+        rows.append(_fresh_loss(net, truth, z, recovery.confidence))
+        rows.extend(_recovery_rows(net, truth, z, asked))
         for subject in subjects:
             name = subject.observation.subject
-            z_obs, seed = data.observed_z(name), integer_seed(origin.seed, "posterior", name)
-            rows.extend(_subject_rows(net, subject, readable[name], z_obs, seed, settings))
+            rows.extend(_subject_rows(net, subject, readable[name], pool.observed_z(name), asked))
         progress.step(note=f"epoch {net.epoch}")
-    write_csv(epochs, pd.DataFrame(rows))
+    return pd.DataFrame(rows)
 
 
 def _row(net: Checkpoint, quantity: str, **values: object) -> EpochRow:
@@ -112,20 +131,18 @@ def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: f
     )
 
 
-def _recovery_rows(
-    net: Checkpoint, truth: FloatArray, z: FloatArray, settings: EpochsStageSettings, seed: int
-) -> Iterator[EpochRow]:
+def _recovery_rows(net: Checkpoint, truth: FloatArray, z: FloatArray, asked: _Asked) -> Iterator[EpochRow]:
     """Yield the coverage of synthetic recordings at the level of the predictive interval, by parameter."""
-    level = settings.predictive.interval
-    at_level = settings.recovery.model_copy(update={"nominal_levels": (level,)})
-    candidates = draw_candidates(net, z, settings.recovery.candidate_draws, inference.posterior_seed(seed))
+    level = asked.predictive.interval
+    at_level = asked.recovery.model_copy(update={"nominal_levels": (level,)})
+    candidates = draw_candidates(net, z, asked.recovery.candidate_draws, posterior_seed(asked.seed))
     try:
-        recovered = recover(truth, candidates, settings.prior, at_level)
+        recovered = recover(truth, candidates, asked.prior, at_level)
     except NothingRecoveredError:
         LOGGER.info("epoch %d: no synthetic recording has enough draws in the prior's bounds", net.epoch)
         yield from (_row(net, training_tables.RECOVERY_COVERAGE, parameter=name) for name in THETA_NAMES)
         return
-    for row in score_recovery(recovered, settings.prior, at_level):
+    for row in score_recovery(recovered, asked.prior, at_level):
         yield _row(
             net,
             training_tables.RECOVERY_COVERAGE,
@@ -142,33 +159,32 @@ def _subject_rows(
     subject: MeasuredSubject,
     readable: bool,
     z_obs: FloatArray,
-    seed: int,
-    settings: EpochsStageSettings,
+    asked: _Asked,
 ) -> Iterator[EpochRow]:
     """Yield width and predictive scores of one subject's posterior under one checkpoint."""
-    name, required = subject.observation.subject, settings.support.min_in_prior_draws
-    wanted = settings.predictive.draws
+    name, required = subject.observation.subject, asked.support.min_in_prior_draws
+    wanted, seed = asked.predictive.draws, integer_seed(asked.seed, "posterior", name)
     enough = max(required, wanted)
-    candidates = draw_until(net, z_obs, enough, settings.candidate_draws, settings.prior, seed)
-    inside = candidates[in_bounds(candidates, settings.prior)]
+    candidates = draw_until(net, z_obs, enough, asked.candidate_draws, asked.prior, seed)
+    inside = candidates[in_bounds(candidates, asked.prior)]
     yield _row(
         net, training_tables.IN_PRIOR, subject=name, value=len(inside) / len(candidates), n=len(candidates)
     )
     theta = inside if len(inside) >= required else inside[:0]
-    for parameter, value in zip(THETA_NAMES, _relative_sd(theta, settings), strict=True):
+    for parameter, value in zip(THETA_NAMES, _relative_sd(theta, asked.prior), strict=True):
         yield _row(
             net, training_tables.RELATIVE_SD, subject=name, parameter=parameter, value=value, n=len(theta)
         )
     shown = theta[:wanted] if readable else theta[:0]
-    scores = score_theta(shown, subject, settings.forward_model, settings.predictive.interval)
+    scores = score_theta(shown, subject, asked.forward_model, asked.predictive.interval)
     yield _row(net, training_tables.COVERAGE_PHASES, subject=name, value=scores.phases.coverage, n=len(shown))
     yield _row(net, training_tables.COVERAGE_GRID, subject=name, value=scores.grid.coverage, n=len(shown))
     yield _row(net, training_tables.RMSE, subject=name, value=scores.grid.rmse_kpa, n=len(shown))
 
 
-def _relative_sd(theta: FloatArray, settings: EpochsStageSettings) -> FloatArray:
+def _relative_sd(theta: FloatArray, prior: PriorSettings) -> FloatArray:
     """Return posterior over prior standard deviation, shape (3,); NaN without draws."""
     if len(theta) == 0:
         return np.full(len(THETA_NAMES), np.nan)
-    ratio: FloatArray = theta.std(axis=0, ddof=1) / np.sqrt(prior_variance(settings.prior))
+    ratio: FloatArray = theta.std(axis=0, ddof=1) / np.sqrt(prior_variance(prior))
     return ratio

@@ -1,7 +1,9 @@
-"""The trained flow as ``flow.h5``: its weights in one row, what standardises its numbers, its settings."""
+"""The trained flow, and its file: weights in one row, what standardises its numbers, its settings."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -9,18 +11,25 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 
-from swesbi.artefacts import DamagedArtefactError, Provenance, Variable, build_dataset, load, register, save
+from swesbi.artefacts import (
+    Artefact,
+    ArtefactError,
+    DamagedArtefactError,
+    Labels,
+    Provenance,
+    Variable,
+    build_dataset,
+)
+from swesbi.artefacts.schema import Schema
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.flow import cells, conditioning
 from swesbi.networks.flow.arrays import PARAMETERS, FlowArrays, Layer, MaskedTransform, SingleArray
-from swesbi.networks.flow.flow import TrainedFlow
 from swesbi.networks.settings import SplineSettings
 from swesbi.networks.standardisation import Standardisation
 from swesbi.prior import SimulatedPrior
 
 FEATURES: Final = "features"
 CELLS: Final = "cells"
-LABELS: Final = ("component", "heart_parameter")
 SCHEMA: Final = {
     "weight": Variable("weight_number", "1", "embedding, then each transform: of each layer weights, biases"),
     "input_mean": Variable("component", "1", "mean of the network's inputs over the training rows"),
@@ -37,69 +46,103 @@ SCHEMA: Final = {
 }
 SHIPPED_NETWORK: Final = Path(__file__).parents[1] / "population.h5"
 """Network of the population that comes with the package; `tools.shipped` makes the file."""
-KIND: Final = register("flow", {"/": SCHEMA}, LABELS)
 
 
-def save_flow(path: Path, flow: TrainedFlow, provenance: Provenance) -> None:
-    """Write the flow atomically; equal flows give equal bytes.
+@dataclass(frozen=True)
+class TrainedFlow(Artefact, kind="flow"):
+    """A trained flow q(heart | z) and how it was trained.
 
-    Raises:
-        ArtefactError: The file cannot be written.
+    Attributes:
+        net: The flow in standardised eta, with the weights of the best epoch.
+        settings: Architecture and training.
+        prior: The prior of hearts, whose box the logit maps.
+        conditioner: Makes z from recordings.
+        eta: Statistics of eta = logit(heart) over the training rows.
+        best_epoch: Epoch of the lowest validation loss, from 1.
+        epochs_run: Epochs that were trained.
+        best_validation_loss: Mean of -log q(eta | z) over held-out theta at the best epoch, standardised eta.
     """
-    kind, settings, inputs = _described(flow.conditioner)
-    of_transforms = (layer for transform in flow.net.transforms for layer in transform.layers)
-    layers = [*flow.net.embedding, *of_transforms]
-    values: dict[str, Any] = {
-        "weight": np.concatenate([part.ravel() for one in layers for part in (one.weight, one.bias)]),
-        "input_mean": inputs.mean,
-        "input_scale": inputs.scale,
-        "eta_mean": flow.eta.mean,
-        "eta_scale": flow.eta.scale,
-        "best_epoch": flow.best_epoch,
-        "epochs_run": flow.epochs_run,
-        "best_validation_loss": flow.best_validation_loss,
-        "architecture": flow.settings.model_dump_json(),
-        "prior": flow.prior.model_dump_json(),
-        "conditioner": kind,
-        "conditioning": settings,
-    }
-    labels = {"component": list(flow.components), "heart_parameter": list(flow.prior.names)}
-    save(path, build_dataset(SCHEMA, values, labels), provenance)
 
+    net: FlowArrays
+    settings: SplineSettings
+    prior: SimulatedPrior
+    conditioner: cells.AnyConditioner
+    eta: Standardisation
+    best_epoch: int
+    epochs_run: int
+    best_validation_loss: float
 
-def load_flow(path: Path) -> tuple[TrainedFlow, Provenance]:
-    """Rebuild a flow from its file.
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the C components of z."""
+        return self.conditioner.components
 
-    Raises:
-        ArtefactError: The file is not a flow that this package can read.
-    """
-    stored, provenance = load(path, KIND)
-    settings = SplineSettings.model_validate_json(stored["architecture"].item())
-    parameters, components = stored.sizes["heart_parameter"], stored.sizes["component"]
-    try:
-        net = _from_one_row(stored["weight"].to_numpy(), settings, parameters, components)
-    except ValueError as error:
-        raise DamagedArtefactError(path, str(error)) from error
-    flow = TrainedFlow(
-        net=net,
-        settings=settings,
-        prior=SimulatedPrior.model_validate_json(stored["prior"].item()),
-        conditioner=_conditioner(stored),
-        eta=Standardisation(stored["eta_mean"].to_numpy(), stored["eta_scale"].to_numpy()),
-        best_epoch=int(stored["best_epoch"]),
-        epochs_run=int(stored["epochs_run"]),
-        best_validation_loss=float(stored["best_validation_loss"]),
-    )
-    return flow, provenance
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
 
+    @classmethod
+    def required_labels(cls) -> tuple[Labels, ...]:
+        """Return the names of the inputs and of the parameters of hearts."""
+        return Labels("component"), Labels("heart_parameter")
 
-def load_flow_provenance(path: Path) -> Provenance:
-    """Return how a flow was made, without building it.
+    def to_groups(self) -> dict[str, xr.Dataset]:
+        """Return the content of the file; equal flows give equal bytes."""
+        kind, settings, inputs = _described(self.conditioner)
+        of_transforms = (layer for transform in self.net.transforms for layer in transform.layers)
+        layers = [*self.net.embedding, *of_transforms]
+        values: dict[str, Any] = {
+            "weight": np.concatenate([part.ravel() for one in layers for part in (one.weight, one.bias)]),
+            "input_mean": inputs.mean,
+            "input_scale": inputs.scale,
+            "eta_mean": self.eta.mean,
+            "eta_scale": self.eta.scale,
+            "best_epoch": self.best_epoch,
+            "epochs_run": self.epochs_run,
+            "best_validation_loss": self.best_validation_loss,
+            "architecture": self.settings.model_dump_json(),
+            "prior": self.prior.model_dump_json(),
+            "conditioner": kind,
+            "conditioning": settings,
+        }
+        labels = {"component": list(self.components), "heart_parameter": list(self.prior.names)}
+        return {"/": build_dataset(SCHEMA, values, labels)}
 
-    Raises:
-        ArtefactError: The file is not a flow that this package can read.
-    """
-    return load(path, KIND)[1]
+    @classmethod
+    def read(cls, path: Path) -> TrainedFlow:
+        """Read a flow.
+
+        Raises:
+            ArtefactError: The file is not a flow that this package can read.
+        """
+        try:
+            return super().read(path)
+        except ArtefactError:
+            raise
+        except ValueError as error:
+            raise DamagedArtefactError(path, str(error)) from error
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> TrainedFlow:
+        """Return the flow of a file's group.
+
+        Raises:
+            ValueError: Its weights are not those of the net that it describes.
+        """
+        stored = groups["/"]
+        settings = SplineSettings.model_validate_json(stored["architecture"].item())
+        parameters, components = stored.sizes["heart_parameter"], stored.sizes["component"]
+        return cls(
+            net=_from_one_row(stored["weight"].to_numpy(), settings, parameters, components),
+            settings=settings,
+            prior=SimulatedPrior.model_validate_json(stored["prior"].item()),
+            conditioner=_conditioner(stored),
+            eta=Standardisation(stored["eta_mean"].to_numpy(), stored["eta_scale"].to_numpy()),
+            best_epoch=int(stored["best_epoch"]),
+            epochs_run=int(stored["epochs_run"]),
+            best_validation_loss=float(stored["best_validation_loss"]),
+        )
 
 
 def _from_one_row(

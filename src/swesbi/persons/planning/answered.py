@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 from typing import Final
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, JsonValue
 
-from swesbi.answers.compared import both_visits, own_posterior
-from swesbi.artefacts import Origin, save, to_dataset
 from swesbi.base.arrays import FloatArray
 from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.flow.files import load_flow
-from swesbi.networks.flow.flow import TrainedFlow, flow_proposal
+from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.parameters import OF_THETA, THETA_NAMES
-from swesbi.persons.change.joint import OwnPosterior, infer_change
+from swesbi.persons.change.joint import OwnPosterior, both_visits, infer_change, own_posterior
 from swesbi.persons.change.settings import ChangeSettings
 from swesbi.persons.planning.asked import Effect
-from swesbi.persons.planning.bank import ARMS, KIND, BankPerson, bank_of, read_bank
+from swesbi.persons.planning.bank import ARMS, Bank, BankPerson, bank_of
 from swesbi.persons.planning.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
 from swesbi.persons.planning.settings import Design, PlannedPersonsSettings
 from swesbi.population.settings import PopulationSettings, of_group
@@ -39,8 +35,6 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.other_network import check_network
-from swesbi.study.stages.flow_training import TrainPopulationStageSettings
 from swesbi.virtual.hearts.ranges import noisier
 from swesbi.virtual.trial.source import TrialSource
 
@@ -49,7 +43,7 @@ BATCH: Final = 4
 """Persons between two savings."""
 
 
-class PlanBankStageSettings(Settings):
+class BankSettings(Settings):
     """Who is drawn, what happens to them, how they are recorded, and what answers depend on."""
 
     design: Design
@@ -67,7 +61,7 @@ class PlanBankStageSettings(Settings):
     grid_points: int
     lvesv_fraction: float
     population: PopulationSettings
-    train_population: TrainPopulationStageSettings
+    train_population: dict[str, JsonValue] = Field(description="what the network was trained under")
 
     @property
     def effect(self) -> Effect:
@@ -101,31 +95,31 @@ class PlanBankStageSettings(Settings):
         )
 
 
-def plan_bank(
+def answered_bank(
+    network: TrainedFlow,
+    kept: Sequence[BankPerson],
+    settings: BankSettings,
     *,
-    estimator: Path,
-    bank: Path,
-    settings: PlanBankStageSettings,
-    origin: Origin,
+    seed: int,
     processes: int = 1,
-) -> None:
+) -> Iterator[Bank]:
     """Simulate and answer the persons of a planned study, with the effect and without it.
 
-    Persons that the output holds already, made alike, are kept.
-
     Args:
-        estimator: The network of the population.
-        bank: Output, written whole after every few persons.
+        network: Of the population.
+        kept: Persons who were answered before, made alike.
+        settings: What a bank depends on.
+        seed: Of everything.
         processes: Persons that are answered side by side; no answer depends on it.
 
+    Yields:
+        The bank with all who are answered, after every few persons and at the end.
+
     Raises:
-        OtherNetworkError: The network was trained under other settings.
         ValueError: Nobody takes part, nobody could be answered, or the process of a person was killed.
-        ArtefactError: An input is no such artefact.
     """
-    check_network(estimator, settings.train_population.to_plain())
-    answering = Answering(estimator, settings, origin.seed)
-    done = {person.number: person for person in _kept(bank, settings, origin)}
+    answering = Answering(network, settings, seed)
+    done = {person.number: person for person in kept if person.number < settings.persons.number}
     missing = [number for number in range(settings.persons.number) if number not in done]
     label = f"persons of the bank, {settings.repeats} repeats"
     progress = Progress(label, len(missing), unit="person")
@@ -135,8 +129,7 @@ def plan_bank(
             done[number] = person
         progress.step()
         if done and (killed or progress.done % BATCH == 0 or progress.done == len(missing)):
-            kept = [done[each] for each in sorted(done)]
-            save(bank, to_dataset(bank_of(kept)), origin.provenance(KIND, settings))
+            yield bank_of(list(done.values()))
         if killed:
             raise ValueError(
                 f"person {number} of the bank: {person}; type the same again with fewer --processes: "
@@ -146,32 +139,18 @@ def plan_bank(
         raise ValueError("nobody of the bank could be answered: every simulation of their posteriors failed")
 
 
-def _kept(path: Path, settings: PlanBankStageSettings, origin: Origin) -> list[BankPerson]:
-    """Return the persons that are there, if they were made under these settings and by this code."""
-    if not path.is_file():
-        return []
-    bank, found = read_bank(path)
-    wanted = origin.provenance(KIND, settings)
-    there = dict(found.settings)
-    there["persons"] = {**there.get("persons", {}), "number": settings.persons.number}
-    if (there, found.code_hash, found.seed) != (dict(wanted.settings), wanted.code_hash, wanted.seed):
-        LOGGER.info("%s was made under other settings or by other code, and is made anew", path)
-        return []
-    return [person for person in bank.persons if person.number < settings.persons.number]
-
-
 @dataclass(frozen=True)
 class Answering:
     """Draws the persons of a bank and answers them.
 
     Attributes:
-        estimator: The network.
+        network: Of the population.
         settings: Of the bank.
         seed: The study's seed.
     """
 
-    estimator: Path
-    settings: PlanBankStageSettings
+    network: TrainedFlow
+    settings: BankSettings
     seed: int
 
     def person(self, number: int) -> BankPerson | None:
@@ -223,20 +202,14 @@ class Answering:
 
     def _own(self, observed: Observation) -> tuple[SpeedModel, OwnPosterior]:
         exact, model = self._exact(observed)
-        return model, own_posterior(exact, flow_proposal(_flow(self.estimator), model.recording))
+        return model, own_posterior(exact, flow_proposal(self.network, model.recording))
 
     def _exact(self, observed: Observation) -> tuple[ExactPosterior, SpeedModel]:
         settings = self.settings
         model = SpeedModel(measured_speeds(observed, settings.noise), settings.model)
-        network = flow_proposal(_flow(self.estimator), model.recording)
+        proposal = flow_proposal(self.network, model.recording)
         names = (STREAM, settings.repeats, observed.context.subject)
-        return exact_posterior(HeartModel(model), network, settings.exact, self.seed, *names)[0], model
-
-
-@lru_cache(maxsize=1)
-def _flow(estimator: Path) -> TrainedFlow:
-    """Read the network, once a process."""
-    return load_flow(estimator)[0]
+        return exact_posterior(HeartModel(model), proposal, settings.exact, self.seed, *names)[0], model
 
 
 def _bank_person(

@@ -1,0 +1,36 @@
+"""Texts as files, written whole or not at all: one, or each of several under its own name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+from swesbi.artefacts.atomic import atomic_path
+
+
+class TextFile:
+    """The format of a text."""
+
+    def write(self, text: str, path: Path) -> None:
+        """Write a text in UTF-8."""
+        with atomic_path(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+
+class TextFiles:
+    """The format of texts by the names of their files without suffix."""
+
+    def write(self, texts: Mapping[str, str], path: Path) -> None:
+        """Write the text of this file.
+
+        Raises:
+            KeyError: There is none.
+        """
+        TextFile().write(texts[path.stem], path)
+
+
+Text = Annotated[str, TextFile()]
+"""A text that is a file: LaTeX, HTML, YAML."""
+Texts = Annotated[Mapping[str, str], TextFiles()]
+"""Texts that are files of one output, by their names without suffix."""

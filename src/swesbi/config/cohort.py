@@ -1,0 +1,208 @@
+"""A folder of recordings: who was recorded, what is known of them, and where the recordings lie."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from swesbi.config.read import ConfigError
+from swesbi.recording.cohort.clinical import ClinicalRow
+from swesbi.recording.cohort.files import PROTOCOL, SUBJECTS, check_file, find_recording
+from swesbi.recording.cohort.recording_file import (
+    Description,
+    description_of,
+    noise_groups_of,
+    own_file,
+    read_recording_file,
+)
+from swesbi.recording.cohort.subjects import SubjectTable, examine_subjects, read_subject_table
+from swesbi.recording.cohort.visits import Person, Visit, persons_of
+from swesbi.recording.problems import Problem, RecordingError, listed
+from swesbi.recording.settings import ContextRow, RecordingSettings
+from swesbi.recording.tables.layout import TableLayout
+
+FOLDER_NAME: Final = re.compile(r"[\w. -]+")
+OUTSIDE: Final = "recordings"
+"""What messages call the folder of recordings outside the study's cohort."""
+OWN_PROTOCOL: Final = "says how one recording was made, but networks learn from a cohort of one protocol"
+ONE_PROTOCOL: Final = "leave the subject out of `subjects` and ask `swesbi infer`, or remove the file"
+
+
+@dataclass(frozen=True)
+class Cohort:
+    """The subjects of a folder, in the order of its table.
+
+    Attributes:
+        folder: The folder.
+        rows: The context of each subject.
+        clinical: What was measured of them beside the speeds.
+        told_visits: Whose recordings these are, by the table; also of those who are refused.
+        layout: How the tables differ from this project's form.
+        noise_groups: The group of each subject whose errors are estimated apart from those of the others.
+        refused: Who cannot be used, and why; they have no row here.
+        files: The recording of each subject, where it is known already.
+        described: How those recordings were made that are in memory.
+    """
+
+    folder: Path = Path()
+    rows: Mapping[str, ContextRow] = field(default_factory=dict)
+    clinical: Mapping[str, ClinicalRow] = field(default_factory=dict)
+    told_visits: Mapping[str, Visit] = field(default_factory=dict)
+    layout: TableLayout = field(default_factory=TableLayout)
+    noise_groups: Mapping[str, str] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
+    described: Mapping[str, Description] = field(default_factory=dict)
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """The subjects' names."""
+        return tuple(self.rows)
+
+    @property
+    def name(self) -> str:
+        """The name of the folder, under which answers lie."""
+        return self.folder.resolve().name
+
+    def clinical_of(self, subject: str) -> ClinicalRow:
+        """Return what was measured of a subject beside the speeds."""
+        return self.clinical.get(subject, ClinicalRow())
+
+    @property
+    def visits(self) -> Mapping[str, Visit]:
+        """Whose recording each subject is, in the order of the table: that of the visits."""
+        told = {subject: visit for subject, visit in self.told_visits.items() if subject in self.rows}
+        return told | {subject: Visit() for subject in self.rows if subject not in told}
+
+    @property
+    def persons(self) -> tuple[Person, ...]:
+        """The persons, each with those of their visits that are used."""
+        return persons_of(self.visits)
+
+    def recording(self, subject: str) -> Path:
+        """Return the path of a subject's raw samples, CSV or .mat.
+
+        Raises:
+            RecordingError: There is no such file, more than one, or it leads out of the folder.
+        """
+        return find_recording(self.folder, subject, self.layout.table.file)
+
+    def description(self, subject: str, settings: RecordingSettings, phases_said_in: str) -> Description:
+        """Return what is said of how a recording was made.
+
+        Args:
+            subject: Whose recording it is.
+            settings: Quality control of recordings that do not say otherwise.
+            phases_said_in: Where the number of phases is said, for messages.
+
+        Raises:
+            RecordingError: A file cannot be used, or says otherwise than the settings.
+        """
+        known = self.described.get(subject)
+        return known or description_of(self.folder, subject, settings, phases_said_in)
+
+
+def study_cohort(folder: Path, names: Collection[str] | None, source: str) -> tuple[Cohort, tuple[str, ...]]:
+    """Return the subjects that a study runs on, and the names of all that its table has.
+
+    Args:
+        folder: Of the cohort; every row of its table must be right.
+        names: Who is to be used; None: all.
+        source: Where the study's configuration stands, for messages.
+
+    Raises:
+        ConfigError: The table, or a file of the folder, is missing or wrong, or does not have a name.
+    """
+    key = f"{source}: cohort"
+    table = _read_table(folder, key, read_subject_table)
+    rows = _selected(table, names, folder, source)
+    layout, groups = _protocol(folder, key, table.names)
+    cohort = Cohort(folder, rows, table.clinical, table.visits, layout, groups)
+    problems: list[Problem] = []
+    for subject in rows:
+        try:
+            cohort.recording(subject)
+        except RecordingError as error:
+            problems.extend(error.problems)
+        if (own := own_file(folder, subject)).exists():
+            problems.append(Problem(str(own), OWN_PROTOCOL, ONE_PROTOCOL))
+    if problems:
+        raise ConfigError(f"{key} = {str(folder)!r}: {listed(problems)}")
+    return cohort, tuple(table.rows)
+
+
+def outside_cohort(folder: Path, description: Callable[[Cohort, str], Description]) -> Cohort:
+    """Return the subjects of a folder outside the study; one that cannot be used stops no other.
+
+    Args:
+        folder: The folder.
+        description: Says how the recording of a subject was made.
+
+    Raises:
+        ConfigError: The table, or ``recording.yaml``, is missing or cannot be read.
+    """
+    if not FOLDER_NAME.fullmatch(folder.resolve().name):
+        raise ConfigError(
+            f"{OUTSIDE} = {str(folder)!r}: answers lie in a folder of its name, which may have "
+            "letters, digits, spaces and . _ - alone; rename it"
+        )
+    table = _read_table(folder, OUTSIDE, examine_subjects)
+    layout, groups = _protocol(folder, OUTSIDE, table.names)
+    refused, files = dict(table.refused), {}
+    for subject in table.rows:
+        try:
+            own = own_file(folder, subject).exists()
+            chosen = description(Cohort(folder), subject).file.layout if own else layout
+            files[subject] = find_recording(folder, subject, chosen.table.file)
+        except RecordingError as error:
+            refused.setdefault(subject, str(error))
+    usable = [subject for subject in table.rows if subject not in refused]
+    return Cohort(
+        folder,
+        {subject: table.rows[subject] for subject in usable},
+        {subject: table.clinical[subject] for subject in usable},
+        table.visits,
+        layout,
+        groups,
+        refused,
+        {subject: files[subject] for subject in usable},
+    )
+
+
+def _read_table(folder: Path, key: str, read: Callable[[Path], SubjectTable]) -> SubjectTable:
+    table = folder / SUBJECTS
+    try:
+        check_file(table, table.parent)
+        return read(table)
+    except RecordingError as error:
+        absent = "" if folder.is_dir() else "there is no such folder; "
+        raise ConfigError(f"{key} = {str(folder)!r}: {absent}{error}") from error
+
+
+def _selected(
+    table: SubjectTable, names: Collection[str] | None, folder: Path, source: str
+) -> dict[str, ContextRow]:
+    chosen = tuple(table.rows if names is None else names)
+    if unknown := [name for name in chosen if name not in table.rows]:
+        raise ConfigError(
+            f"{source}: subjects: {unknown[0]!r} has no row in {folder / SUBJECTS}; "
+            f"it knows {', '.join(table.rows)}. Add the row, or remove the subject"
+        )
+    if len(set(chosen)) < len(chosen) or not chosen:
+        raise ConfigError(f"{source}: subjects = {list(chosen)}: name at least one subject, each once")
+    return {name: table.rows[name] for name in chosen}
+
+
+def _protocol(folder: Path, key: str, subjects: Collection[str]) -> tuple[TableLayout, dict[str, str]]:
+    """Return how a folder's tables differ, and which recordings have errors of their own.
+
+    Its ``recording.yaml`` must be there and say so plainly.
+    """
+    try:
+        file = read_recording_file(folder)
+        return file.layout, noise_groups_of(file, folder / PROTOCOL, subjects)
+    except RecordingError as error:
+        raise ConfigError(f"{key} = {str(folder)!r}: {error}") from error

@@ -1,0 +1,136 @@
+"""The posterior of the cohort: what the population is like, and each subject within it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.typed import BySubject
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import Progress
+from swesbi.base.settings import Settings
+from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
+from swesbi.parameters import OF_THETA
+from swesbi.persons.cohort.anew import drawn_anew, weighted_draws
+from swesbi.persons.cohort.cohort import make_member
+from swesbi.persons.cohort.infer import infer_cohort
+from swesbi.persons.cohort.result import CohortPosterior
+from swesbi.persons.cohort.settings import HierarchySettings
+from swesbi.persons.cohort.stored import stored_form
+from swesbi.persons.cohort.table import hyperparameter_table, subject_table
+from swesbi.posterior.result import ExactPosterior
+from swesbi.posterior.settings import ExactSettings
+from swesbi.prior import PriorSettings
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
+from swesbi.verdict.verdict import Verdict
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class VisitSettings(Settings):
+    """Whose recording one is: name of the person, and of the person's group; empty where none is given."""
+
+    person: str
+    group: str
+
+
+NOBODY = VisitSettings(person="", group="")
+
+
+class OfCohort(NamedTuple):
+    """The posterior of a cohort, with a row a hyperparameter, and a row a subject and parameter."""
+
+    cohort_posterior: CohortPosterior
+    table: PlainTable
+    subjects: PlainTable
+
+
+def posterior_of_cohort(
+    posteriors: BySubject[ExactPosterior],
+    verdicts: BySubject[Verdict],
+    observations: BySubject[Observation],
+    noise: CohortNoise,
+    *,
+    model: SpeedModelSettings,
+    exact: ExactSettings,
+    cohort_posterior: HierarchySettings,
+    visits: dict[str, VisitSettings],
+    seed: int,
+) -> OfCohort:
+    """Infer medians, spreads, slopes and differences of groups from the posteriors of all subjects.
+
+    A person with several visits counts once, with the first of them in the table of subjects.
+
+    Args:
+        posteriors: One a subject, in the order of the table of subjects.
+        verdicts: On each.
+        observations: Observed curve of each.
+        noise: Of the cohort.
+        model: Of a recording, with the prior that the posteriors have.
+        exact: Sizes of a posterior that is drawn anew.
+        cohort_posterior: Hyperprior, and sizes of the inference.
+        visits: Of the subjects of whom person or group is told.
+        seed: Of everything.
+
+    Raises:
+        UnfitError: A verdict or an observed curve is missing.
+        NoLikelihoodError: No draw has a likelihood.
+        ValueError: No subject has a posterior.
+    """
+    first, notes = first_visits(list(posteriors), visits)
+    progress = Progress("posteriors of the cohort", len(first), unit="subject")
+    members = []
+    for subject in first:
+        phi, log_weight = weighted_draws(posteriors[subject])
+        members.append(
+            make_member(
+                observations[subject].context,
+                verdicts[subject].status,
+                visits.get(subject, NOBODY).group,
+                (phi[:, OF_THETA], np.exp(log_weight)),
+                (cohort_posterior.draws, cohort_posterior.exact.interval),
+                seed,
+            )
+        )
+        progress.step()
+
+    def redraw(subject: str, prior: PriorSettings, seed: int) -> FloatArray:
+        LOGGER.info("subject %s: too few recycled draws lie where the population does; drawn anew", subject)
+        recorded = speed_model(observations[subject], noise, model)
+        return drawn_anew(recorded, weighted_draws(posteriors[subject]), prior, exact, seed)
+
+    inferred = infer_cohort(members, model.prior.theta, cohort_posterior, redraw, seed)
+    stored = stored_form(inferred, notes)
+    _report(stored)
+    return OfCohort(stored, hyperparameter_table(stored), subject_table(stored))
+
+
+def first_visits(
+    subjects: Sequence[str], visits: Mapping[str, VisitSettings]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the first recording of each person, in order, and what is to be said of those left out."""
+    seen: dict[str, str] = {}
+    later = []
+    for subject in subjects:
+        person = visits.get(subject, NOBODY).person or subject
+        if seen.setdefault(person, subject) != subject:
+            later.append(subject)
+    if not later:
+        return tuple(subjects), ()
+    note = f"a person counts once, with the first visit; left out as later visits: {', '.join(later)}"
+    return tuple(seen.values()), (note,)
+
+
+def _report(posterior: CohortPosterior) -> None:
+    LOGGER.info(
+        "%d subjects: draws by %s; k-hat %.2f, efficiency %.0f %%; drawn anew: %d",
+        len(posterior.subject), posterior.sampler, posterior.k_hat, 100.0 * posterior.efficiency,
+        int((posterior.subjects.refreshed > 0).sum()),
+    )  # fmt: skip
+    for sentence in filter(None, (posterior.notes, posterior.reasons)):
+        LOGGER.info("  %s", sentence)

@@ -1,0 +1,107 @@
+"""What the paper prints, beside a study: every number of it, and every statement on its results."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.texts import Text
+from swesbi.artefacts.typed import ByExperiment, BySubject
+from swesbi.base.settings import Settings
+from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.settings import CmaesSettings, PredictiveSettings, RecoverySettings
+from swesbi.networks.paper.pool import Pool
+from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
+from swesbi.networks.training_tables import TrainingTable
+from swesbi.prior import PriorSettings
+from swesbi.recording.cohort.recording_file import read_recording_file
+from swesbi.recording.observation import Observation
+from swesbi.recording.settings import RecordingSettings
+from swesbi.report.latex import comparison_latex
+from swesbi.report.paper.comparison import (
+    ComparisonTable,
+    StatementsTable,
+    comparison_table,
+    score_in_words,
+    statements_table,
+)
+from swesbi.report.paper.measured import StudyResults, pool_size
+from swesbi.report.paper.values import read_paper
+from swesbi.verdict.settings import SupportSettings
+from swesbi.verdict.verdict import Verdict
+
+LOGGER = logging.getLogger("swesbi")
+
+
+class BesideThePaper(NamedTuple):
+    """One row for every number that the paper prints, and one for every statement on its results."""
+
+    comparison_csv: ComparisonTable
+    comparison_tex: Text
+    statements_csv: StatementsTable
+
+
+def beside_the_paper(
+    protocol: Path,
+    ppc: PlainTable,
+    posterior: PlainTable,
+    features: PlainTable,
+    recoveries: ByExperiment[PlainTable],
+    training: TrainingTable,
+    pool: Pool,
+    verdicts: BySubject[Verdict],
+    observations: tuple[Observation, ...],
+    cmaes: BySubject[CmaesFit],
+    *,
+    cohort_title: str,
+    main_experiment: str,
+    prior: PriorSettings,
+    observation_model: ObservationModelSettings,
+    estimator: EstimatorSettings,
+    support: SupportSettings,
+    predictive: PredictiveSettings,
+    recovery: RecoverySettings,
+    search: CmaesSettings,
+    recording: RecordingSettings,
+) -> BesideThePaper:
+    """Compare the paper with a study.
+
+    ``protocol`` is the cohort's ``recording.yaml``; tables and recoveries are of all experiments, and what
+    follows them, settings too, of the main one.
+
+    Raises:
+        ArtefactError: ``recording.yaml`` cannot be read.
+    """
+    numbers = read_paper()
+    study = StudyResults(
+        cohort_title=cohort_title,
+        main=main_experiment,
+        settings={
+            "cohort_title": cohort_title,
+            "main_experiment": main_experiment,
+            "experiment": _plain(
+                prior=prior, observation_model=observation_model, estimator=estimator, support=support,
+                predictive=predictive, recovery=recovery,
+            ),
+            **_plain(cmaes=search, recording=recording),
+        },
+        protocol=read_recording_file(protocol.parent).protocol.to_plain(),
+        ppc=ppc,
+        posterior=posterior,
+        features=features,
+        verdicts=dict(verdicts),
+        recoveries=dict(recoveries),
+        training=training,
+        pool=pool_size(pool),
+        observations=observations,
+        fits=dict(cmaes),
+    )  # fmt: skip
+    table, statements = comparison_table(numbers, study), statements_table(numbers, study)
+    LOGGER.info(score_in_words(statements))
+    return BesideThePaper(table, comparison_latex(numbers, table, cohort_title), statements)
+
+
+def _plain(**settings: Settings) -> dict[str, Any]:
+    return {name: each.to_plain() for name, each in settings.items()}
