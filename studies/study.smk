@@ -40,14 +40,12 @@ def section_of(model):
 
 
 def own_stage(name, settings):
-    """Return the function that gives the params of a stage of this side study, ``settings`` a function of the wildcards."""
-    place = f"studies.{HERE.name}.stages:{name}"
+    """Return the params of a stage of this side study; ``settings`` gives its values by name under wildcards."""
 
-    def params(wildcards):
+    def values(wildcards):
         try:
-            plain = settings(wildcards)
+            return settings(wildcards)
         except ConfigError as error:
             raise WorkflowError(str(error)) from None
-        return job_params(place, plain, CONFIG.seed)
 
-    return params
+    return stage_params(f"studies.{HERE.name}.stages:{name}", values, CONFIG.seed)

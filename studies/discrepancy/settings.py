@@ -9,8 +9,8 @@ from pydantic import Field
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import Cycle, Fraction
 from swesbi.config.read import ConfigError
-from swesbi.config.view import View
 from swesbi.config.study import Study
+from swesbi.config.view import View
 from swesbi.measurement.settings import DiscrepancySettings
 
 

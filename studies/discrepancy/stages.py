@@ -3,73 +3,69 @@
 from __future__ import annotations
 
 import logging
-from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 
 from studies.discrepancy.evidence import discrepancy_table, score_subject
 from studies.discrepancy.figure import draw_discrepancy
 from studies.discrepancy.settings import DiscrepancyStudySettings
-from swesbi.artefacts import Origin
-from swesbi.artefacts.csv import write_csv
+from swesbi.artefacts.csv import PlainTable
 from swesbi.base.progress import Progress
-from swesbi.base.settings import Settings
-from swesbi.measurement import likelihood
+from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
-from swesbi.report.figures.style import save_figure
+from swesbi.report.figures.style import Drawing
 from swesbi.seeds import generator
 from swesbi.virtual.generated import generate_cohort
 
 LOGGER = logging.getLogger("swesbi")
 
 
-class DiscrepancyStageSettings(Settings):
-    """What the choice depends on: the model, the protocol of the recordings, grid and effort.
+class Choice(NamedTuple):
+    """What the scores of all pairs add up to, a row a pair, and its figure."""
 
-    The grid takes the place of the model's own discrepancy, which is not used.
-    """
-
-    model: likelihood.SpeedModelSettings
-    acquisition: AcquisitionSettings
-    recording: RecordingSettings
-    study: DiscrepancyStudySettings
+    table: PlainTable
+    figure: Drawing
 
 
 def discrepancy(
-    *, table: Path, figure_pdf: Path, figure_png: Path, settings: DiscrepancyStageSettings, origin: Origin
-) -> None:
-    """Generate and record the cohort, score every pair on every subject, and write what they add up to.
+    *,
+    model: SpeedModelSettings,
+    acquisition: AcquisitionSettings,
+    recording: RecordingSettings,
+    study: DiscrepancyStudySettings,
+    seed: int,
+) -> Choice:
+    """Generate and record the cohort, and score every pair on every subject.
+
+    Args:
+        model: Of a recording; the grid takes the place of its discrepancy.
+        acquisition: How the cohort is recorded.
+        recording: How its recordings are ingested.
+        study: Cohort, grid and effort.
+        seed: Of everything that is drawn.
 
     Raises:
         RuntimeError: A subject could not be recorded.
     """
-    model, study = settings.model, settings.study
-    cohort = generate_cohort(
-        study.subjects,
-        model.prior.theta,
-        settings.acquisition,
-        settings.recording,
-        model.measurement.grid_points,
-        origin.seed,
-    )
+    points = model.measurement.grid_points
+    cohort = generate_cohort(study.subjects, model.prior.theta, acquisition, recording, points, seed)
     progress, scores = Progress("discrepancy", len(cohort), unit="subject"), []
     for index, subject in enumerate(cohort):
-        rng = generator(origin.seed, "discrepancy", "bank", index)
-        scores.append(score_subject(subject, model, study, rng))
+        scores.append(score_subject(subject, model, study, generator(seed, "discrepancy", "bank", index)))
         progress.step()
     phases = [len(subject.recording.phase) for subject in cohort]
-    frame = discrepancy_table(study.pairs, scores, phases, study.interval)
-    write_csv(table, frame)
-    save_figure(draw_discrepancy(frame, study.interval), figure_pdf, figure_png)
-    best = best_pair(frame)
+    table = discrepancy_table(study.pairs, scores, phases, study.interval)
+    best = best_pair(table)
     LOGGER.info(
         "highest total log evidence over %d generated subjects: speed_fraction %g, timing_cycle %g",
         len(cohort),
         best.speed_fraction,
         best.timing_cycle,
     )
+    return Choice(table, draw_discrepancy(table, study.interval))
 
 
 def best_pair(table: pd.DataFrame) -> DiscrepancySettings:

@@ -10,11 +10,11 @@ from swesbi.base.settings import Settings
 from swesbi.checks.settings import BASE
 from swesbi.config.experiments import Name
 from swesbi.config.read import ConfigError
-from swesbi.config.view import View
 from swesbi.config.study import Study
+from swesbi.config.view import View
 
-RUN: Final = ("model", "summary", "estimator", "exact", "simulations_per_subject", "seed")
-"""What the posteriors of a variant depend on."""
+RUN: Final = ("model", "summary", "estimator", "exact", "simulations_per_subject")
+"""What the posteriors of a variant depend on in the configuration, beside its seed."""
 
 
 class Variant(Settings):
@@ -72,7 +72,8 @@ def run_settings(study: Study, sensitivity: SensitivitySettings, variant: str) -
     own = View(changed, {"experiment": sensitivity.experiment}).together(*RUN)
     if not choice.full_training:
         own["estimator"]["epochs"] = sensitivity.short_training_epochs
-    return own | {"fix_passive_scale": choice.fix_passive_scale}
+    held = choice.fix_passive_scale
+    return own | {"variant": variant, "variant_seed": changed.config.seed, "fix_passive_scale": held}
 
 
 def table_settings(study: Study, sensitivity: SensitivitySettings) -> dict[str, Any]:

@@ -3,34 +3,29 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from studies.sensitivity.figure import draw_sensitivity
 from studies.sensitivity.variants import VariantPosterior, VariantPosteriors, sensitivity_table
-from swesbi.artefacts import Origin
-from swesbi.artefacts.csv import write_csv
-from swesbi.artefacts.files import hdf5_provenance
-from swesbi.base.settings import Settings
+from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.typed import ByName, BySubject
 from swesbi.heart.prior_simulations import draw_simulations
-from swesbi.measurement import likelihood
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.operator import PassiveBaseline
 from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.flow.conditioning import conditioning_of
-from swesbi.networks.flow.flow import flow_proposal
+from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
-from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.networks.settings import SplineSettings
 from swesbi.parameters import REPORTED
-from swesbi.posterior import exact as posteriors
+from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import ParameterPrior
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
-from swesbi.report.figures.style import save_figure
+from swesbi.report.figures.style import Drawing
 from swesbi.seeds import integer_seed
 
 LOGGER = logging.getLogger("swesbi")
@@ -38,51 +33,58 @@ FIXED_LOG_SD: Final = 1e-3  # a passive scale taken for granted: a prior of no w
 FIXED_BOUNDS: Final = (0.99, 1.01)
 
 
-class SensitivityRunStageSettings(Settings):
-    """What the posteriors of a variant depend on: the changed configuration, its seed among it."""
-
-    seed: int
-    simulations_per_subject: int
-    model: likelihood.SpeedModelSettings
-    summary: SummarySettings
-    estimator: SplineSettings
-    exact: ExactSettings
-    fix_passive_scale: bool
-
-
 def sensitivity_run(
+    observations: tuple[Observation, ...],
+    noise: CohortNoise,
+    passives: BySubject[PassiveBaseline],
     *,
-    observations: Sequence[Path],
-    noise: Path,
-    passives: Sequence[Path],
-    posteriors: Path,
-    settings: SensitivityRunStageSettings,
-    origin: Origin,
-) -> None:
+    variant: str,
+    variant_seed: int,
+    simulations_per_subject: int,
+    model: SpeedModelSettings,
+    summary: SummarySettings,
+    estimator: SplineSettings,
+    exact: ExactSettings,
+    fix_passive_scale: bool,
+) -> VariantPosteriors:
     """Simulate, train and infer every subject under the variant, all in memory.
 
-    Raises:
-        ArtefactError: An input cannot be read.
+    Where the passive scale is held, subjects are inferred without the network: it has no such proposal.
+
+    Args:
+        observations: Of every subject.
+        noise: Of the cohort.
+        passives: Passive baselines, which say where the passive scale is held.
+        variant: Its name.
+        variant_seed: Of everything that is drawn: a choice that a variant can make otherwise.
+        simulations_per_subject: How many each subject has.
+        model: Of a recording.
+        summary: What the network sees.
+        estimator: The network.
+        exact: Of the posteriors.
+        fix_passive_scale: Whether the passive scale is held.
     """
     from swesbi.networks.flow.training import (
         train_over_subjects,  # torch, of which the other stages need nothing
     )
 
-    of_cohort = CohortNoise.read(noise)
-    models = [
-        likelihood.speed_model(Observation.read(path), of_cohort, settings.model) for path in observations
-    ]
-    simulated = [_simulations(model, settings) for model in models]
-    seed = integer_seed(settings.seed, "flow training")
-    label = f"variant {posteriors.stem}"
-    conditioning = conditioning_of(settings.summary, settings.model)
-    flow = train_over_subjects(simulated, conditioning, settings.estimator, seed, label).flow
-    scales = {hdf5_provenance(path).subject: stretched_kpa(PassiveBaseline.read(path)) for path in passives}
-    inferred = [_infer(model, flow, scales, settings) for model in models]
-    VariantPosteriors(tuple(inferred)).write(posteriors, origin.provenance("", settings))
-    for posterior in inferred:
-        subject, efficiency = posterior.subject, posterior.efficiency
-        LOGGER.info("%s, subject %s: %s, efficiency %.2f", label, subject, posterior.sampler, efficiency)
+    models = [speed_model(observed, noise, model) for observed in observations]
+    simulated = [_simulations(each, simulations_per_subject, variant_seed) for each in models]
+    training_seed, label = integer_seed(variant_seed, "flow training"), f"variant {variant}"
+    conditioning = conditioning_of(summary, model)
+    flow = train_over_subjects(simulated, conditioning, estimator, training_seed, label).flow
+    inferred = []
+    for each in models:
+        if fix_passive_scale:
+            held = _with_scale(each, stretched_kpa(passives[each.recording.subject]))
+            found = _infer(held, None, exact, variant_seed)
+        else:
+            found = _infer(each, flow_proposal(flow, each.recording), exact, variant_seed)
+        inferred.append(found)
+        LOGGER.info(
+            "%s, subject %s: %s, efficiency %.2f", label, found.subject, found.sampler, found.efficiency
+        )
+    return VariantPosteriors(tuple(inferred))
 
 
 def stretched_kpa(baseline: PassiveBaseline) -> float:
@@ -90,33 +92,22 @@ def stretched_kpa(baseline: PassiveBaseline) -> float:
     return float(baseline.stiffness_kpa[baseline.stretch.argmax()])
 
 
-def _simulations(model: likelihood.SpeedModel, settings: SensitivityRunStageSettings) -> SubjectSimulations:
+def _simulations(model: SpeedModel, number: int, seed: int) -> SubjectSimulations:
     prior, context = model.settings.prior.theta, model.recording.context
-    draws = range(settings.simulations_per_subject)
-    return at_phases(
-        draw_simulations(draws, context, prior, model.settings.forward_model, settings.seed), model
-    )
+    made = draw_simulations(range(number), context, prior, model.settings.forward_model, seed)
+    return at_phases(made, model)
 
 
 def _infer(
-    model: likelihood.SpeedModel,
-    flow: TrainedFlow,
-    scales: dict[str, float],
-    settings: SensitivityRunStageSettings,
+    model: SpeedModel, proposal: FlowProposal | None, settings: ExactSettings, seed: int
 ) -> VariantPosterior:
-    """Infer one subject, without the network where the passive scale is held: it has no such proposal."""
-    subject, held = model.recording.subject, settings.fix_passive_scale
-    proposal = None if held else flow_proposal(flow, model.recording)
-    if held:
-        model = _with_scale(model, scales[subject])
-    heart = HeartModel(model)
-    exact, _ = posteriors.exact_posterior(heart, proposal, settings.exact, settings.seed, "exact", subject)
-    by_mcmc = exact.sampler == "mcmc"
-    phi = exact.phi[:, REPORTED]
+    subject = model.recording.subject
+    exact, _ = exact_posterior(HeartModel(model), proposal, settings, seed, "exact", subject)
+    by_mcmc, phi = exact.sampler == "mcmc", exact.phi[:, REPORTED]
     return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)
 
 
-def _with_scale(model: likelihood.SpeedModel, scale_kpa: float) -> likelihood.SpeedModel:
+def _with_scale(model: SpeedModel, scale_kpa: float) -> SpeedModel:
     """Return a model with the passive stiffness held at a value, by a prior of nearly no width."""
     low, high = (scale_kpa * factor for factor in FIXED_BOUNDS)
     fixed = ParameterPrior(centre=scale_kpa, log_sd=FIXED_LOG_SD, low=low, high=high)
@@ -124,26 +115,24 @@ def _with_scale(model: likelihood.SpeedModel, scale_kpa: float) -> likelihood.Sp
     return replace(model, settings=model.settings.model_copy(update={"prior": prior}))
 
 
-class SensitivityStageSettings(Settings):
-    """What the table and the figure call things; ``labels`` by variant, in the order shown."""
+class Sensitivity(NamedTuple):
+    """How far medians and intervals move under each variant, and its figure."""
 
-    cohort_title: str
-    interval: float
-    labels: dict[str, str]
+    table: PlainTable
+    figure: Drawing
 
 
 def sensitivity(
-    *,
-    variants: Sequence[Path],
-    table: Path,
-    figure_pdf: Path,
-    figure_png: Path,
-    settings: SensitivityStageSettings,
-    origin: Origin,
-) -> None:
-    """Write how far medians and intervals move under each variant; each file is named by its variant."""
-    files = {path.stem: path for path in variants}
-    posteriors = {name: VariantPosteriors.read(files[name]).of for name in settings.labels}
-    frame = sensitivity_table(posteriors, settings.labels, settings.interval)
-    write_csv(table, frame)
-    save_figure(draw_sensitivity(frame, settings.cohort_title), figure_pdf, figure_png)
+    variants: ByName[VariantPosteriors], *, cohort_title: str, interval: float, labels: dict[str, str]
+) -> Sensitivity:
+    """Compare the posteriors under each variant with the base's.
+
+    Args:
+        variants: Posteriors by variant.
+        cohort_title: What the subjects are.
+        interval: Mass of the intervals.
+        labels: What each variant is called, in the order shown.
+    """
+    posteriors = {name: variants[name].of for name in labels}
+    table = sensitivity_table(posteriors, labels, interval)
+    return Sensitivity(table, draw_sensitivity(table, cohort_title))

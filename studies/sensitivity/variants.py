@@ -8,15 +8,15 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.artefacts import (
     Artefact,
+    Group,
     Labels,
     Provenance,
     Variable,
-    build_dataset,
+    build_group,
     from_rows,
     schema_of,
     stacked_values,
@@ -69,13 +69,13 @@ class VariantPosteriors(Artefact, kind="sensitivity"):
         """Return the names of the subjects and of the parameters."""
         return (Labels("subject"), Labels("parameter"))
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, Group]:
         """Return the content of the file, with dimensions subject, draw and parameter."""
         labels = {"subject": [posterior.subject for posterior in self.of], "parameter": list(PHI_NAMES)}
-        return {"/": build_dataset(SCHEMA, stacked_values(self.of)["/"], labels)}
+        return {"/": build_group(SCHEMA, stacked_values(self.of)["/"], labels)}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> VariantPosteriors:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> VariantPosteriors:
         """Return what the group of a file holds."""
         names = [str(name) for name in groups["/"]["subject"].to_numpy()]
         return cls(tuple(from_rows(VariantPosterior, groups["/"], "subject", subject=names)))

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import pandas as pd
 from pydantic import JsonValue
 
-from studies.statements.recorded import RecordedSettings, Rerecorded
+from studies.statements.recorded import Rerecorded
 from studies.statements.recovery import ExperimentSettings, known_recordings
-from studies.statements.settings import Reading
-from swesbi.base.settings import Settings
+from studies.statements.settings import Epoch
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive_features import check_of_features
 from swesbi.checks.reference_fit import reference_fit
@@ -31,53 +30,51 @@ from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.verdict import Verdict
 
 
-class JudgedSettings(Settings):
-    """What a judgement depends on; experiments and their priors by name, the main one first."""
-
-    cohort_title: str
-    main: str
-    experiments: dict[str, ExperimentSettings]
-    priors: dict[str, str]
-    cmaes: dict[str, JsonValue]
-    recorded: RecordedSettings
-    acquisitions: tuple[int, ...]
-    reading: Reading
-
-
 @dataclass(frozen=True)
 class Network:
-    """A trained network of one experiment, the training set that it knows, and its prior's simulations."""
+    """A trained network of one experiment.
 
+    Attributes:
+        own: What posterior, predictive check and recovery of the experiment depend on.
+        pool: The training set that the network knows.
+        net: After one epoch.
+        simulations: Of the experiment's prior, by subject.
+    """
+
+    own: ExperimentSettings
     pool: Pool
     net: Checkpoint
     simulations: Mapping[str, PriorSimulations]
 
 
-def chosen(nets: Sequence[Checkpoint], reading: Reading) -> Checkpoint:
-    """Return the network of the epoch that a reading takes.
+def chosen(nets: Sequence[Checkpoint], epoch: Epoch) -> Checkpoint:
+    """Return the network of the epoch that is asked for.
 
     Raises:
         ValueError: No checkpoint is of this epoch.
     """
-    if reading.epoch == "best":
+    if epoch == "best":
         return next(net for net in nets if net.best)
-    if reading.epoch == "last":
+    if epoch == "last":
         return max(nets, key=lambda net: net.epoch)
-    found = [net for net in nets if net.epoch == reading.epoch]
+    found = [net for net in nets if net.epoch == epoch]
     if not found:
         epochs = ", ".join(str(net.epoch) for net in nets)
-        raise ValueError(f"epoch {reading.epoch} has no checkpoint; there are those of {epochs}")
+        raise ValueError(f"epoch {epoch} has no checkpoint; there are those of {epochs}")
     return found[0]
 
 
 def recoveries(
-    networks: Mapping[str, Network], subjects: Sequence[MeasuredSubject], settings: JudgedSettings, seed: int
+    networks: Mapping[str, Network],
+    subjects: Sequence[MeasuredSubject],
+    how: str,
+    exponent_b: float,
+    seed: int,
 ) -> dict[str, pd.DataFrame]:
     """Return the recovery of each experiment's network, as ``recovery.csv`` has it."""
     found = {}
     for name, network in networks.items():
-        own = settings.experiments[name]
-        how, exponent_b = settings.reading.recovery, settings.recorded.passive.exponent_b
+        own = network.own
         truth, z = known_recordings(subjects, network.pool, own, how, exponent_b, seed)
         candidates = draw_candidates(network.net, z, own.recovery.candidate_draws, posterior_seed(seed))
         found[name] = recovery_table(truth, candidates, own.prior, own.recovery)
@@ -88,7 +85,9 @@ def findings(
     recordings: Sequence[Rerecorded],
     networks: Mapping[str, Network],
     recovered: Mapping[str, pd.DataFrame],
-    settings: JudgedSettings,
+    main: str,
+    cmaes: Mapping[str, JsonValue],
+    cohort_title: str,
     seed: int,
 ) -> Findings:
     """Return what the networks find on recordings of one acquisition.
@@ -97,43 +96,39 @@ def findings(
         recordings: Of every subject of the main experiment, in the cohort's order.
         networks: By experiment.
         recovered: Recovery of each experiment.
-        settings: Of the stages.
+        main: The main experiment; others are of the subjects whose posterior may be read there.
+        cmaes: Plain settings of the reference fit.
+        cohort_title: What the subjects are.
         seed: Of the study: draws are those that it makes.
     """
     fits = {
         each.name: reference_fit(
-            each.subject.observation, each.subject.passive, **typed_settings(reference_fit, settings.cmaes)
+            each.subject.observation, each.subject.passive, **typed_settings(reference_fit, cmaes)
         )
         for each in recordings
     }
-    main = [_case(settings.main, each, networks, fits, settings, seed) for each in recordings]
-    supported = [each for each, case in zip(recordings, main, strict=True) if case.verdict.may_be_read]
-    cases = [*main]
-    for name in networks:
-        if name != settings.main:
-            cases += [_case(name, each, networks, fits, settings, seed) for each in supported]
+    of_main = [_case(main, each, networks[main], fits, seed) for each in recordings]
+    supported = [each for each, case in zip(recordings, of_main, strict=True) if case.verdict.may_be_read]
+    cases = [*of_main]
+    for name, network in networks.items():
+        if name != main:
+            cases += [_case(name, each, network, fits, seed) for each in supported]
     return Findings(
-        cohort_title=settings.cohort_title,
-        main=settings.main,
+        cohort_title=cohort_title,
+        main=main,
         ppc=ppc_table(cases),
         posterior=posterior_table(cases),
         features=features_table(cases),
-        verdicts={case.subject: case.verdict for case in main},
+        verdicts={case.subject: case.verdict for case in of_main},
         recoveries=recovered,
     )
 
 
 def _case(
-    experiment: str,
-    recorded: Rerecorded,
-    networks: Mapping[str, Network],
-    fits: Mapping[str, CmaesFit],
-    settings: JudgedSettings,
-    seed: int,
+    experiment: str, recorded: Rerecorded, network: Network, fits: Mapping[str, CmaesFit], seed: int
 ) -> Case:
     """Return one subject in one experiment: what the stages posterior and predictive find."""
-    network, own = networks[experiment], settings.experiments[experiment]
-    verdict, posterior = _inferred(recorded, network, own, seed)
+    own, (verdict, posterior) = network.own, _inferred(recorded, network, seed)
     check = check_of_features(
         posterior,
         verdict,
@@ -150,11 +145,9 @@ def _case(
     return Case(experiment, recorded.name, check, posterior, verdict, fits[recorded.name])
 
 
-def _inferred(
-    recorded: Rerecorded, network: Network, own: ExperimentSettings, seed: int
-) -> tuple[Verdict, Posterior]:
+def _inferred(recorded: Rerecorded, network: Network, seed: int) -> tuple[Verdict, Posterior]:
     """Draw candidates until the posterior has its draws; under the shipped recording they are the study's."""
-    observation = recorded.subject.observation
+    own, observation = network.own, recorded.subject.observation
     features = features_under(
         recorded.trained.passive,
         observation,

@@ -16,6 +16,8 @@ from swesbi.seeds import integer_seed
 from swesbi.study.stage import plain_settings
 
 TRAINING: Final = "training-"
+OF_STUDY: Final = f"{TRAINING}1"
+"""The study's own training."""
 READING: Final = "reading-"
 OTHER_EXPERIMENTS: Final = ("scalar_only", "wide_prior")
 """Experiments beside the main one that statements ask for."""
@@ -94,7 +96,7 @@ class StatementsSettings(Settings):
 
     def seed(self, variant: str, seed: int) -> int:
         """Return the seed of a variant's training: that of the study, or for another training its own."""
-        if variant.startswith(TRAINING) and variant != f"{TRAINING}1":
+        if variant.startswith(TRAINING) and variant != OF_STUDY:
             return integer_seed(seed, "statements", variant)
         return seed
 
@@ -156,6 +158,7 @@ def judged_settings(study: Study, statements: StatementsSettings, variant: str) 
         search["loss"] = dict(zip(terms, reading.cmaes_weights, strict=True))
     acquisitions = statements.acquisitions if variant.startswith(TRAINING) else statements.acquisitions[:1]
     return {
+        "variant": variant,
         "cohort_title": study.config.cohort_title,
         "main": study.config.main_experiment,
         "experiments": of_experiment,
@@ -165,3 +168,8 @@ def judged_settings(study: Study, statements: StatementsSettings, variant: str) 
         "acquisitions": list(acquisitions),
         "reading": reading.to_plain(),
     }
+
+
+def table_settings(statements: StatementsSettings) -> dict[str, Any]:
+    """Return what the tables depend on."""
+    return {"labels": {name: reading.label for name, reading in statements.readings.items()}}

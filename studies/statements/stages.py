@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
+from pydantic import JsonValue
 
-from studies.statements.judge import JudgedSettings, Network, chosen, findings, recoveries
-from studies.statements.recorded import rerecorded
-from studies.statements.settings import StatementsSettings
+from studies.statements.judge import Network, chosen, findings, recoveries
+from studies.statements.recorded import RecordedSettings, rerecorded
+from studies.statements.recovery import ExperimentSettings
+from studies.statements.settings import Reading
 from studies.statements.table import readings_table, scores_table, stability_table
-from swesbi.artefacts import Origin
-from swesbi.artefacts.csv import read_csv, write_csv
-from swesbi.artefacts.typed import BySubject, read_as
+from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.typed import ByExperiment, ByName, BySubject, Files, Item
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import measured_subjects
 from swesbi.measurement.operator import PassiveBaseline
@@ -27,91 +28,99 @@ from swesbi.report.paper.values import read_paper
 LOGGER = logging.getLogger("swesbi")
 
 
+class ByPrior(Files[str, Item]):
+    """Simulations from several priors."""
+
+    @staticmethod
+    def key(path: Path) -> str:
+        """Return the prior in whose folder those of a subject lie."""
+        return path.parent.parent.name
+
+
 def judged(
+    observations: tuple[Observation, ...],
+    passives: BySubject[PassiveBaseline],
+    pools: ByExperiment[Pool],
+    checkpoints: ByExperiment[Checkpoints],
+    shards: ByPrior[BySubject[PriorSimulations]],
     *,
-    observations: Sequence[Path],
-    passives: Sequence[Path],
-    pools: Sequence[Path],
-    checkpoints: Sequence[Path],
-    shards: Sequence[Path],
-    statements: Path,
-    settings: JudgedSettings,
-    origin: Origin,
-) -> None:
-    """Score the paper's statements by one variant's networks, on recordings of each acquisition seed.
+    variant: str,
+    cohort_title: str,
+    main: str,
+    experiments: dict[str, ExperimentSettings],
+    priors: dict[str, str],
+    cmaes: dict[str, JsonValue],
+    recorded: RecordedSettings,
+    acquisitions: tuple[int, ...],
+    reading: Reading,
+    seed: int,
+) -> PlainTable:
+    """Score the paper's statements by one variant's networks: a row an acquisition and statement.
 
     Args:
         observations: The shipped recordings, of the main experiment's subjects.
-        passives: Their passive baselines, in the same order.
-        pools: Training sets, of the experiments in their order.
-        checkpoints: Networks, likewise.
-        shards: Prior simulations, of all these experiments.
-        statements: Output: a row an acquisition and statement.
-        settings: Of the stages, and the reading.
-        origin: With the study's seed.
+        passives: Their passive baselines.
+        pools: Training sets of the experiments.
+        checkpoints: Networks of the experiments; a reading chooses the epoch of the main one's.
+        shards: Prior simulations of all these experiments.
+        variant: Its name.
+        cohort_title: What the subjects are.
+        main: The main experiment.
+        experiments: What posterior, predictive check and recovery of each depend on, the main one first.
+        priors: The name of each one's prior.
+        cmaes: Of the reference fit.
+        recorded: How recordings are made.
+        acquisitions: Acquisition seeds of the recordings.
+        reading: How the paper's text is read.
+        seed: The study's seed.
 
     Raises:
         ArtefactError: An input does not fit the others, or a subject is no virtual volunteer.
         RecordingError: A new recording does not pass quality control.
         PassiveCalibrationError: A new recording's late diastole admits no positive passive scale.
     """
-    subjects = measured_subjects(
-        [Observation.read(path) for path in observations],
-        read_as(BySubject[PassiveBaseline], passives, "passives"),
-        settings.recorded.measurement,
-    )
-    networks = {
-        name: _network(pool, checkpoint, shards, name, settings)
-        for name, pool, checkpoint in zip(settings.experiments, pools, checkpoints, strict=True)
-    }
-    recovered = recoveries(networks, subjects, settings, origin.seed)
+    subjects = measured_subjects(observations, passives, recorded.measurement)
+    networks = {}
+    for name, own in experiments.items():
+        pool, nets = pools[name], checkpoints[name].of_epochs
+        net = chosen(nets, reading.epoch if name == main else "best")
+        pool.check_components(net.components, "checkpoints")
+        networks[name] = Network(own, pool, net, shards[priors[name]])
+    recovered = recoveries(networks, subjects, reading.recovery, recorded.passive.exponent_b, seed)
     tables = []
-    for acquisition in settings.acquisitions:
-        recordings = [rerecorded(each, acquisition, settings.reading, settings.recorded) for each in subjects]
-        found = findings(recordings, networks, recovered, settings, origin.seed)
+    for acquisition in acquisitions:
+        recordings = [rerecorded(each, acquisition, reading, recorded) for each in subjects]
+        found = findings(recordings, networks, recovered, main, cmaes, cohort_title, seed)
         table = statements_table(read_paper(), found)
-        LOGGER.info("%s, acquisition %d: %s", statements.stem, acquisition, score_in_words(table))
+        LOGGER.info("%s, acquisition %d: %s", variant, acquisition, score_in_words(table))
         tables.append(table.assign(acquisition=acquisition))
-    write_csv(statements, pd.concat(tables, ignore_index=True))
+    return pd.concat(tables, ignore_index=True)
 
 
-def _network(
-    pool: Path, checkpoints: Path, shards: Sequence[Path], experiment: str, settings: JudgedSettings
-) -> Network:
-    """Read one experiment's network; a reading's epoch is that of the main experiment alone."""
-    data, nets = Pool.read(pool), Checkpoints.read(checkpoints)
-    best = settings.reading.model_copy(update={"epoch": "best"})
-    net = chosen(nets.of_epochs, settings.reading if experiment == settings.main else best)
-    data.check_components(net.components, "checkpoints")
-    prior = settings.priors[experiment]
-    own = [path for path in shards if path.parent.parent.name == prior]
-    return Network(data, net, read_as(BySubject[PriorSimulations], own, "shards"))
+class Tables(NamedTuple):
+    """All judgements together.
+
+    Attributes:
+        scores: A row a training and acquisition.
+        stability: A row a statement: in how many of these it agrees, and the range of its numbers.
+        readings: A row a reading: which statements it moves.
+    """
+
+    scores: PlainTable
+    stability: PlainTable
+    readings: PlainTable
 
 
-def tables(
-    *,
-    judgements: Sequence[Path],
-    scores: Path,
-    stability: Path,
-    readings: Path,
-    settings: StatementsSettings,
-    origin: Origin,
-) -> None:
-    """Put the judgements together; each file is named by its variant.
+def tables(judgements: ByName[PlainTable], *, labels: dict[str, str]) -> Tables:
+    """Put the judgements together.
 
     Args:
         judgements: Of all variants.
-        scores: Output, a row a training and acquisition.
-        stability: Output, a row a statement: in how many of these it agrees, and the range of its numbers.
-        readings: Output, a row a reading: which statements it moves.
-        settings: Of the study.
-        origin: Not used: nothing is drawn.
+        labels: What each reading is called, in the order shown.
     """
-    by_variant: Mapping[str, pd.DataFrame] = {path.stem: read_csv(path) for path in judgements}
-    found = scores_table(by_variant)
-    write_csv(scores, found)
-    write_csv(stability, stability_table(by_variant))
-    write_csv(readings, readings_table(by_variant, settings))
+    by_variant = dict(judgements)
+    scores = scores_table(by_variant)
     LOGGER.info(
-        "%.1f of %d statements agree, mean of %d", found["agree"].mean(), found["of"].max(), len(found)
+        "%.1f of %d statements agree, mean of %d", scores["agree"].mean(), scores["of"].max(), len(scores)
     )
+    return Tables(scores, stability_table(by_variant), readings_table(by_variant, labels))

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from studies.statements.settings import READING, TRAINING, StatementsSettings
+from studies.statements.settings import OF_STUDY, READING, TRAINING
+from swesbi.recording.acquisition_settings import ACQUISITION_SEED
 from swesbi.report.paper.comparison import DESIGNED
 from swesbi.report.paper.values import numbers
 
@@ -48,14 +49,19 @@ def stability_table(by_variant: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def readings_table(by_variant: Mapping[str, pd.DataFrame], settings: StatementsSettings) -> pd.DataFrame:
-    """Return a row a reading, the study's first: its score, and the statements that it gains and loses."""
-    known = by_variant[f"{TRAINING}{settings.trainings[0]}"]
-    study = known[known["acquisition"] == settings.acquisitions[0]].set_index("statement")
+def readings_table(by_variant: Mapping[str, pd.DataFrame], labels: Mapping[str, str]) -> pd.DataFrame:
+    """Return a row a reading, the study's first: its score, and the statements that it gains and loses.
+
+    Args:
+        by_variant: All judgements.
+        labels: What each reading is called, in the order shown.
+    """
+    known = by_variant[OF_STUDY]
+    study = known[known["acquisition"] == ACQUISITION_SEED].set_index("statement")
     rows = [_reading("as configured", study, study)]
-    for name, reading in settings.readings.items():
+    for name, label in labels.items():
         own = by_variant[f"{READING}{name}"].set_index("statement")
-        rows.append(_reading(reading.label, own, study))
+        rows.append(_reading(label, own, study))
     return pd.DataFrame(rows)
 
 

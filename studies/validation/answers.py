@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 from pydantic import Field, JsonValue
 
 from studies.validation.score import HeartAnswer, intervals, refusal, truths
 from studies.validation.settings import answers_settings, configured
+from swesbi import artefacts
 from swesbi.answers.answer import answered
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording, noise_test
 from swesbi.answers.settings import AnswerSettings
+from swesbi.artefacts.schema import Schema
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
@@ -27,11 +31,15 @@ from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import RecordingSettings, Repeats
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.verdict.answers import SEPARATOR, label_of_test
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import Generator
 from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
+
+ALONG: Final = "heart"
+SCHEMA: Final = artefacts.schema_of(HeartAnswer, ALONG)["/"]
 
 
 class HeartAnswersSettings(AnswerSettings):
@@ -64,7 +72,7 @@ class HeartAnswersSettings(AnswerSettings):
         Raises:
             ValueError: No generator has this letter.
         """
-        measured = self.verdict.rule.volumes.lvesv_tolerance_fraction
+        measured = self.rule.volumes.lvesv_tolerance_fraction
         generators = all_generators(self.population, self.prior, self.acquisition, measured)
         return generator_of(generators, self.generator)
 
@@ -75,6 +83,44 @@ class HeartAnswersSettings(AnswerSettings):
             RuntimeError: It could not be recorded.
         """
         return record_heart(self.source, number, seed, self.stream, self.recording, self.grid_points)
+
+
+@dataclass(frozen=True)
+class HeartAnswers(artefacts.Artefact, kind="validation_answers"):
+    """The answers to some hearts of one generator, at least one.
+
+    Attributes:
+        of: Each of them.
+        asked: Which hearts these are, and how they are answered; provenance says it.
+    """
+
+    of: tuple[HeartAnswer, ...]
+    asked: HeartAnswersSettings
+
+    @classmethod
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
+
+    @classmethod
+    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
+        """Return the names of the hearts and of the quantities."""
+        return (artefacts.Labels(ALONG, "subject"), artefacts.Labels("quantity"))
+
+    def to_groups(self) -> dict[str, artefacts.Group]:
+        """Return the content of the file."""
+        labels = {
+            "subject": (ALONG, [answer.context.subject for answer in self.of]),
+            "quantity": list(QUANTITIES),
+        }
+        return {"/": artefacts.build_group(SCHEMA, artefacts.stacked_values(self.of)["/"], labels)}
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> HeartAnswers:
+        """Return what the group of a file holds, which the stage was asked for."""
+        names = {"context.subject": [str(name) for name in groups["/"]["subject"].to_numpy()]}
+        answers = artefacts.from_rows(HeartAnswer, groups["/"], ALONG, **names)
+        return cls(tuple(answers), HeartAnswersSettings.from_plain(made.settings["asked"]))
 
 
 def asked_of(study: Study, generator: str, hearts: int, stream: str) -> HeartAnswersSettings:
@@ -135,10 +181,9 @@ def of_one_round(settings: HeartAnswersSettings) -> HeartAnswersSettings:
     Chains of a heart that the model cannot be take minutes and do not converge. Where one round of them
     contradicts the model, they go no further.
     """
-    inference = settings.exact_posterior
-    mcmc = inference.exact.mcmc.model_copy(update={"max_steps": inference.exact.mcmc.steps})
-    exact = inference.exact.model_copy(update={"mcmc": mcmc})
-    return settings.model_copy(update={"exact_posterior": inference.model_copy(update={"exact": exact})})
+    exact = settings.exact
+    mcmc = exact.mcmc.model_copy(update={"max_steps": exact.mcmc.steps})
+    return settings.model_copy(update={"exact": exact.model_copy(update={"mcmc": mcmc})})
 
 
 def recorded_as_answered(

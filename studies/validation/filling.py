@@ -18,7 +18,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from studies.validation.score import HeartAnswer, HeartAnswers
+from studies.validation.answers import HeartAnswers
+from studies.validation.score import HeartAnswer
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.parameters import SHOWN, THETA_NAMES

@@ -85,9 +85,7 @@ def answer_folder(
     for name, made in hearts.items():
         noise = noises.noise(name)
         test = noise_test(noises.compared(name), noise.components, "the folder", level)
-        model = SpeedModel(
-            measured_speeds(made.observation, noise.components), settings.model
-        )
+        model = SpeedModel(measured_speeds(made.observation, noise.components), settings.model)
         recording = ModelledRecording(made.observation, model, (test,), noise.in_words)
         answer = answered(recording, knowledge, settings, study.config.seed)
         found, truth = (

@@ -192,11 +192,9 @@ def _distance(answer: Answer, clean: Answer) -> float:
 
 def with_fewer_draws(settings: HeartAnswersSettings) -> HeartAnswersSettings:
     """Return the same, with posteriors of fewer draws, rounds and steps."""
-    inference = settings.exact_posterior
-    mcmc = inference.exact.mcmc.model_copy(update={"steps": STEPS})
-    fewer = inference.exact.model_copy(update={"draws": DRAWS, "max_rounds": ROUNDS, "mcmc": mcmc})
-    exact = asking(fewer, EFFECTIVE_DRAWS)
-    return settings.model_copy(update={"exact_posterior": inference.model_copy(update={"exact": exact})})
+    mcmc = settings.exact.mcmc.model_copy(update={"steps": STEPS})
+    fewer = settings.exact.model_copy(update={"draws": DRAWS, "max_rounds": ROUNDS, "mcmc": mcmc})
+    return settings.model_copy(update={"exact": asking(fewer, EFFECTIVE_DRAWS)})
 
 
 def table_of(rows: Sequence[Mapping[str, object]]) -> pd.DataFrame:

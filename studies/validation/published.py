@@ -46,8 +46,8 @@ from studies.validation.published_values import (
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
-from swesbi.config.view import View
 from swesbi.config.study import Study, load_study
+from swesbi.config.view import View
 from swesbi.context import Context
 from swesbi.heart.intervals import systolic_intervals
 from swesbi.heart.simulate import Beats

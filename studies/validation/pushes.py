@@ -111,6 +111,21 @@ def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSetting
     return Answered(truths(heart), found, exact.efficiency, exact.sampler == "mcmc")
 
 
+def recording_of_table(
+    table: pd.DataFrame, context: Context, declared: NoiseDeclaration, settings: HeartAnswersSettings
+) -> ModelledRecording:
+    """Read a table of pushes, as that of any subject, and return the recording with its model.
+
+    Raises:
+        RecordingError: It cannot be used.
+    """
+    quality = settings.recording
+    in_memory = table_of_frame(table, context.subject)
+    samples = samples_in(in_memory, quality.phases, quality.density_kg_m3)
+    observed = ingest_pushes(samples, context, quality, declared)
+    return modelled_pushes(observed, settings.model)
+
+
 def scores(letter: str, answered: Sequence[Answered], refused: int) -> pd.DataFrame:
     """Return a row a quantity."""
     truth, inside = (np.stack([getattr(one, name) for one in answered]) for name in ("truth", "inside"))
@@ -163,18 +178,3 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
-
-
-def recording_of_table(
-    table: pd.DataFrame, context: Context, declared: NoiseDeclaration, settings: HeartAnswersSettings
-) -> ModelledRecording:
-    """Read a table of pushes, as that of any subject, and return the recording with its model.
-
-    Raises:
-        RecordingError: It cannot be used.
-    """
-    quality = settings.recording
-    in_memory = table_of_frame(table, context.subject)
-    samples = samples_in(in_memory, quality.phases, quality.density_kg_m3)
-    observed = ingest_pushes(samples, context, quality, declared)
-    return modelled_pushes(observed, settings.model)

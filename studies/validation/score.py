@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-import xarray as xr
 
 from swesbi import artefacts
-from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
@@ -22,7 +19,6 @@ from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 
 UNITS: Final = "kPa, s-1, ms, kPa, s-1, ms, kPa, kPa, kPa, s-1"
-ALONG: Final = "heart"
 
 
 @dataclass(frozen=True)
@@ -140,37 +136,3 @@ def refusal(number: int, heart: OtherHeart, redrawn: int, reason: str) -> HeartA
         number, heart.context, redrawn, REFUSED, reason, by_mcmc=False, converged=False,
         efficiency=np.nan, truth=truths(heart), **vars(no_intervals()),
     )  # fmt: skip
-
-
-SCHEMA: Final = artefacts.schema_of(HeartAnswer, ALONG)["/"]
-
-
-@dataclass(frozen=True)
-class HeartAnswers(artefacts.Artefact, kind="validation_answers"):
-    """The answers to some hearts of one generator, at least one."""
-
-    of: tuple[HeartAnswer, ...]
-
-    @classmethod
-    def schema(cls) -> Schema:
-        """Return the one group of the file."""
-        return {"/": SCHEMA}
-
-    @classmethod
-    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
-        """Return the names of the hearts and of the quantities."""
-        return (artefacts.Labels(ALONG, "subject"), artefacts.Labels("quantity"))
-
-    def to_groups(self) -> dict[str, xr.Dataset]:
-        """Return the content of the file."""
-        labels = {
-            "subject": (ALONG, [answer.context.subject for answer in self.of]),
-            "quantity": list(QUANTITIES),
-        }
-        return {"/": artefacts.build_dataset(SCHEMA, artefacts.stacked_values(self.of)["/"], labels)}
-
-    @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> HeartAnswers:
-        """Return what the group of a file holds."""
-        names = {"context.subject": [str(name) for name in groups["/"]["subject"].to_numpy()]}
-        return cls(tuple(artefacts.from_rows(HeartAnswer, groups["/"], ALONG, **names)))

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from swesbi.answers.settings import AnswerSettings
 from swesbi.base.settings import Settings
 from swesbi.config.read import ConfigError, parse_section, read_yaml
-from swesbi.answers.settings import AnswerSettings
 from swesbi.config.study import Study
 from swesbi.config.view import View
 from swesbi.study.results import OF_POPULATION
@@ -17,7 +17,8 @@ from swesbi.study.stage import plain_settings
 from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM
 
 ANSWERED: Final = (
-    *AnswerSettings.model_fields, "prior", "noise_level", "population", "acquisition", "recording", "grid_points",
+    *AnswerSettings.model_fields, "prior", "noise_level", "population", "acquisition", "recording",
+    "grid_points",
 )  # fmt: skip
 """What answers depend on beside whose hearts are asked for."""
 CONFIGURED: Final = Path(__file__).with_name("config.yaml")

@@ -2,108 +2,103 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-from pydantic import Field
-
-from studies.validation.answers import HeartAnswersSettings, Questioner
+from studies.validation.answers import HeartAnswers, HeartAnswersSettings, Questioner
 from studies.validation.figure import draw_validation
-from studies.validation.score import HeartAnswer, HeartAnswers
+from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
-from swesbi.answers.knowledge import knowledge_of_population
-from swesbi.artefacts import Origin
-from swesbi.artefacts.csv import write_csv
-from swesbi.artefacts.files import hdf5_provenance
+from swesbi.answers.knowledge import OF_POPULATION, Knowledge
+from swesbi.artefacts import Group, Provenance, UnfitError
+from swesbi.artefacts.csv import PlainTable
 from swesbi.base.progress import Progress
-from swesbi.base.settings import Settings
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.recording.noise.cohort import CohortNoise
-from swesbi.report.figures.style import save_figure
-from swesbi.study.other_network import check_network
+from swesbi.report.figures.style import Drawing
+from swesbi.study.other_network import difference
+from swesbi.verdict.null_recordings import NullRecordings
+
+
+@dataclass(frozen=True)
+class FlowOfPopulation(TrainedFlow):
+    """The network of a population, which no rule of the side study makes.
+
+    Attributes:
+        trained_under: The settings that it was trained under, as provenance states them.
+    """
+
+    trained_under: Mapping[str, Any]
+
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> FlowOfPopulation:
+        """Return the flow of a file's group."""
+        return cls(**vars(TrainedFlow.rebuilt(groups, made)), trained_under=made.settings)
 
 
 def validation_answers(
+    estimator: FlowOfPopulation,
+    noise: CohortNoise,
+    null: NullRecordings,
     *,
-    estimator: Path,
-    noise: Path,
-    null: Path,
-    answers: Path,
-    settings: HeartAnswersSettings,
-    origin: Origin,
-) -> None:
+    asked: HeartAnswersSettings,
+    seed: int,
+) -> HeartAnswers:
     """Answer some hearts of one generator.
 
     Args:
         estimator: The network of the population.
         noise: Noise of the study's cohort, from which standard errors are told.
         null: Null recordings.
-        answers: Output.
+        asked: Which hearts, and how they are answered.
+        seed: The study's seed.
 
     Raises:
-        OtherNetworkError: The network was trained under other settings.
+        UnfitError: The network was trained under other settings.
         RuntimeError: A heart could not be recorded.
-        ArtefactError: An input is no such artefact.
         ValueError: No generator has this letter.
     """
-    check_network(estimator, settings.train_population)
-    components = CohortNoise.read(noise).usual
-    questioner = Questioner(knowledge_of_population(estimator, null), components, settings, origin.seed)
-    label = f"{settings.stream}, {settings.generator}: {settings.source.title}"
-    progress = Progress(label, settings.hearts, unit="heart")
+    if fault := difference(estimator.trained_under, asked.train_population):
+        raise UnfitError("estimator", fault)
+    knowledge = Knowledge(OF_POPULATION, null.contexts, estimator, nulls=null)
+    questioner = Questioner(knowledge, noise.usual, asked, seed)
+    label = f"{asked.stream}, {asked.generator}: {asked.source.title}"
+    progress = Progress(label, asked.hearts, unit="heart")
     answered = []
-    for number in settings.numbers:
+    for number in asked.numbers:
         answered.append(questioner.answer(number))
         progress.step(note=f"{answered[-1].context.subject} {answered[-1].status}")
-    HeartAnswers(tuple(answered)).write(answers, origin.provenance("", settings))
+    return HeartAnswers(tuple(answered), asked)
 
 
-class ValidationStageSettings(Settings):
-    """What the tables and the figure depend on."""
+class Validation(NamedTuple):
+    """What the answers of all generators come to.
 
-    score: ScoreSettings
-    interval: float = Field(gt=0.0, lt=1.0, description="mass of the credible intervals")
+    Attributes:
+        table: A row a generator and quantity.
+        samplers: A row a generator.
+        figure: Coverage by quantity.
+    """
+
+    table: PlainTable
+    samplers: PlainTable
+    figure: Drawing
 
 
-def validation(
-    *,
-    answers: Sequence[Path],
-    table: Path,
-    samplers: Path,
-    figure_pdf: Path,
-    figure_png: Path,
-    settings: ValidationStageSettings,
-    origin: Origin,
-) -> None:
-    """Write what the answers of all generators come to: coverage by quantity, samplers, a figure.
+def validation(answers: tuple[HeartAnswers, ...], *, score: ScoreSettings, interval: float) -> Validation:
+    """Count the answers of all generators.
 
     Args:
         answers: Of each generator, in one file or several.
-        table: Output, one row a generator and quantity.
-        samplers: Output, one row a generator.
-        figure_pdf: Output, coverage.
-        figure_png: Output, the same.
-
-    Raises:
-        ArtefactError: A file holds no answers.
+        score: How they are counted.
+        interval: Mass of the credible intervals.
     """
-    by_letter, titles = _by_letter(answers)
-    frame = validation_table(by_letter, titles, settings.score)
-    write_csv(table, frame)
-    write_csv(samplers, samplers_table(by_letter, titles))
-    save_figure(draw_validation(frame, settings.interval), figure_pdf, figure_png)
-
-
-def _by_letter(answers: Sequence[Path]) -> tuple[Mapping[str, list[HeartAnswer]], Mapping[str, str]]:
-    """Return the answers of each generator, heart by heart, and its title, by letter in order."""
-    found: dict[str, list[HeartAnswer]] = {}
+    by_letter: dict[str, list[HeartAnswer]] = {}
     titles: dict[str, str] = {}
-    read = [(_settings_of(path), path) for path in answers]
-    for settings, path in sorted(read, key=lambda item: (item[0].generator, item[0].first)):
-        found.setdefault(settings.generator, []).extend(HeartAnswers.read(path).of)
-        titles[settings.generator] = settings.source.title
-    return found, titles
-
-
-def _settings_of(path: Path) -> HeartAnswersSettings:
-    return HeartAnswersSettings.from_plain(dict(hdf5_provenance(path).settings))
+    for part in sorted(answers, key=lambda part: (part.asked.generator, part.asked.first)):
+        by_letter.setdefault(part.asked.generator, []).extend(part.of)
+        titles[part.asked.generator] = part.asked.source.title
+    table = validation_table(by_letter, titles, score)
+    return Validation(table, samplers_table(by_letter, titles), draw_validation(table, interval))

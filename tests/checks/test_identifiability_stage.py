@@ -56,7 +56,7 @@ def _found() -> CohortIdentifiability:
 
 @cache
 def _groups() -> Mapping[str, xr.Dataset]:
-    return Identifiability.of(_found(), tiny()).groups
+    return Identifiability.of(_found(), tiny()).datasets
 
 
 def test_an_empty_cohort_is_refused() -> None:
@@ -77,8 +77,8 @@ def test_draws_depend_on_seed_subject_and_purpose_alone() -> None:
 
 def test_the_artefact_is_read_back(tmp_path: Path) -> None:
     path = tmp_path / "identifiability.h5"
-    Identifiability(_groups()).write(path, Provenance(""))
-    for name, group in Identifiability.read(path).groups.items():
+    Identifiability.of(_found(), tiny()).write(path, Provenance(""))
+    for name, group in Identifiability.read(path).datasets.items():
         xr.testing.assert_equal(group, _groups()[name])
 
 

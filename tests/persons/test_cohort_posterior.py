@@ -116,7 +116,7 @@ def test_the_file_reads_back_by_us_and_by_arviz(posterior: CohortPosterior, tmp_
     assert opened.posterior["theta"].sizes["subject"] == PERSONS
     loo = arviz.loo(opened, pointwise=False)
     assert np.isfinite(loo.elpd_loo)
-    assert load(path, CohortPosterior.kind)[0]["hyperparameter"].size == 18
+    assert load(path, CohortPosterior.kind)[0]["hyperparameter"].values.size == 18
 
 
 def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None:

@@ -192,13 +192,13 @@ def test_nuisances_are_kept_beside_what_is_reported(
     for group in ("posterior", "npe", "weighted"):
         kept = load(path, Posterior.kind, group)[0]
         assert kept["nuisance"].to_numpy().tolist() == list(prior.nuisance_names)
-        assert kept["nuisance_parameters"].shape[-1] == nuisances
-    of_posterior = load(path, Posterior.kind, "posterior")[0].isel(chain=0)
+        assert kept["nuisance_parameters"].values.shape[-1] == nuisances
+    of_posterior = load(path, Posterior.kind, "posterior")[0].at("chain", 0)
     for number, parameter in enumerate(prior.names):
         column = (
             of_posterior[parameter]
             if number < 4
-            else of_posterior["nuisance_parameters"].sel(nuisance=parameter)
+            else of_posterior["nuisance_parameters"].values[:, number - 4]
         )
         np.testing.assert_array_equal(column, exact.phi[:, number])
 

@@ -15,12 +15,13 @@ import h5py
 import numpy as np
 import pytest
 import torch
-import xarray as xr
 
 from swesbi.__main__ import main
 from swesbi.artefacts import (
+    Array,
     ArtefactError,
     DamagedArtefactError,
+    Group,
     Provenance,
     atomic_path,
     folder_made_whole,
@@ -39,19 +40,20 @@ PASSIVE = schema_of(PassiveBaseline)["/"]
 Change = Callable[[h5py.File], None]
 
 
-def passive(**changed: xr.Variable) -> xr.Dataset:
-    """Return the dataset of a passive baseline, some of its variables replaced."""
-    sizes = {"cycle": 7}
-    variables = {
-        name: xr.Variable(
-            variable.dims,
-            np.linspace(1.0, 2.0, 7) if variable.dims else np.float64(2.0),
-            {"units": variable.units},
+def passive() -> dict[str, Group]:
+    """Return the group of a passive baseline."""
+    return {
+        "/": Group(
+            {
+                name: Array(
+                    variable.dims,
+                    np.linspace(1.0, 2.0, 7) if variable.dims else np.array(2.0),
+                    {"units": variable.units},
+                )
+                for name, variable in PASSIVE.items()
+            }
         )
-        for name, variable in PASSIVE.items()
     }
-    assert all(set(variable.dims) <= set(sizes) for variable in PASSIVE.values())
-    return xr.Dataset({**variables, **changed})
 
 
 def write_hdf5(path: Path) -> None:

@@ -17,7 +17,6 @@ from study_copy import StudyCopy
 
 from swesbi.study.job import logging_to
 from swesbi.study.running import (
-    check_run,
     check_writable,
     current_run,
     hold_with_others,
@@ -190,21 +189,12 @@ def test_a_job_ends_soon_after_its_run() -> None:
             process.wait()
 
 
-def workflow(on_cluster: bool = False) -> SimpleNamespace:
+def workflow() -> SimpleNamespace:
     return SimpleNamespace(
-        local_exec=not on_cluster,
-        scheduler=SimpleNamespace(job_rate_limiter="100/1s"),
         config_settings=SimpleNamespace(config_args=["seed=5", "cohort_title=a b"]),
         overwrite_configfiles=[Path("tests/smoke.yaml").absolute()],
         main_snakefile=str(Path("Snakefile").absolute()),
     )
-
-
-@pytest.mark.parametrize(("on_cluster", "limit"), [(False, None), (True, "100/1s")])
-def test_jobs_on_this_machine_start_without_a_limit_a_second(on_cluster: bool, limit: str | None) -> None:
-    study = workflow(on_cluster)
-    check_run(study, [])
-    assert study.scheduler.job_rate_limiter == limit
 
 
 def test_jobs_know_the_process_and_the_options_of_their_run() -> None:

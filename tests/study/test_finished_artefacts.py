@@ -15,7 +15,7 @@ from study_copy import StudyCopy
 
 from swesbi.artefacts.files import read_group
 from swesbi.artefacts.provenance import SCHEMA_VERSION
-from swesbi.artefacts.schema import SCHEMAS
+from swesbi.artefacts.schema import CLASSES
 from swesbi.parameters import THETA_NAMES
 
 for module, _ in PLACES.values():  # what they write is known where they are loaded
@@ -40,7 +40,7 @@ def hdf5_files(study: StudyCopy) -> list[Path]:
 def test_every_dataset_has_units_and_named_dimensions(finished: StudyCopy) -> None:
     for path in hdf5_files(finished):
         with h5py.File(path) as file:
-            assert file.attrs["kind"] in SCHEMAS
+            assert file.attrs["kind"] in CLASSES
             assert json.loads(file.attrs["settings"])
             assert file.attrs["code_hash"]
             assert file.attrs["schema_version"] == SCHEMA_VERSION
@@ -63,7 +63,7 @@ def test_groups_are_read_as_xarray_reads_them(finished: StudyCopy) -> None:
             groups = ["/", *(name for name in file if isinstance(file[name], h5py.Group))]
         for group in groups:
             with xr.open_dataset(path, engine="h5netcdf", group=group) as expected:
-                found = read_group(path, group)
+                found = read_group(path, group).to_xarray()
                 xr.testing.assert_identical(found, expected)
                 assert {name: one.dtype for name, one in found.variables.items()} == {
                     name: one.dtype for name, one in expected.variables.items()
@@ -73,7 +73,7 @@ def test_groups_are_read_as_xarray_reads_them(finished: StudyCopy) -> None:
 def test_every_artefact_opens_with_xarray_as_its_schema_says(finished: StudyCopy) -> None:
     for path in hdf5_files(finished):
         with xr.open_datatree(path, engine="h5netcdf") as tree:
-            for group, variables in SCHEMAS[tree.attrs["kind"]].items():
+            for group, variables in CLASSES[tree.attrs["kind"]].schema().items():
                 for name, variable in variables.items():
                     found = tree[group].to_dataset()[name]
                     assert found.dims == variable.dims, f"{path}: {group} {name}"

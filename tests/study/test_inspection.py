@@ -5,24 +5,30 @@ from __future__ import annotations
 import re
 import shutil
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pytest
 import torch
-import xarray as xr
+from numpy.typing import NDArray
 from study_copy import StudyCopy
 
-from swesbi.artefacts import ArtefactError, Provenance, Variable, register, save, write_json
+from swesbi.artefacts import Array, Artefact, ArtefactError, Group, Provenance, Variable, save, write_json
 from swesbi.networks.files import write_plain
 from swesbi.study import inspect, parsers
 from swesbi.study.contents import READERS, flatten, read
 from swesbi.study.inspect import array_difference, compare_runs
 
 Shown = pytest.CaptureFixture[str]
-KIND = register("inspected", {"/": {"k0_kpa": Variable("draw", "kPa", "stiffness")}, "/few": {}})
 FIT, NET, TABLE = Path("cohort/A/fit.h5"), Path("paper/estimator.pt"), Path("tables/ppc.csv")
 VERDICT, FIGURE = Path("paper/subjects/F/verdict.json"), Path("figures/ppc.png")
+
+
+@dataclass(frozen=True)
+class Inspected(Artefact, kind="inspected"):
+    k0_kpa: Annotated[NDArray[np.float64], Variable("draw", "kPa", "stiffness")]
 
 
 def main(arguments: list[str]) -> int:
@@ -31,9 +37,10 @@ def main(arguments: list[str]) -> int:
 
 def write_fit(path: Path, exponent: float = 3.0, code: str = "abc", factor: float = 1.0) -> None:
     """Write an artefact of which two groups differ in the length of a dimension."""
-    draws = ("draw", factor * np.arange(3.0), {"units": "kPa", "long_name": "stiffness"})
-    groups = {"/": xr.Dataset({"k0_kpa": draws}), "/few": xr.Dataset({"index": ("draw", [0, 1])})}
-    save(path, groups, Provenance(KIND, "A", 7, {"passive": {"exponent_b": exponent}}, code))
+    draws = Array(("draw",), factor * np.arange(3.0), {"units": "kPa", "long_name": "stiffness"})
+    few = Array(("draw",), np.array([0, 1]))
+    made = Provenance(Inspected.kind, "A", 7, {"passive": {"exponent_b": exponent}}, code)
+    save(path, {"/": Group({"k0_kpa": draws}), "few": Group({"index": few})}, made)
 
 
 @pytest.fixture
@@ -201,12 +208,12 @@ def test_what_is_no_run_is_named(tmp_path: Path, name: str) -> None:
         compare_runs(tmp_path / name, tmp_path)
 
 
-def numbers(*values: float | bool, units: str = "kPa") -> xr.Variable:
-    return xr.Variable("n", np.array(values), {"units": units})
+def numbers(*values: float | bool, units: str = "kPa") -> Array:
+    return Array(("n",), np.array(values), {"units": units})
 
 
-def texts(*values: str) -> xr.Variable:
-    return xr.Variable("n", np.array(values))
+def texts(*values: str) -> Array:
+    return Array(("n",), np.array(values))
 
 
 @pytest.mark.parametrize(
@@ -221,11 +228,11 @@ def texts(*values: str) -> xr.Variable:
         (numbers(1.0), numbers(1.0, units="Pa"), "{'n': 1} kPa against {'n': 1} Pa"),
         (texts("x", "y"), texts("x", "zz"), "1 texts differ"),
         (texts("x"), texts("x"), ""),
-        (xr.Variable("n", [1]), xr.Variable("n", [2]), "max abs 1, max rel 0.5"),
+        (numbers(1, units=""), numbers(2, units=""), "max abs 1, max rel 0.5"),
         (numbers(True, units="1"), numbers(False, units="1"), "max abs 1 1, max rel 1"),
     ],
 )
-def test_arrays_are_compared_in_numbers(one: xr.Variable, two: xr.Variable, expected: str) -> None:
+def test_arrays_are_compared_in_numbers(one: Array, two: Array, expected: str) -> None:
     assert array_difference(one, two) == expected
 
 

@@ -20,7 +20,7 @@ from swesbi.report.figures.registry import captions, figure_of, names_of
 from swesbi.report.page.names import FURTHER
 from swesbi.population.settings import MOST_SHOWN
 from swesbi.study.running import RUN
-from swesbi.study.running import check_run, current_run, guard_run
+from swesbi.study.running import check_dates, current_run, guard_run
 from swesbi.study.nulls import nulls_of
 from swesbi.study.stage import stage_params
 
@@ -84,9 +84,8 @@ config["figure_captions"] = captions()  # for report/figure.rst
 
 
 onstart:
-    check_run(
-        workflow,
-        [STUDY.cohort.folder / "subjects.csv", *(STUDY.cohort.folder / "swe").glob("*")],
+    check_dates(
+        [STUDY.cohort.folder / "subjects.csv", *(STUDY.cohort.folder / "swe").glob("*")]
     )
 
 

@@ -57,7 +57,7 @@ def made_from(
     digest = sha256(json.dumps(said, sort_keys=True).encode())
     errors = recording.model.recording
     groups = recording.observation.to_groups().values()
-    observed = [values for group in groups for values in group.variables.values()]
+    observed = [values for group in groups for values in group.values()]
     for array in (*(values.to_numpy() for values in observed), errors.relative_se, errors.shared):
         digest.update(repr(array.tolist()).encode())
     return digest.hexdigest()

@@ -9,24 +9,27 @@ from swesbi.artefacts.atomic import (
     folder_made_whole,
 )
 from swesbi.artefacts.files import load, save, write_json
+from swesbi.artefacts.groups import Array, Group
 from swesbi.artefacts.provenance import Origin, Provenance, read_provenance
-from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_dataset, register
+from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_group
 from swesbi.artefacts.stored import (
-    from_dataset,
+    from_group,
     from_groups,
     from_rows,
     labels_of,
     schema_of,
     stacked_values,
-    to_dataset,
+    to_group,
     to_groups,
     values_of,
 )
 
 __all__ = [
+    "Array",
     "Artefact",
     "ArtefactError",
     "DamagedArtefactError",
+    "Group",
     "Labels",
     "Origin",
     "Part",
@@ -35,19 +38,18 @@ __all__ = [
     "Variable",
     "arranged",
     "atomic_path",
-    "build_dataset",
+    "build_group",
     "folder_made_whole",
-    "from_dataset",
+    "from_group",
     "from_groups",
     "from_rows",
     "labels_of",
     "load",
     "read_provenance",
-    "register",
     "save",
     "schema_of",
     "stacked_values",
-    "to_dataset",
+    "to_group",
     "to_groups",
     "values_of",
     "write_json",

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from swesbi.artefacts.atomic import ArtefactError
 from swesbi.artefacts.files import load, save
+from swesbi.artefacts.groups import Group
 from swesbi.artefacts.provenance import Provenance
 from swesbi.artefacts.schema import CLASSES, Labels, Schema
 from swesbi.artefacts.stored import from_groups, labels_of, schema_of, to_groups
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class Artefact:
@@ -24,7 +22,7 @@ class Artefact:
 
     Attributes:
         kind: Of the file.
-        labels: Label coordinates that are the same in every file, as xarray takes them.
+        labels: Label coordinates that are the same in every file, by their dimension.
     """
 
     kind: ClassVar[str]
@@ -47,12 +45,12 @@ class Artefact:
         """Return the text labels that the file has wherever it has their dimension."""
         return (*map(Labels, cls.labels), *labels_of(cls))
 
-    def to_groups(self) -> Mapping[str, xr.Dataset]:
+    def to_groups(self) -> Mapping[str, Group]:
         """Return the content of the file, a dataset a group."""
         return to_groups(self, self.labels)
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> Self:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> Self:
         """Return what the groups of a file hold, whose provenance may say what they do not."""
         return from_groups(cls, groups)
 

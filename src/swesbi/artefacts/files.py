@@ -1,4 +1,4 @@
-"""Reading and writing artefacts: netCDF-compatible HDF5 through xarray, and JSON.
+"""Reading and writing artefacts: netCDF-compatible HDF5, and JSON.
 
 At the end of an artefact stands its checksum, SHA-256 of every byte before it: neither HDF5 nor torch
 notices a flipped bit in the arrays. HDF5 ignores what follows its own content and a zip archive has room for
@@ -11,23 +11,20 @@ An HDF5 file holds its own data and no more of it than it has bytes: nothing els
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import h5py
-import numpy as np
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, repair_command
+from swesbi.artefacts.groups import ROOT, Group, as_netcdf, attributes_of, group_of, is_dimension_alone
 from swesbi.artefacts.provenance import OLDEST_READ, SCHEMA_VERSION, Provenance, read_provenance
-from swesbi.artefacts.schema import ROOT, check_group, check_groups
-
-if TYPE_CHECKING:
-    import xarray as xr
+from swesbi.artefacts.schema import check_group, check_groups
 
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 CHECKSUM: Final = "sha256"
@@ -36,44 +33,30 @@ DIGITS: Final = 64
 LENGTH: Final = len(PREFIX) + DIGITS + 1
 BLOCK: Final = 1 << 20
 DEEPEST: Final = 2
-UNUSED: Final = b"This is a netCDF dimension but not a netCDF variable"
-NO_COORDINATE: Final = "_nc4_non_coord_"
-"""Begins the name of a variable that is named as a dimension is, but has others."""
 OTHER_LOCK: Final = "flag values don't match"
 """In what the library says of a file that this process holds open under another kind of lock."""
-OF_HDF5: Final = frozenset(
-    ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
-    + ("_nc3_strict", "_NCProperties")
-)
-"""Attributes by which netCDF keeps its dimensions in HDF5."""
 
 
-def save(path: Path, groups: xr.Dataset | Mapping[str, xr.Dataset], provenance: Provenance) -> None:
-    """Write datasets to the HDF5 file ``path``, atomically, with a checksum at its end.
+def save(path: Path, groups: Mapping[str, Group], provenance: Provenance) -> None:
+    """Write groups to the HDF5 file ``path``, atomically, with a checksum at its end.
 
     Args:
         path: File to write; its folder is made if need be.
-        groups: One dataset, or one a group; the group "/" is the root.
+        groups: The group "/" is the root.
         provenance: Becomes the root attributes.
 
     Raises:
         ArtefactError: A dataset of the schema is missing or differs from it, or the file cannot be written.
     """
-    import xarray as xr
-
-    named = {ROOT: groups} if isinstance(groups, xr.Dataset) else dict(groups)
     try:
-        check_groups(provenance.kind, named)
+        check_groups(provenance.kind, groups)
     except ValueError as error:
         raise ArtefactError(f"{path}: {error}") from error
-    root = named.pop(ROOT, xr.Dataset()).assign_attrs(provenance.attributes())
-    # Composed in memory: the HDF5 library crashes the process when a disk fills up under it.
-    buffer = io.BytesIO()
-    _labelled(root).to_netcdf(buffer, mode="w", engine="h5netcdf")
-    for name, dataset in named.items():
-        _labelled(dataset).to_netcdf(buffer, mode="a", engine="h5netcdf", group=name)
+    root = groups.get(ROOT, Group({}))
+    whole = {**groups, ROOT: replace(root, attrs={**root.attrs, **provenance.attributes()})}
+    content = as_netcdf(whole)
     with atomic_path(path) as temporary:
-        temporary.write_bytes(buffer.getbuffer())
+        temporary.write_bytes(content)
         append_checksum(temporary)
 
 
@@ -101,10 +84,10 @@ def hdf5_provenance(path: Path) -> Provenance:
         Exception: One of ``UNREADABLE``: the file is no HDF5 file, or lacks an attribute.
     """
     with open_hdf5(path) as file:
-        return read_provenance(_attributes(file))
+        return read_provenance(attributes_of(file))
 
 
-def load(path: Path, kind: str, group: str = ROOT) -> tuple[xr.Dataset, Provenance]:
+def load(path: Path, kind: str, group: str = ROOT) -> tuple[Group, Provenance]:
     """Read one group of an artefact into memory, with its provenance.
 
     Nothing of the content is used before its checksum, its structure, its kind and version and the
@@ -137,49 +120,14 @@ def group_names(path: Path) -> list[str]:
         return [ROOT, *(name for name in found if isinstance(file[name], h5py.Group))]
 
 
-def read_group(path: Path, group: str = ROOT) -> xr.Dataset:
-    """Return a group of an HDF5 file as ``xarray.open_dataset`` does, in a quarter of its time.
-
-    Half of a stage that only reads and draws went into xarray's way through h5netcdf, variable by variable.
-    What is read is decoded by xarray itself.
+def read_group(path: Path, group: str = ROOT) -> Group:
+    """Return a group of an HDF5 file.
 
     Raises:
         Exception: One of ``UNREADABLE``: the file is no such HDF5 file, or has no such group.
     """
-    import xarray as xr
-
     with open_hdf5(path) as file:
-        found = file[group]
-        variables = {
-            name.removeprefix(NO_COORDINATE): _variable(name, item)
-            for name, item in found.items()
-            if isinstance(item, h5py.Dataset) and not _is_dimension_alone(item)
-        }
-        dataset = xr.Dataset(variables, attrs=_attributes(found))
-    return xr.decode_cf(dataset)
-
-
-def _variable(name: str, item: h5py.Dataset) -> xr.Variable:
-    import xarray as xr
-
-    dims: tuple[str, ...] = (name,) if "CLASS" in item.attrs else ()
-    if "DIMENSION_LIST" in item.attrs:
-        scales = (h5py.h5r.get_name(axis[0], item.id) for axis in item.attrs["DIMENSION_LIST"])
-        dims = tuple((scale or b"").decode().rpartition("/")[2] for scale in scales)
-    texts = h5py.check_string_dtype(item.dtype) is not None
-    values = np.asarray(item.asstr()[()]).astype(str) if texts else item[()]
-    return xr.Variable(dims, values, _attributes(item))
-
-
-def _attributes(item: h5py.HLObject) -> dict[str, Any]:
-    """Return the attributes that are none of HDF5's own; arrays of one number as this number."""
-    values = {name: item.attrs[name] for name in item.attrs if name not in OF_HDF5}
-    return {name: value[0] if np.shape(value) == (1,) else value for name, value in values.items()}
-
-
-def _is_dimension_alone(item: h5py.Dataset) -> bool:
-    """Tell whether a dataset only says how long a dimension is."""
-    return item.is_scale and bytes(item.attrs.get("NAME", b"")).startswith(UNUSED)
+        return group_of(file[group])
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
@@ -267,12 +215,6 @@ def _is_older(path: Path, read: Callable[[Path], Provenance]) -> bool:
 
 def _of_version(version: int) -> str:
     return f"has schema version {version}, this swesbi reads {SCHEMA_VERSION}"
-
-
-def _labelled(dataset: xr.Dataset) -> xr.Dataset:
-    """Give labels and indices the units of what has none."""
-    bare = {name: label for name, label in dataset.coords.items() if "units" not in label.attrs}
-    return dataset.assign_coords({name: label.assign_attrs(units="1") for name, label in bare.items()})
 
 
 def check_json(path: Path) -> None:
@@ -383,5 +325,5 @@ def _check_extent(where: str, dataset: h5py.Dataset, size: int) -> None:
     if dataset.is_virtual or dataset.external:
         raise ValueError(f"{where} takes its data from another file")
     # a dimension without labels is an empty dataset, of which only the length is used
-    if dataset.nbytes > size and not _is_dimension_alone(dataset):
+    if dataset.nbytes > size and not is_dimension_alone(dataset):
         raise ValueError(f"{where} claims {dataset.nbytes} bytes of data in a file of {size}")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import h5netcdf
 import h5py
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +40,15 @@ class Array:
     dims: tuple[str, ...]
     values: NDArray[Any]
     attrs: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """The length of each dimension."""
+        return dict(zip(self.dims, self.values.shape, strict=True))
+
+    def __array__(self, dtype: DTypeLike | None = None, *, copy: bool | None = None) -> NDArray[Any]:
+        """Let NumPy take it for its values."""
+        return np.array(self.values, dtype, copy=copy)
 
     def to_numpy(self) -> NDArray[Any]:
         """Return the values."""

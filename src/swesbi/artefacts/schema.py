@@ -11,18 +11,15 @@ known by :func:`register`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 
+from swesbi.artefacts.groups import Array, Group
 from swesbi.parameters import THETA_NAMES
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-ROOT: Final = "/"
 NUMERIC: Final = "biuf"
 TEXT: Final = "OSUT"
 PARAMETER: Final = "parameter"
@@ -108,9 +105,6 @@ class Part:
 Schema = Mapping[str, Mapping[str, Variable]]
 """Of one kind of artefact: group name -> dataset name -> variable; the group "/" is the root."""
 
-SCHEMAS: Final[dict[str, Schema]] = {}
-LABELS: Final[dict[str, tuple[Labels, ...]]] = {}
-
 
 class Stored(Protocol):
     """What a class of artefacts says of its files."""
@@ -128,19 +122,6 @@ CLASSES: Final[dict[str, type[Stored]]] = {}
 """Classes of artefacts by kind."""
 
 
-def register(kind: str, schema: Schema, labels: Iterable[str | Labels] = ()) -> str:
-    """Make a kind of artefact known to :func:`check_groups` and return it.
-
-    Args:
-        kind: Its name.
-        schema: What it holds.
-        labels: Text labels that every group has which has the dimension.
-    """
-    SCHEMAS[kind] = schema
-    LABELS[kind] = tuple(Labels(label) if isinstance(label, str) else label for label in labels)
-    return kind
-
-
 def arranged(variables: Mapping[str, Variable]) -> dict[str, Variable]:
     """Return variables in order, those that say so right behind another."""
     names = list(variables)
@@ -151,37 +132,41 @@ def arranged(variables: Mapping[str, Variable]) -> dict[str, Variable]:
     return {name: variables[name] for name in names}
 
 
-def build_dataset(
+def build_group(
     schema: Mapping[str, Variable], values: Mapping[str, Any], labels: Mapping[str, Any] | None = None
-) -> xr.Dataset:
-    """Return a dataset with the dimensions, units and meanings of one group's schema, and its labels.
+) -> Group:
+    """Return a group with the dimensions, units and meanings of its schema, and its labels.
 
     Args:
         schema: Dataset name -> variable, of one group.
         values: Dataset name -> array; names that the schema lacks are left out.
-        labels: Label coordinates, as xarray takes them; those along other dimensions are left out.
+        labels: Labels by name: along the dimension of this name, or with the dimension before them. Those
+            along other dimensions than the group's are left out.
 
     Raises:
         KeyError: A dataset of the schema has no values.
     """
-    import xarray as xr  # half a second, which whoever only names an artefact need not wait
-
-    variables = {
-        name: (variable.dims, values[name], {"units": variable.units, "long_name": variable.meaning})
+    arrays = {
+        name: Array(
+            variable.dims, np.asarray(values[name]), {"units": variable.units, "long_name": variable.meaning}
+        )
         for name, variable in schema.items()
     }
-    dataset = xr.Dataset(variables)
+    dims = {dim for array in arrays.values() for dim in array.dims}
     placed = {
         name: label if isinstance(label, tuple) else (name, label) for name, label in (labels or {}).items()
     }
-    # an empty list would become an array of numbers
-    texts = {
-        name: (along, label if len(label) else np.array([], str)) for name, (along, label) in placed.items()
+    added = {
+        # an empty list would become an array of numbers
+        name: Array((along,), np.asarray(label) if len(label) else np.array([], str), {"units": "1"})
+        for name, (along, label) in placed.items()
+        if along in dims
     }
-    return dataset.assign_coords({name: text for name, text in texts.items() if text[0] in dataset.dims})
+    own = {name for name, array in arrays.items() if array.dims == (name,)}
+    return Group(arrays | added, frozenset(own | added.keys()))
 
 
-def check_groups(kind: str, groups: Mapping[str, xr.Dataset]) -> None:
+def check_groups(kind: str, groups: Mapping[str, Group]) -> None:
     """Compare an artefact's content with the schema of its kind.
 
     Raises:
@@ -193,7 +178,7 @@ def check_groups(kind: str, groups: Mapping[str, xr.Dataset]) -> None:
         check_group(kind, group, groups[group])
 
 
-def check_group(kind: str, group: str, dataset: xr.Dataset) -> None:
+def check_group(kind: str, group: str, dataset: Group) -> None:
     """Compare one group with the schema of its kind; a group that the schema does not name is free.
 
     Raises:
@@ -201,41 +186,41 @@ def check_group(kind: str, group: str, dataset: xr.Dataset) -> None:
             dimensions or another type.
     """
     variables = _known(kind).get(group, {})
-    if missing := set(variables) - set(dataset.variables):
+    if missing := set(variables) - set(dataset):
         raise ValueError(f"group {group!r} lacks {sorted(missing)}")
     for name, expected in variables.items():
         _check_variable(f"{group.rstrip('/')}/{name}", dataset[name], expected)
     dimensions = {dimension for variable in variables.values() for dimension in variable.dims}
-    for labels in CLASSES[kind].required_labels() if kind in CLASSES else LABELS[kind]:
+    for labels in CLASSES[kind].required_labels():
         name = labels.name or labels.along
-        has_labels = name in dataset.coords and dataset[name].dtype.kind in TEXT
+        has_labels = name in dataset.labels and dataset[name].values.dtype.kind in TEXT
         if labels.along in dimensions and not has_labels:
             raise ValueError(f"group {group!r} lacks the labels {name!r}")
     _check_parameters(group, dataset)
 
 
 def _known(kind: str) -> Schema:
-    if kind in CLASSES:
-        return CLASSES[kind].schema()
-    if kind not in SCHEMAS:
-        raise ValueError(f"unknown artefact kind {kind!r}; known: {', '.join([*CLASSES, *SCHEMAS])}")
-    return SCHEMAS[kind]
+    if kind not in CLASSES:
+        raise ValueError(f"unknown artefact kind {kind!r}; known: {', '.join(CLASSES)}")
+    return CLASSES[kind].schema()
 
 
-def _check_variable(name: str, values: xr.DataArray, expected: Variable) -> None:
-    if tuple(map(str, values.dims)) != expected.dims:
-        raise ValueError(f"{name} has dimensions {values.dims}, expected {expected.dims}")
-    if values.attrs.get("units") != expected.units:
-        raise ValueError(f"{name} has units {values.attrs.get('units')!r}, not {expected.units!r}")
-    is_label = expected.dims == (values.name,)
-    if values.dtype.kind not in (TEXT if expected.text else NUMERIC) and not is_label:
-        raise ValueError(f"{name} holds {values.dtype}, expected {'text' if expected.text else 'numbers'}")
+def _check_variable(name: str, array: Array, expected: Variable) -> None:
+    if array.dims != expected.dims:
+        raise ValueError(f"{name} has dimensions {array.dims}, expected {expected.dims}")
+    if array.attrs.get("units") != expected.units:
+        raise ValueError(f"{name} has units {array.attrs.get('units')!r}, not {expected.units!r}")
+    is_label = expected.dims == (name.rpartition("/")[2],)
+    kind = array.values.dtype.kind
+    if kind not in (TEXT if expected.text else NUMERIC) and not is_label:
+        wanted = "text" if expected.text else "numbers"
+        raise ValueError(f"{name} holds {array.values.dtype}, expected {wanted}")
 
 
-def _check_parameters(group: str, dataset: xr.Dataset) -> None:
+def _check_parameters(group: str, dataset: Group) -> None:
     """Columns of theta are taken by position, so their labels have to be the parameters in order."""
-    if PARAMETER not in dataset.coords:
+    if PARAMETER not in dataset.labels:
         return
-    names = tuple(map(str, dataset[PARAMETER].to_numpy()))
+    names = tuple(map(str, dataset[PARAMETER].values))
     if names[: len(THETA_NAMES)] != THETA_NAMES:
         raise ValueError(f"group {group!r} has parameters {list(names)}, expected {list(THETA_NAMES)}")

@@ -7,16 +7,14 @@ from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import repeat
 from operator import attrgetter
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.schema import ROOT, Labels, Part, Variable, arranged, build_dataset
+from swesbi.artefacts.groups import ROOT, Array, Group
+from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_group
 from swesbi.base.arrays import BoolArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Stored = TypeVar("Stored")
 Arrays = Mapping[Any, NDArray[Any]]
@@ -72,12 +70,12 @@ def stacked_values(parts: Sequence[object]) -> dict[str, dict[str, NDArray[Any]]
     }
 
 
-def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[str, xr.Dataset]:
+def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[str, Group]:
     """Return a dataclass as the groups of its artefact.
 
     Args:
         whole: The dataclass.
-        labels: Label coordinates, as xarray takes them, of the groups that have their dimension.
+        labels: Labels along the dimensions of their names, of the groups that have these.
     """
     stored: type = type(whole)
     schema, values = schema_of(stored), values_of(whole)
@@ -88,19 +86,18 @@ def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[st
             for group in [leaf.mark.group] if leaf.mark.group else schema:
                 own[group][leaf.mark.name or leaf.mark.along] = texts
     return {
-        group: build_dataset(schema[group], values[group], {**(labels or {}), **own[group]})
-        for group in schema
+        group: build_group(schema[group], values[group], {**(labels or {}), **own[group]}) for group in schema
     }
 
 
-def to_dataset(whole: object, labels: Mapping[str, Any] | None = None) -> xr.Dataset:
+def to_group(whole: object, labels: Mapping[str, Any] | None = None) -> Group:
     """Return a dataclass as its only group; arguments as of :func:`to_groups`."""
     (dataset,) = to_groups(whole, labels).values()
     return dataset
 
 
 def from_groups(
-    stored: type[Stored], groups: Mapping[str, xr.Dataset], given: Mapping[str, Any] | None = None
+    stored: type[Stored], groups: Mapping[str, Group], given: Mapping[str, Any] | None = None
 ) -> Stored:
     """Rebuild a dataclass from the groups of its artefact.
 
@@ -109,21 +106,18 @@ def from_groups(
         groups: Group name -> dataset.
         given: Values of fields that are not read; of a part's as ``part.name``.
     """
-    arrays = {
-        name: {key: values.to_numpy() for key, values in group.variables.items()}
-        for name, group in groups.items()
-    }
+    arrays = {name: {key: array.values for key, array in group.items()} for name, group in groups.items()}
     return _rebuilt(stored, arrays, given or {}, "", Part())
 
 
-def from_dataset(stored: type[Stored], dataset: xr.Dataset, **given: object) -> Stored:
+def from_group(stored: type[Stored], dataset: Group, **given: object) -> Stored:
     """Rebuild a dataclass from its only group, some fields given."""
     return from_groups(stored, {group: dataset for group in schema_of(stored)}, given)
 
 
-def from_rows(stored: type[Stored], dataset: xr.Dataset, along: str, **given: Sequence[Any]) -> list[Stored]:
+def from_rows(stored: type[Stored], dataset: Group, along: str, **given: Sequence[Any]) -> list[Stored]:
     """Rebuild the dataclasses that lie along a dimension; the fields that are given, one value a row."""
-    columns = {name: _rows_of(values, along) for name, values in dataset.variables.items()}
+    columns = {name: _rows_of(values, along) for name, values in dataset.items()}
     rows = ({name: next(column) for name, column in columns.items()} for _ in range(dataset.sizes[along]))
     groups = list(schema_of(stored))
     return [
@@ -138,10 +132,10 @@ def from_rows(stored: type[Stored], dataset: xr.Dataset, along: str, **given: Se
     ]
 
 
-def _rows_of(values: xr.Variable, along: str) -> Iterator[NDArray[Any]]:
-    """Return the values at each place of a dimension; of a variable that has it not, the same every time."""
-    array = values.to_numpy()
-    return iter(np.moveaxis(array, values.dims.index(along), 0)) if along in values.dims else repeat(array)
+def _rows_of(array: Array, along: str) -> Iterator[NDArray[Any]]:
+    """Return the values at each place of a dimension; of an array that has it not, the same every time."""
+    values = array.values
+    return iter(np.moveaxis(values, array.dims.index(along), 0)) if along in array.dims else repeat(values)
 
 
 @cache

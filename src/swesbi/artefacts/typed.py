@@ -93,6 +93,15 @@ class ByExperiment(Files[str, Item]):
         return path.parent.name
 
 
+class ByName(Files[str, Item]):
+    """Files that are named by what they are of."""
+
+    @staticmethod
+    def key(path: Path) -> str:
+        """Return the name of a file without its suffix."""
+        return path.stem
+
+
 def read_as(hint: Any, paths: Sequence[Path], name: str) -> Any:  # noqa: ANN401
     """Read files as a type says.
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-import xarray as xr
 
-from swesbi.artefacts import Artefact, Labels, Part, Provenance, Variable, from_groups
+from swesbi.artefacts import Artefact, Group, Labels, Part, Provenance, Variable, from_groups
 from swesbi.base.arrays import BoolArray, FloatArray, rows_of
 from swesbi.checks.observed_curves import at_phases, observed_curves
 from swesbi.checks.scores import (
@@ -157,7 +156,7 @@ class PredictiveCheck(Artefact, kind="predictive"):
     labels = {"parameter": list(THETA_NAMES)}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> PredictiveCheck:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> PredictiveCheck:
         """Return what the groups of a file hold."""
         observed = groups["/"]["features"].to_numpy()
         given = {f"{group}.features.observed": observed for group in ("prior", "posterior")}

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
@@ -69,7 +68,7 @@ class PopulationSimulations(artefacts.Artefact, kind="population_simulations"):
         """Return the names of contexts beside those of the fields."""
         return *super().required_labels(), artefacts.Labels(ALONG, "subject")
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, artefacts.Group]:
         """Return the content of the file, with dimensions context, draw and phase."""
         labels = {
             **LABELS,
@@ -77,12 +76,14 @@ class PopulationSimulations(artefacts.Artefact, kind="population_simulations"):
             "nuisance": list(self.nuisance_names),
         }
         values = artefacts.values_of(self)["/"] | context_values(self.contexts)
-        return {"/": artefacts.build_dataset(SCHEMA, values, labels)}
+        return {"/": artefacts.build_group(SCHEMA, values, labels)}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> PopulationSimulations:
+    def rebuilt(
+        cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance
+    ) -> PopulationSimulations:
         """Return what the group of a file holds."""
-        return artefacts.from_dataset(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
+        return artefacts.from_group(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
 
     @classmethod
     def joined(cls, parts: Sequence[PopulationSimulations]) -> PopulationSimulations:

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import numpy as np
-import xarray as xr
 
 from swesbi.artefacts import (
     Artefact,
+    Group,
     Labels,
     Part,
     Variable,
     arranged,
-    build_dataset,
+    build_group,
     from_groups,
     load,
     schema_of,
@@ -120,18 +120,18 @@ class ExactPosterior(Artefact):
         """Largest split R-hat of the sampler over the parameters; NaN without one."""
         return float(np.fmax.reduce(self.r_hat))
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, Group]:
         """Return the groups of the file."""
         groups = _summary(self).to_groups()
-        groups["/"] = xr.merge([groups["/"], _root(self)], combine_attrs="no_conflicts")
+        groups["/"] = groups["/"].joined(_root(self))
         labels = {NUISANCE: list(self.parameters[REPORTED.stop :])}
         beside = _columns(self.phi[None], SCALE_NAME)
-        added = build_dataset(SCHEMA["posterior"], beside, labels)
-        groups["posterior"] = groups["posterior"].assign(added.variables)
+        added = build_group(SCHEMA["posterior"], beside, labels)
+        groups["posterior"] = groups["posterior"].joined(added)
         first = group_of_first(len(self.components))
-        groups[first] = build_dataset(SCHEMA[first], _columns(self.npe_phi, PHI_NAMES), labels)
+        groups[first] = build_group(SCHEMA[first], _columns(self.npe_phi, PHI_NAMES), labels)
         weighted = _columns(self.weighted.phi, PHI_NAMES) | values_of(self)["weighted"]
-        groups["weighted"] = build_dataset(SCHEMA["weighted"], weighted, labels)
+        groups["weighted"] = build_group(SCHEMA["weighted"], weighted, labels)
         return groups
 
     @classmethod
@@ -148,11 +148,11 @@ class ExactPosterior(Artefact):
         groups["/"] = root
         reasons = str(root["reasons"].item())
         given = {
-            "phi": phi_of(groups["posterior"].isel(chain=0)),
+            "phi": phi_of(groups["posterior"].at("chain", 0)),
             "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
             "npe_phi": phi_of(groups[first]),
             "weighted.phi": phi_of(groups["weighted"]),
-            "interval_mass": float(root["interval_mass"]),
+            "interval_mass": float(root["interval_mass"].item()),
             "condition": root["z_obs"].to_numpy(),
             "components": tuple(root["component"].to_numpy().tolist()),
         }
@@ -195,7 +195,7 @@ def group_of_first(components: int) -> str:
     return NPE if components else PRIOR_DRAWS
 
 
-def phi_of(group: xr.Dataset) -> FloatArray:
+def phi_of(group: Group) -> FloatArray:
     """Return the draws of a group: what is reported by name, nuisance parameters behind it; shape (n, d)."""
     reported = np.stack([group[name].to_numpy() for name in PHI_NAMES], axis=-1)
     return np.hstack([reported, group[NUISANCE_PARAMETERS].to_numpy()])
@@ -214,6 +214,6 @@ def _summary(exact: ExactPosterior) -> Posterior:
     return summary_of(theta, npe, inside, exact.condition, exact.components, interval=exact.interval_mass)
 
 
-def _root(exact: ExactPosterior) -> xr.Dataset:
+def _root(exact: ExactPosterior) -> Group:
     values = values_of(exact)["/"] | {"reasons": SEPARATOR.join(exact.reasons)}
-    return build_dataset(SCHEMA["/"], values, {"joint_parameter": list(exact.parameters)})
+    return build_group(SCHEMA["/"], values, {"joint_parameter": list(exact.parameters)})

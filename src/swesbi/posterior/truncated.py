@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi import artefacts
@@ -66,7 +65,7 @@ class Posterior(artefacts.Artefact, kind="posterior"):
         """Return groups and datasets of the file: each parameter's draws are a dataset."""
         return SCHEMA
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, artefacts.Group]:
         """Return the groups of the file; the group ``posterior`` follows ArviZ: (chain, draw)."""
         own = artefacts.to_groups(self, self.labels)
         draws = {"chain": [0], "draw": np.arange(len(self.theta))}
@@ -75,15 +74,15 @@ class Posterior(artefacts.Artefact, kind="posterior"):
         first = {"draw": np.arange(len(self.unfiltered))}
         return {
             "/": own["/"],
-            "posterior": artefacts.build_dataset(SCHEMA["posterior"], chains, draws),
-            "unfiltered": artefacts.build_dataset(SCHEMA["unfiltered"], candidates, first),
+            "posterior": artefacts.build_group(SCHEMA["posterior"], chains, draws),
+            "unfiltered": artefacts.build_group(SCHEMA["unfiltered"], candidates, first),
         }
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> Posterior:
+    def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> Posterior:
         """Return what the groups of a file hold."""
         draws = {
-            "theta": rows_of(groups["posterior"].isel(chain=0), THETA_NAMES),
+            "theta": rows_of(groups["posterior"].at("chain", 0), THETA_NAMES),
             "unfiltered": rows_of(groups["unfiltered"], THETA_NAMES),
         }
         return artefacts.from_groups(cls, groups, draws)
@@ -184,6 +183,6 @@ def columns_of(draws: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]
     return {name: draws[..., j] for j, name in enumerate(names)}
 
 
-def rows_of(group: xr.Dataset, names: Sequence[str]) -> FloatArray:
+def rows_of(group: artefacts.Group, names: Sequence[str]) -> FloatArray:
     """Put the draws of some parameters together, shape (n, parameters)."""
     return np.stack([group[name].to_numpy() for name in names], axis=1)

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from typing import Annotated, Final, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from swesbi.artefacts import (
     Artefact,
+    Group,
     Part,
     Provenance,
     Variable,
-    build_dataset,
+    build_group,
     from_groups,
     from_rows,
     schema_of,
@@ -96,7 +96,7 @@ class Observation(Artefact, kind="observation"):
         return self.errors_from == "repeats"
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> Observation:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> Observation:
         """Return what the groups of a file hold, whose provenance names the subject."""
         return from_groups(cls, groups, {"context.subject": made.subject})
 
@@ -143,13 +143,13 @@ class Contexts(Artefact, kind="contexts"):
         """Return the one group of the file."""
         return {"/": COHORT}
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, Group]:
         """Return the content of the file."""
         names = np.array([context.subject for context in self.of])
-        return {"/": build_dataset(COHORT, {"subject": names, **context_values(self.of)})}
+        return {"/": build_group(COHORT, {"subject": names, **context_values(self.of)})}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> Contexts:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> Contexts:
         """Return what the group of a file holds."""
         return cls(contexts_of(groups["/"], "subject"))
 
@@ -159,7 +159,7 @@ def context_values(contexts: Sequence[Context]) -> dict[str, NDArray[np.generic]
     return stacked_values(contexts)["/"]
 
 
-def contexts_of(dataset: xr.Dataset, along: str) -> tuple[Context, ...]:
+def contexts_of(dataset: Group, along: str) -> tuple[Context, ...]:
     """Rebuild the contexts along a dimension, named by the labels ``subject``."""
     names = [str(name) for name in dataset["subject"].to_numpy()]
     return tuple(from_rows(Context, dataset, along, subject=names))

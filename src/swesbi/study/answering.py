@@ -86,8 +86,9 @@ def answer_settings(study: Study, experiment: str, subject: str) -> OneAnswerSet
     Raises:
         ConfigError: The experiment has no such settings.
     """
-    view, said = View(study.of_outside, {"experiment": experiment, "subject": subject}), study.description(
-        study.outside, subject
+    view, said = (
+        View(study.of_outside, {"experiment": experiment, "subject": subject}),
+        study.description(study.outside, subject),
     )
     own = {"recording": said.settings.to_plain(), "layout": said.file.layout.to_plain()}
     others = [name for name in OneAnswerSettings.model_fields if name not in own]

@@ -7,10 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-import xarray as xr
 import yaml
 
-from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, files
+from swesbi.artefacts import Array, ArtefactError, DamagedArtefactError, Provenance, files
 from swesbi.artefacts.csv import read_csv
 
 ORIGIN: Final = "code and origin"
@@ -19,7 +18,7 @@ VERDICTS: Final = "verdicts"
 FACTS: Final = "facts"
 Sections = dict[str, dict[str, str]]
 """Text by key, below the titles above."""
-Content = tuple[Sections, dict[str, xr.Variable]]
+Content = tuple[Sections, dict[str, Array]]
 
 
 def read(path: Path) -> Content:
@@ -65,10 +64,10 @@ def _artefact(provenance: Provenance) -> Sections:
 def _hdf5(path: Path) -> Content:
     files.check_whole(path)
     files.check_self_contained(path)
-    arrays: dict[str, xr.Variable] = {}
+    arrays: dict[str, Array] = {}
     for group in files.group_names(path):
-        variables = files.read_group(path, group).variables
-        arrays |= {f"{group}/{name}".strip("/"): one for name, one in variables.items()}
+        found = files.read_group(path, group)
+        arrays |= {f"{group}/{name}".strip("/"): one for name, one in found.items()}
     return _artefact(files.hdf5_provenance(path)), arrays
 
 
@@ -80,12 +79,12 @@ def _weights(path: Path) -> Content:
     provenance = plain_provenance(path)
     content = read_plain(path, provenance.kind, dict)
     tensors = _leaves({name: part for name, part in content.items() if name != METADATA}, "/")
-    arrays = {key: xr.Variable([f"d{n}" for n in range(one.ndim)], one.numpy()) for key, one in tensors}
+    arrays = {key: Array(tuple(f"d{n}" for n in range(one.ndim)), one.numpy()) for key, one in tensors}
     return _artefact(provenance), arrays
 
 
 def _table(path: Path) -> Content:
-    return {}, {str(name): xr.Variable("row", column.to_numpy()) for name, column in read_csv(path).items()}
+    return {}, {str(name): Array(("row",), column.to_numpy()) for name, column in read_csv(path).items()}
 
 
 def _plain(path: Path) -> Content:

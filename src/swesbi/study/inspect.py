@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import xarray as xr
 
-from swesbi.artefacts import ArtefactError, DamagedArtefactError
+from swesbi.artefacts import Array, ArtefactError, DamagedArtefactError
 from swesbi.artefacts.atomic import typed
 from swesbi.artefacts.files import check_json, check_whole
 from swesbi.artefacts.schema import NUMERIC
@@ -155,12 +154,12 @@ def _changes(first: Content, second: Content) -> Iterator[tuple[str, str]]:
             yield ARRAYS, f"{name}: {difference}"
 
 
-def array_difference(one: xr.Variable, two: xr.Variable) -> str:
+def array_difference(one: Array, two: Array) -> str:
     """Return how two arrays of one name differ; empty where they do not.
 
     The relative difference is |a - b| / max(|a|, |b|), at most 2; missing values equal missing values.
     """
-    shapes = [f"{dict(each.sizes)} {each.attrs.get('units', '')}".rstrip() for each in (one, two)]
+    shapes = [f"{each.sizes} {each.attrs.get('units', '')}".rstrip() for each in (one, two)]
     if shapes[0] != shapes[1]:
         return " against ".join(shapes)
     a, b = one.to_numpy(), two.to_numpy()

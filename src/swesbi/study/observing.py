@@ -34,9 +34,7 @@ class Folder:
         """Return a recording under a model, with the errors that the noise of the folder gives."""
         subject = observed.observation.subject
         noise = self.repeats.noise(subject)
-        model = SpeedModel(
-            measured_speeds(observed.observation, noise.components), settings.model
-        )
+        model = SpeedModel(measured_speeds(observed.observation, noise.components), settings.model)
         compared, level = self.repeats.compared(subject), settings.noise_level
         test = noise_test(compared, noise.components, "the folder", level)
         return ModelledRecording(observed.observation, model, (test,), noise.in_words)

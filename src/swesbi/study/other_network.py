@@ -29,16 +29,22 @@ def check_network(estimator: Path, settings: Mapping[str, Any]) -> None:
     Raises:
         OtherNetworkError: Names the first setting that differs.
     """
-    provenance = load(estimator, TrainedFlow.kind)[1]
-    compared = [
-        {key: value for key, value in each.items() if key != NAME} for each in (settings, provenance.settings)
-    ]
+    trained = load(estimator, TrainedFlow.kind)[1].settings
     if estimator == SHIPPED_NETWORK:
-        compared = [{"model": each["model"]} for each in compared]
-    here, there = map(flatten, compared)
+        settings, trained = ({"model": each["model"]} for each in (settings, trained))
+    if fault := difference(trained, settings):
+        raise OtherNetworkError(f"{estimator}: {fault}")
+
+
+def difference(trained: Mapping[str, Any], settings: Mapping[str, Any]) -> str:
+    """Return the first setting in which a network was trained otherwise, in words; empty if there is none."""
+    here, there = (
+        flatten({key: value for key, value in each.items() if key != NAME}) for each in (settings, trained)
+    )
     for key in sorted(here.keys() | there.keys()):
         if here.get(key, ABSENT) != there.get(key, ABSENT):
-            raise OtherNetworkError(
-                f"{estimator}: was trained with {key} = {there.get(key)}, the configuration has "
-                f"{here.get(key)}; run the study again, or use the configuration that it was trained with"
+            return (
+                f"was trained with {key} = {there.get(key)}, the configuration has {here.get(key)}; run the "
+                "study again, or use the configuration that it was trained with"
             )
+    return ""

@@ -65,11 +65,9 @@ class Workflow(Protocol):
     """What this module uses of Snakemake's ``workflow`` object."""
 
     is_main_process: bool
-    local_exec: bool
     main_snakefile: str
     config_settings: Any
     output_settings: Any
-    scheduler: Any
     overwrite_configfiles: Sequence[str | Path]
 
 
@@ -85,53 +83,20 @@ def guard_run(workflow: Workflow, results: str) -> None:
         results: Folder of the study's results.
 
     Raises:
-        WorkflowError: Nothing can be written into that folder, or the environment is that of another one.
+        WorkflowError: Nothing can be written into that folder, or the environment is that of another one,
+            or lies where Snakemake cannot start its Python.
     """
     if renew := of_another_folder():
         raise _refusal(renew)
     if shlex.quote(sys.executable) != sys.executable:
-        quote_python()
+        raise _refusal(
+            f"{sys.executable}: Snakemake writes this path into shell lines, which its blanks and signs break; "
+            f"rename the folder, or link to it (ln -s {shlex.quote(str(Path.cwd()))} ~/swesbi) and type "
+            "`make clean install` there"
+        )
     if workflow.is_main_process and not workflow.output_settings.dryrun:
         check_writable(Path(results))
         hold_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks"))
-
-
-def quote_python() -> None:
-    """Have Snakemake quote its Python in shell lines, as it quotes files: its path may have blanks."""
-    from snakemake.executors.local import Executor
-    from snakemake.script import PythonScript
-
-    execute = PythonScript._execute_cmd  # noqa: SLF001
-    every_executor: Any = next(each for each in Executor.__mro__ if "format_job_exec" in vars(each))
-    written = every_executor.format_job_exec
-
-    def in_job(script: PythonScript, command: str, **given: Any) -> Any:  # noqa: ANN401
-        return execute(script, command.replace("{py_exec}", "{py_exec:q}"), **given)
-
-    def of_job(executor: Any, job: Any) -> Any:  # noqa: ANN401
-        python = type(executor).get_python_executable(executor)
-        executor.get_python_executable = lambda: shlex.quote(python)
-        return written(executor, job)
-
-    PythonScript._execute_cmd = in_job  # noqa: SLF001
-    every_executor.format_job_exec = of_job
-
-
-def check_run(workflow: Workflow, inputs: Sequence[Path]) -> None:
-    """Look at the inputs before the first job; called by ``onstart``.
-
-    Args:
-        workflow: Snakemake's object of this name, in a Snakefile.
-        inputs: Files that a study begins with.
-
-    Raises:
-        WorkflowError: An input is dated in the future.
-    """
-    check_dates(inputs)
-    if workflow.local_exec and workflow.scheduler.job_rate_limiter is not None:
-        # A limit of jobs a second is meant for clusters. Snakemake sets itself a timer for it after every
-        # job, and none ends: two hundred jobs later it looks two hundred times a second.
-        workflow.scheduler.job_rate_limiter = None
 
 
 def remove_stale_locks(folder: Path) -> None:

@@ -10,8 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Final
 
-import xarray as xr
-
 from swesbi import artefacts
 from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import below_each_other
@@ -69,7 +67,7 @@ class NullRecordings(artefacts.Artefact, kind="population_null"):
         """Return the labels of strips, and names of the recordings."""
         return (*map(artefacts.Labels, STRIP_LABELS), artefacts.Labels(ALONG, "subject"))
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, artefacts.Group]:
         """Return the content of the file, gated recordings at the root."""
         schema, values = self.schema(), artefacts.values_of(self)
         values["/"] |= context_values(self.contexts)
@@ -78,14 +76,14 @@ class NullRecordings(artefacts.Artefact, kind="population_null"):
             PUSHES: [str(number) for number in range(len(self.pushes))],
         }
         return {
-            group: artefacts.build_dataset(
+            group: artefacts.build_group(
                 schema[group], values[group], {"subject": (ALONG, names[group])} | STRIP_LABELS
             )
             for group in schema
         }
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> NullRecordings:
+    def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> NullRecordings:
         """Return what the groups of a file hold."""
         return artefacts.from_groups(cls, groups, {"contexts": contexts_of(groups["/"], ALONG)})
 

@@ -12,10 +12,10 @@ from study_copy import ROOT
 
 from studies.discrepancy import stages
 from studies.discrepancy.settings import ChoiceSettings, choice_settings
-from swesbi.artefacts import Origin
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.study.job import run_stage
 
 FOLDER = Path(__file__).parents[1]
 SECTION = read_yaml(FOLDER / "config.yaml")["discrepancy"]
@@ -42,11 +42,10 @@ def test_the_stage_writes_table_and_figure_and_repeats(tmp_path: Path) -> None:
     plain = choice_settings(load_study(raw), parse_section(SECTION | SMALL, "discrepancy", ChoiceSettings))
     tables = []
     for name in ("one", "two"):
-        files = {key: tmp_path / f"{name}{suffix}" for key, suffix in FILES.items()}
-        settings = stages.DiscrepancyStageSettings.from_plain(plain)
-        stages.discrepancy(**files, settings=settings, origin=Origin(7, "", "c"))
-        assert all(path.stat().st_size > 0 for path in files.values())
-        tables.append(files["table"].read_bytes())
+        files = {key: [tmp_path / f"{name}{suffix}"] for key, suffix in FILES.items()}
+        run_stage(stages.discrepancy, {}, files, plain | {"seed": 7, "subject": "", "code": "c"})
+        assert all(path.stat().st_size > 0 for (path,) in files.values())
+        tables.append(files["table"][0].read_bytes())
     assert tables[0] == tables[1]
     table = pd.read_csv(tmp_path / "one.csv")
     assert len(table) == 4

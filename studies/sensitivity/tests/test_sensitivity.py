@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,9 +13,10 @@ from study_copy import ROOT
 from studies.sensitivity import stages
 from studies.sensitivity.settings import SensitivitySettings, run_settings, table_settings
 from studies.sensitivity.variants import VariantPosterior, VariantPosteriors, sensitivity_table
-from swesbi.artefacts import Origin, Provenance
+from swesbi.artefacts import Provenance
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import load_study
+from swesbi.study.job import run_stage, typed_settings
 
 FOLDER = Path(__file__).parents[1]
 SECTION = read_yaml(FOLDER / "config.yaml")["sensitivity"]
@@ -58,22 +60,29 @@ def test_posteriors_are_read_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found[1].phi, parts[1].phi)
 
 
+def settings_of(variant: str) -> dict[str, Any]:
+    """What the posteriors under a variant depend on, beside its name."""
+    settings = run_settings(STUDY, SENSITIVITY, variant)
+    assert settings.pop("variant") == variant
+    return settings
+
+
 def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
-    base = run_settings(STUDY, SENSITIVITY, "base")
+    base = settings_of("base")
     base["estimator"]["epochs"] = SENSITIVITY.short_training_epochs
-    doubled = run_settings(STUDY, SENSITIVITY, "discrepancy_doubled")
+    doubled = settings_of("discrepancy_doubled")
     shipped = base["model"]["discrepancy"]
     assert doubled["model"]["discrepancy"] == {name: 2 * value for name, value in shipped.items()}
     doubled["model"]["discrepancy"] = shipped
     assert doubled == base
-    assert run_settings(STUDY, SENSITIVITY, "seed_3")["seed"] != base["seed"]
+    assert settings_of("seed_3")["variant_seed"] != base["variant_seed"]
 
 
 @pytest.mark.parametrize("variant", sorted(SENSITIVITY.variants))
 def test_every_variant_is_a_valid_configuration(variant: str) -> None:
-    settings, base = (run_settings(STUDY, SENSITIVITY, name) for name in (variant, "base"))
-    assert (settings == base) == (variant == "base")
-    assert stages.SensitivityRunStageSettings.from_plain(settings).to_plain() == settings
+    assert (settings_of(variant) == settings_of("base")) == (variant == "base")
+    settings = run_settings(STUDY, SENSITIVITY, variant)
+    assert typed_settings(stages.sensitivity_run, settings).keys() == settings.keys()
 
 
 def test_a_wrong_variant_is_refused_by_its_key() -> None:
@@ -93,13 +102,10 @@ def test_the_stage_writes_table_and_figure(tmp_path: Path) -> None:
     variants = {"base": posterior(10.0, 2.0), "other": posterior(10.9, 4.0)}
     for name, part in variants.items():
         VariantPosteriors((part,)).write(tmp_path / f"{name}.h5", Provenance("", "", 1, {}, "0" * 16))
-    files = {name: tmp_path / f"sensitivity{ending}" for name, ending in FILES.items()}
-    plain = table_settings(STUDY, SENSITIVITY) | {"labels": {"base": "as configured", "other": "another"}}
-    stages.sensitivity(
-        variants=[tmp_path / "other.h5", tmp_path / "base.h5"],
-        **files,
-        settings=stages.SensitivityStageSettings.from_plain(plain),
-        origin=Origin(1),
-    )
-    assert pd.read_csv(files["table"])["variant"].unique().tolist() == ["base", "other"]
-    assert all(path.stat().st_size > 100 for path in files.values())
+    files = {name: [tmp_path / f"sensitivity{ending}"] for name, ending in FILES.items()}
+    params = table_settings(STUDY, SENSITIVITY) | {"labels": {"base": "as configured", "other": "another"}}
+    params |= {"seed": 1, "subject": "", "code": "0"}
+    inputs = {"variants": [tmp_path / "other.h5", tmp_path / "base.h5"]}
+    run_stage(stages.sensitivity, inputs, files, params)
+    assert pd.read_csv(files["table"][0])["variant"].unique().tolist() == ["base", "other"]
+    assert all(path.stat().st_size > 100 for (path,) in files.values())

@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from study_copy import ROOT, StudyCopy, run_side_study
 
-from studies.statements.judge import JudgedSettings, chosen
-from studies.statements.recorded import rerecorded, volunteer_of
-from studies.statements.recovery import known_recordings
+from studies.statements.judge import chosen
+from studies.statements.recorded import RecordedSettings, rerecorded, volunteer_of
+from studies.statements.recovery import ExperimentSettings, known_recordings
 from studies.statements.settings import Reading, StatementsSettings, judged_settings, own_network, own_pool
+from studies.statements.stages import judged
 from studies.statements.table import readings_table, scores_table, stability_table
 from swesbi.artefacts import ArtefactError
 from swesbi.config.read import ConfigError, overlay, parse_section, read_merged, read_yaml
@@ -24,6 +26,7 @@ from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.standardisation import Standardisation
 from swesbi.recording.ingest import ingest
+from swesbi.study.job import typed_settings
 from swesbi.virtual.volunteers import VOLUNTEERS, record, simulate_truth
 
 SECTION = read_yaml(ROOT / "studies" / "statements" / "config.yaml")["statements"]
@@ -38,13 +41,24 @@ def study() -> Study:
 
 
 @cache
-def settings(variant: str = "training-1") -> JudgedSettings:
-    return JudgedSettings.from_plain(judged_settings(study(), STATEMENTS, variant))
+def settings() -> dict[str, Any]:
+    """What the judgement of the study's own training depends on."""
+    return typed_settings(judged, judged_settings(study(), STATEMENTS, "training-1") | {"seed": 1})
+
+
+def recorded() -> RecordedSettings:
+    own: RecordedSettings = settings()["recorded"]
+    return own
+
+
+def paper() -> ExperimentSettings:
+    own: ExperimentSettings = settings()["experiments"]["paper"]
+    return own
 
 
 @cache
 def shipped() -> MeasuredSubject:
-    own = settings().recorded
+    own = recorded()
     context = VOLUNTEERS[0].context
     samples = record(simulate_truth(VOLUNTEERS[0]), 1)
     observed = ingest(samples, context, own.recording, own.measurement.grid_points)
@@ -84,7 +98,7 @@ def test_a_reading_that_needs_other_simulations_is_refused() -> None:
 
 
 def test_the_shipped_recording_is_taken_as_it_is_and_others_are_recorded_again() -> None:
-    own = settings().recorded
+    own = recorded()
     assert rerecorded(shipped(), 1, AS_SET, own).subject is shipped()
     again = rerecorded(shipped(), 2, AS_SET, own)
     assert again.trained is shipped() and again.name == "A"
@@ -102,7 +116,7 @@ def test_the_shipped_recording_is_taken_as_it_is_and_others_are_recorded_again()
 
 
 def test_features_are_standardised_by_their_own_statistics_and_contexts_are_not() -> None:
-    own = settings().experiments["paper"]
+    own = paper()
     width = len(summary_names(own.summary)) + 7
     known = Standardisation(np.full(width, 3.0), np.full(width, 2.0))
     pool = SimpleNamespace(standardisation=known)
@@ -121,7 +135,7 @@ def test_features_are_standardised_by_their_own_statistics_and_contexts_are_not(
 
 
 def test_without_passive_stiffness_it_does_not_matter_along_which_beat_it_runs() -> None:
-    own = settings().experiments["paper"]
+    own = paper()
     bare = shipped().passive
     bare = replace(bare, scale_kpa=0.0, stiffness_kpa=0.0 * bare.stiffness_kpa)
     subject = replace(shipped(), passive=bare)
@@ -138,7 +152,7 @@ def test_the_network_is_that_of_the_epoch_asked_for() -> None:
     nets = [SimpleNamespace(epoch=epoch, best=epoch == 3) for epoch in (1, 3, 9)]
 
     def epoch(asked: str | int) -> int:
-        return chosen(nets, AS_SET.model_copy(update={"epoch": asked})).epoch  # type: ignore[arg-type]
+        return chosen(nets, asked).epoch  # type: ignore[arg-type]
 
     assert [epoch(asked) for asked in ("best", "last", 1)] == [3, 9, 1]
     with pytest.raises(ValueError, match="epoch 2 has no checkpoint; there are those of 1, 3, 9"):
@@ -151,7 +165,6 @@ def judgement(*rows: tuple[int, str, str, str, str]) -> pd.DataFrame:
 
 
 def test_scores_and_what_readings_move() -> None:
-    small = STATEMENTS.model_copy(update={"readings": {"quiet": Reading(label="quieter")}})
     by_variant = {
         "training-1": judgement(
             (1, "a", "1.0 ± 0.1", "yes", "found"), (1, "b", "yes", "yes", "designed"),
@@ -173,7 +186,7 @@ def test_scores_and_what_readings_move() -> None:
     stability = stability_table(by_variant).set_index("statement")
     assert stability.loc["a", ["agrees", "of", "mean", "low", "high"]].tolist() == [1, 4, 2.0, 1.0, 3.0]
     assert stability.loc["b", ["agrees", "of"]].tolist() == [3, 4] and np.isnan(stability.loc["b", "mean"])
-    readings = readings_table(by_variant, small).set_index("reading")
+    readings = readings_table(by_variant, {"quiet": "quieter"}).set_index("reading")
     assert readings.loc["quieter", ["agree", "of", "gained", "lost", "moved"]].tolist() == [
         1,
         2,

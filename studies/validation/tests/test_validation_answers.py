@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any, Final, cast
 
 import numpy as np
 import pandas as pd
 import pytest
-from other_hearts_case import recorded
+from other_hearts_case import HEART, recorded
 from study_copy import ROOT, StudyCopy
 from validation_case import VALIDATION, answer
 
 from data.makers.files import samples_table
-from studies.validation.answers import HeartAnswersSettings, Questioner, asked_of
-from studies.validation.score import HeartAnswer, HeartAnswers
+from studies.validation.answers import HeartAnswers, HeartAnswersSettings, Questioner, asked_of
+from studies.validation.score import HeartAnswer, refusal
 from studies.validation.settings import ValidationSettings, answers_settings, table_settings
-from studies.validation.stages import ValidationStageSettings, validation
+from studies.validation.stages import FlowOfPopulation, validation, validation_answers
 from swesbi.__main__ import main
 from swesbi.answers.knowledge import Knowledge
-from swesbi.artefacts import Origin
+from swesbi.artefacts import Provenance, UnfitError
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
-from swesbi.config.slices import stage_settings
 from swesbi.config.study import Study, load_study
+from swesbi.config.view import View
 from swesbi.draws import interval_levels
+from swesbi.networks.flow.trained import SHIPPED_NETWORK, TrainedFlow
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise.folder import folder_noise
 from swesbi.recording.noise.sweeps import SweepLevels
@@ -31,7 +34,9 @@ from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
-from swesbi.study.results import Results, answering_population
+from swesbi.study.job import run_stage
+from swesbi.study.results import OF_POPULATION, Results, answering_population
+from swesbi.study.stage import plain_settings
 from swesbi.verdict.verdict import Verdict
 from swesbi.virtual.generated import PHYSIOLOGY
 from swesbi.virtual.hearts import ranges
@@ -39,7 +44,7 @@ from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM, Recor
 
 FOLDER = Path(__file__).parents[1]
 STREAM = "development"
-ORIGIN = Origin(5, "", "code")
+OF_JOB: Final = {"seed": 5, "subject": "", "code": "0"}
 
 
 @pytest.fixture
@@ -56,8 +61,9 @@ def settings_of(**changes: object) -> ValidationSettings:
 def test_a_heart_has_the_settings_of_the_answers_of_its_experiment(study: Study) -> None:
     numbers = VALIDATION.numbers("b", 39)
     parts = answers_settings(study, VALIDATION.experiment, "b", VALIDATION.stream, numbers)
-    for stage in ("train_population", "exact_posterior", "verdict", "predictive_speeds"):
-        assert parts[stage] == stage_settings(study, stage, experiment="amortised")
+    view = View(study, {"experiment": "amortised"})
+    assert parts["train_population"] == plain_settings(OF_POPULATION, view)
+    assert parts | plain_settings("swesbi.answers.cohort:answer_of_population", view) == parts
     assert (parts["generator"], parts["stream"], parts["first"], parts["hearts"]) == ("b", "exam", 195, 5)
     assert list(HeartAnswersSettings.from_plain(parts).numbers) == list(range(195, 200))
 
@@ -87,20 +93,46 @@ def test_other_sizes_are_of_other_streams(name: str) -> None:
     assert asked.stream != VALIDATION.stream
 
 
+def stored(study: Study, made: Sequence[HeartAnswer], letter: str, path: Path) -> HeartAnswers:
+    """Write answers to hearts of a generator as their stage does."""
+    numbers = range(made[0].number, made[-1].number + 1)
+    plain = answers_settings(study, "amortised", letter, STREAM, numbers)
+    answers = HeartAnswers(tuple(made), HeartAnswersSettings.from_plain(plain))
+    answers.write(path, Provenance("", settings={"asked": plain}))
+    return answers
+
+
+def test_answers_are_stored_whole(study: Study, tmp_path: Path) -> None:
+    made = [answer(0), answer(1, "strained", by_mcmc=True), refusal(2, HEART, 3, "ivsd_cm = 2 is outside")]
+    written = stored(study, made, "a", tmp_path / "a.h5")
+    found = HeartAnswers.read(tmp_path / "a.h5")
+    assert found.asked == written.asked
+    for one, other in zip(found.of, made, strict=True):
+        assert one.context == other.context
+        np.testing.assert_equal(asdict(one), asdict(other))
+
+
 def test_answers_of_several_jobs_are_one_table(study: Study, tmp_path: Path) -> None:
     paths = []
     for first, letter in ((10, "a"), (0, "a"), (0, "b")):
-        plain = answers_settings(study, "amortised", letter, STREAM, range(first, first + 10))
         paths.append(tmp_path / f"{letter}-{first}.h5")
-        made = HeartAnswers(tuple(answer(number) for number in range(first, first + 10)))
-        made.write(paths[-1], ORIGIN.provenance("", HeartAnswersSettings.from_plain(plain)))
-    files = {name: tmp_path / f"{name}.csv" for name in ("table", "samplers")}
-    files |= {f"figure_{kind}": tmp_path / f"validation.{kind}" for kind in ("pdf", "png")}
-    shown = ValidationStageSettings.from_plain(table_settings(study, VALIDATION))
-    validation(answers=paths, **files, settings=shown, origin=ORIGIN)
-    table = pd.read_csv(files["table"]).drop_duplicates("generator").set_index("generator")["n"]
+        stored(study, [answer(number) for number in range(first, first + 10)], letter, paths[-1])
+    files = {name: [tmp_path / f"{name}.csv"] for name in ("table", "samplers")}
+    files |= {f"figure_{kind}": [tmp_path / f"validation.{kind}"] for kind in ("pdf", "png")}
+    run_stage(validation, {"answers": paths}, files, table_settings(study, VALIDATION) | OF_JOB)
+    table = pd.read_csv(files["table"][0]).drop_duplicates("generator").set_index("generator")["n"]
     assert table.tolist() == [20, 10, 30] and table.index[-1] == POOLED_ALL
-    assert files["figure_png"].read_bytes().startswith(b"\x89PNG")
+    assert files["figure_png"][0].read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_network_of_other_settings_does_not_answer(study: Study, tmp_path: Path) -> None:
+    settings = asked_of(study, "a", 1, STREAM)
+    other = dict(settings.train_population) | {"seed_of_others": 1}
+    made = Provenance("", settings=other)
+    TrainedFlow.read(SHIPPED_NETWORK).write(tmp_path / "flow.h5", made)
+    network, nothing = FlowOfPopulation.read(tmp_path / "flow.h5"), cast(Any, None)
+    with pytest.raises(UnfitError, match="trained with seed_of_others = 1, the configuration has None"):
+        validation_answers(network, nothing, nothing, asked=settings, seed=1)
 
 
 def test_a_heart_outside_the_declared_range_is_refused(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,13 +162,13 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
 ) -> None:
     monkeypatch.chdir(finished.folder)
     loaded = load_study(read_merged(finished.folder / "config.yaml", finished.folder / finished.config))
-    origin, settings = Origin(loaded.config.seed, "", "code"), asked_of(loaded, "a", 1, STREAM)
-    made = settings.recorded(0, origin.seed)
+    seed, settings = loaded.config.seed, asked_of(loaded, "a", 1, STREAM)
+    made = settings.recorded(0, seed)
     accepted = rejection(made.samples, settings.recording) == ACCEPTED
     # `infer` knows the noise of a folder of one from this recording and what is expected
     noise = folder_noise([SweepLevels.of(made.samples, accepted)], loaded.config.new_subjects.noise_prior)
     knowledge = answering_population(Results(finished.results), "amortised").knowledge()
-    found = Questioner(knowledge, noise.components, settings, origin.seed).answer(0)
+    found = Questioner(knowledge, noise.components, settings, seed).answer(0)
     check_answer(found, made, finished.config, tmp_path)
 
 

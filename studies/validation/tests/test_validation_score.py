@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -13,9 +12,8 @@ from other_hearts_case import CONTEXT, HEART, recorded
 from scipy.stats import beta, norm
 from validation_case import VALIDATION, answer, truth
 
-from studies.validation.score import HeartAnswers, intervals, refusal, truths, width_at_fixed_scale
+from studies.validation.score import intervals, refusal, truths, width_at_fixed_scale
 from studies.validation.table import samplers_table, validation_table
-from swesbi import artefacts
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.speeds import SpeedRecording
@@ -128,15 +126,6 @@ def test_a_heart_is_missed_by_shown_stiffness_and_k_sr_alone(
     of_heart: tuple[float, ...], missed: bool
 ) -> None:
     assert answer(truth=of_heart).missed is missed
-
-
-def test_answers_are_stored_whole(tmp_path: Path) -> None:
-    made = [answer(0), answer(1, "strained", by_mcmc=True), refusal(2, HEART, 3, "ivsd_cm = 2 is outside")]
-    path = tmp_path / "a.h5"
-    HeartAnswers(tuple(made)).write(path, artefacts.Provenance(""))
-    for one, other in zip(HeartAnswers.read(path).of, made, strict=True):
-        assert one.context == other.context
-        np.testing.assert_equal(asdict(one), asdict(other))
 
 
 def test_the_table_counts_verdicts_coverage_and_misses() -> None:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Final
 
-import xarray as xr
-
-from swesbi.artefacts import Artefact, Part, Provenance, build_dataset, from_dataset, schema_of, to_dataset
+from swesbi.artefacts import Artefact, Group, Part, Provenance, build_group, from_group, schema_of, to_group
 from swesbi.artefacts.schema import Labels, Schema
 from swesbi.artefacts.stored import labels_of
 from swesbi.base.arrays import below_each_other
@@ -75,12 +73,12 @@ class PopulationCalibration(Artefact, kind="population_calibration"):
         """Return the labels of quantities and strips, and the names of the contexts."""
         return (*map(Labels, STRIP_LABELS), *labels_of(FreshInferred))
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, Group]:
         """Return the content of the file."""
         return {field.name: _fresh_dataset(getattr(self, field.name)) for field in fields(self)}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> PopulationCalibration:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> PopulationCalibration:
         """Return what the groups of a file hold."""
         return cls(**{name: _fresh_of(group) for name, group in groups.items()})
 
@@ -91,12 +89,12 @@ class PopulationCalibration(Artefact, kind="population_calibration"):
         return cls(FreshInferred.joined(own), FreshInferred.joined(acquired))
 
 
-def _fresh_dataset(fresh: FreshInferred) -> xr.Dataset:
-    contexts = build_dataset(OF_CONTEXTS, context_values(fresh.contexts))
-    inferred = to_dataset(fresh, STRIP_LABELS)
-    return inferred.assign(contexts.variables).assign_attrs({REFUSED: fresh.refused})
+def _fresh_dataset(fresh: FreshInferred) -> Group:
+    contexts = build_group(OF_CONTEXTS, context_values(fresh.contexts))
+    inferred = to_group(fresh, STRIP_LABELS)
+    return replace(inferred.joined(contexts), attrs={REFUSED: fresh.refused})
 
 
-def _fresh_of(dataset: xr.Dataset) -> FreshInferred:
+def _fresh_of(dataset: Group) -> FreshInferred:
     refused = int(dataset.attrs[REFUSED])
-    return from_dataset(FreshInferred, dataset, contexts=contexts_of(dataset, ALONG), refused=refused)
+    return from_group(FreshInferred, dataset, contexts=contexts_of(dataset, ALONG), refused=refused)

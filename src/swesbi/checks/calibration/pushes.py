@@ -9,7 +9,6 @@ from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
 from swesbi import artefacts
 from swesbi.artefacts.csv import PlainTable
@@ -67,15 +66,15 @@ class InferredPushes(artefacts.Artefact, kind="pushes_calibration"):
         """Return the one group of the file."""
         return {"/": OF_CONTEXTS | artefacts.schema_of(cls)["/"]}
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, artefacts.Group]:
         """Return the content of the file, a row a recording."""
-        contexts = artefacts.build_dataset(OF_CONTEXTS, context_values(self.contexts))
-        return {"/": artefacts.to_dataset(self, self.labels).assign(contexts.variables)}
+        contexts = artefacts.build_group(OF_CONTEXTS, context_values(self.contexts))
+        return {"/": artefacts.to_group(self, self.labels).joined(contexts)}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> InferredPushes:
+    def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> InferredPushes:
         """Return what the group of a file holds."""
-        return artefacts.from_dataset(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
+        return artefacts.from_group(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
 
     @classmethod
     def joined(cls, parts: Sequence[InferredPushes]) -> InferredPushes:

@@ -55,7 +55,7 @@ def identifiability_of_cohort(
     recorded = [recorded_subject(posteriors, observed, noise, model) for observed in observations]
     cohort = identify_cohort(recorded, identifiability, seed)
     found = Identifiability.of(cohort, identifiability)
-    groups = found.groups
+    groups = found.datasets
     _log(cohort)
     return OfCohort(
         identifiability=found,

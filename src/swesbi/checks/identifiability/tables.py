@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
 from swesbi.artefacts import (
     Artefact,
+    Group,
     Labels,
     Provenance,
     Variable,
     arranged,
-    build_dataset,
+    build_group,
     schema_of,
     stacked_values,
     values_of,
@@ -33,6 +33,9 @@ from swesbi.checks.identifiability.subject import (
     SubjectIdentifiability,
 )
 from swesbi.parameters import PHI_COLUMNS, PHI_NAMES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BY_PHASE: Final = "subject quantity phase"
 OF_SUBJECTS: Final = schema_of(SubjectIdentifiability, along="subject")
@@ -83,7 +86,12 @@ OF_PHASES: Final = {
 class Identifiability(Artefact, kind="identifiability"):
     """The study of a cohort, by group of its file."""
 
-    groups: Mapping[str, xr.Dataset]
+    groups: Mapping[str, Group]
+
+    @property
+    def datasets(self) -> dict[str, xr.Dataset]:
+        """The groups as datasets, for tables and figures."""
+        return {name: group.to_xarray() for name, group in self.groups.items()}
 
     @classmethod
     def schema(cls) -> Schema:
@@ -95,12 +103,12 @@ class Identifiability(Artefact, kind="identifiability"):
         """Return the text labels of the file."""
         return tuple(map(Labels, ("subject", "quantity", "parameter", "bound")))
 
-    def to_groups(self) -> Mapping[str, xr.Dataset]:
+    def to_groups(self) -> Mapping[str, Group]:
         """Return the content of the file."""
         return self.groups
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> Identifiability:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> Identifiability:
         """Return what the groups of a file hold."""
         return cls(groups)
 
@@ -111,7 +119,7 @@ class Identifiability(Artefact, kind="identifiability"):
         added, labels = _added(cohort, settings), _labels(cohort, settings)
         return cls(
             {
-                group: build_dataset(variables, values.get(group, {}) | added.get(group, {}), labels)
+                group: build_group(variables, values.get(group, {}) | added.get(group, {}), labels)
                 for group, variables in SCHEMA.items()
             }
         )

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-import xarray as xr
 
 from swesbi import artefacts
 from swesbi.artefacts.schema import Schema
@@ -115,7 +114,7 @@ class SpeedPool(artefacts.Artefact, kind="speed_pool"):
         """Return the names of subjects and parameters."""
         return tuple(map(artefacts.Labels, ("subject", "parameter", "nuisance")))
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, artefacts.Group]:
         """Return the content of the file."""
         values = artefacts.stacked_values(list(self.of_subjects.values()))["/"]
         labels = {
@@ -123,10 +122,10 @@ class SpeedPool(artefacts.Artefact, kind="speed_pool"):
             "parameter": list(THETA_NAMES),
             "nuisance": list(self.nuisance_names),
         }
-        return {"/": artefacts.build_dataset(SCHEMA, values, labels)}
+        return {"/": artefacts.build_group(SCHEMA, values, labels)}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> SpeedPool:
+    def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> SpeedPool:
         """Return what the group of a file holds."""
         names = {label: tuple(map(str, groups["/"][label].to_numpy())) for label in ("subject", "nuisance")}
         rows = artefacts.from_rows(StoredSubject, groups["/"], "subject")

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import xarray as xr
 
 from swesbi.artefacts import (
     Artefact,
     ArtefactError,
     DamagedArtefactError,
+    Group,
     Labels,
     Provenance,
     Variable,
-    build_dataset,
+    build_group,
 )
 from swesbi.artefacts.schema import Schema
 from swesbi.measurement.settings import summary_names
@@ -87,7 +87,7 @@ class TrainedFlow(Artefact, kind="flow"):
         """Return the names of the inputs and of the parameters of hearts."""
         return Labels("component"), Labels("heart_parameter")
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, Group]:
         """Return the content of the file; equal flows give equal bytes."""
         kind, settings, inputs = _described(self.conditioner)
         of_transforms = (layer for transform in self.net.transforms for layer in transform.layers)
@@ -107,7 +107,7 @@ class TrainedFlow(Artefact, kind="flow"):
             "conditioning": settings,
         }
         labels = {"component": list(self.components), "heart_parameter": list(self.prior.names)}
-        return {"/": build_dataset(SCHEMA, values, labels)}
+        return {"/": build_group(SCHEMA, values, labels)}
 
     @classmethod
     def read(cls, path: Path) -> TrainedFlow:
@@ -124,7 +124,7 @@ class TrainedFlow(Artefact, kind="flow"):
             raise DamagedArtefactError(path, str(error)) from error
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> TrainedFlow:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> TrainedFlow:
         """Return the flow of a file's group.
 
         Raises:
@@ -139,9 +139,9 @@ class TrainedFlow(Artefact, kind="flow"):
             prior=SimulatedPrior.model_validate_json(stored["prior"].item()),
             conditioner=_conditioner(stored),
             eta=Standardisation(stored["eta_mean"].to_numpy(), stored["eta_scale"].to_numpy()),
-            best_epoch=int(stored["best_epoch"]),
-            epochs_run=int(stored["epochs_run"]),
-            best_validation_loss=float(stored["best_validation_loss"]),
+            best_epoch=int(stored["best_epoch"].item()),
+            epochs_run=int(stored["epochs_run"].item()),
+            best_validation_loss=float(stored["best_validation_loss"].item()),
         )
 
 
@@ -191,7 +191,7 @@ def _described(conditioner: cells.AnyConditioner) -> tuple[str, str, Standardisa
     return FEATURES, settings, Standardisation(*both)
 
 
-def _conditioner(stored: xr.Dataset) -> cells.AnyConditioner:
+def _conditioner(stored: Group) -> cells.AnyConditioner:
     mean, scale = stored["input_mean"].to_numpy(), stored["input_scale"].to_numpy()
     if stored["conditioner"].item() == CELLS:
         seen = cells.CellSettings.model_validate_json(stored["conditioning"].item())

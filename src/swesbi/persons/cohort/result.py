@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Annotated, Final
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from swesbi.artefacts import Artefact, Labels, Part, Variable, to_groups
+from swesbi.artefacts import Artefact, Group, Labels, Part, Variable, to_groups
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 
@@ -109,7 +108,7 @@ class StoredPopulation(Artefact):
         """The groups that are compared, the first one first; empty where none are."""
         return (self.first_group, *self.compared_group) if self.compared_group else ()
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, Group]:
         """Return the groups of the file, with ArviZ's numbers of the only chain and of the draws."""
         return to_groups(self, {**self.labels, "chain": [0], "draw": np.arange(self.log_posterior.shape[1])})
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 import numpy as np
-import xarray as xr
 from scipy.special import chdtrc
 
 from swesbi import artefacts
@@ -117,7 +116,7 @@ class CohortNoise(artefacts.Artefact, kind="noise"):
         """Return none: names of components, groups and subjects are datasets of the schema."""
         return ()
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, artefacts.Group]:
         """Return the content of the file; subjects in the order of the groups."""
         groups = tuple(self.groups.values())
         pooled = tuple(group.pooled for group in groups)
@@ -133,29 +132,32 @@ class CohortNoise(artefacts.Artefact, kind="noise"):
             "subject_group": list(self.group_of.values()),
             "homogeneity_p": np.array([group.homogeneity_p for group in groups]),
         }
-        return {"/": artefacts.build_dataset(SCHEMA, values | artefacts.values_of(self)["/"])}
+        return {"/": artefacts.build_group(SCHEMA, values | artefacts.values_of(self)["/"])}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: artefacts.Provenance) -> CohortNoise:
+    def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> CohortNoise:
         """Return what the group of a file holds."""
         data = groups["/"]
-        names = [name for name in data if str(name).startswith("subject_") and name != "subject_group"]
-        subjects = data[names].rename({name: str(name).removeprefix("subject_") for name in names})
+        own = {
+            name.removeprefix("subject_"): array
+            for name, array in data.items()
+            if name.startswith("subject_") and name != "subject_group"
+        }
+        subjects = artefacts.Group({**own, "component": data["component"]})
+        pairs = zip(data["subject"].values, data["subject_group"].values, strict=True)
         alone = {
-            str(name): (str(group), _estimate(subjects.isel(subject=index)))
-            for index, (name, group) in enumerate(
-                zip(subjects["subject"].to_numpy(), data["subject_group"].to_numpy(), strict=True)
-            )
+            str(name): (str(group), _estimate(subjects.at("subject", index)))
+            for index, (name, group) in enumerate(pairs)
         }
         found = {
             str(group): GroupNoise(
-                pooled=_estimate(data.isel(group=index)),
-                by_subject={name: own for name, (of, own) in alone.items() if of == group},
-                homogeneity_p=float(data["homogeneity_p"][index]),
+                pooled=_estimate(data.at("group", index)),
+                by_subject={name: one for name, (of, one) in alone.items() if of == group},
+                homogeneity_p=float(data["homogeneity_p"].values[index]),
             )
-            for index, group in enumerate(data["group"].to_numpy())
+            for index, group in enumerate(data["group"].values)
         }
-        return artefacts.from_dataset(cls, data, groups=found)
+        return artefacts.from_group(cls, data, groups=found)
 
 
 def fit_cohort(
@@ -291,7 +293,7 @@ def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.
     return np.array([[getattr(part, name) for part in estimate.parts.values()] for estimate in estimates])
 
 
-def _estimate(data: xr.Dataset) -> NoiseEstimate:
+def _estimate(data: artefacts.Group) -> NoiseEstimate:
     rows = artefacts.from_rows(ComponentEstimate, data, "component")
     parts = dict(zip(map(str, data["component"].to_numpy()), rows, strict=True))
-    return artefacts.from_dataset(NoiseEstimate, data, **parts)
+    return artefacts.from_group(NoiseEstimate, data, **parts)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, PowerNorm
@@ -39,6 +38,9 @@ from swesbi.report.figures.style import (
 )
 from swesbi.report.numbers import as_percent
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 FloatArray = NDArray[np.float64]
 
 QUANTITY_LABELS: Final = {**PHI_SYMBOLS, ISOMETRIC: ISOMETRIC_SYMBOL}
@@ -59,7 +61,7 @@ def draw_identifiability(identifiability: Identifiability, *, cohort_title: str)
         identifiability: The study of a cohort.
         cohort_title: What the subjects are ("virtual volunteers").
     """
-    groups = identifiability.groups
+    groups = identifiability.datasets
     names = [str(name) for name in groups["/"]["subject"].to_numpy()]
     with style():
         height = FRAME_HEIGHT_IN + 2.0 * PANEL_HEIGHT_IN * rows(len(names))

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
 from swesbi.artefacts import (
     Artefact,
     ArtefactError,
+    Group,
     Labels,
     Part,
     Provenance,
     Variable,
-    build_dataset,
+    build_group,
     from_rows,
     schema_of,
     stacked_values,
@@ -33,9 +34,6 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.seeds import seed_sequence
 from swesbi.virtual.hearts.beat import Beat
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Stream = Literal["exam", "development", "filling"]
 ALONG: Final = "heart"
@@ -116,7 +114,7 @@ class HeartsOfLetter(Artefact, kind="exam_hearts"):
         """Return the names of the parameters and of the hearts."""
         return (Labels("parameter"), Labels("own_parameter"), Labels(ALONG, "subject"))
 
-    def to_groups(self) -> dict[str, xr.Dataset]:
+    def to_groups(self) -> dict[str, Group]:
         """Return the content; curves in single precision, which is far finer than any recording."""
         values = stacked_values(self.hearts)["/"]
         single = {
@@ -128,22 +126,24 @@ class HeartsOfLetter(Artefact, kind="exam_hearts"):
             "own_parameter": list(self.hearts[0].own_names),
             "cycle": self.hearts[0].beat.phase,
         }
-        return {"/": build_dataset(SCHEMA, values | single, labels)}
+        return {"/": build_group(SCHEMA, values | single, labels)}
 
     @classmethod
-    def rebuilt(cls, groups: Mapping[str, xr.Dataset], made: Provenance) -> HeartsOfLetter:
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> HeartsOfLetter:
         """Return what the group of a file holds, and where it comes from."""
         subjects = [str(name) for name in groups["/"]["subject"].to_numpy()]
         rows = from_rows(StoredHeart, _in_double(groups["/"]), ALONG, **{"context.subject": subjects})
         return cls(rows, made)
 
 
-def _in_double(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the dataset with its curves in double precision."""
+def _in_double(group: Group) -> Group:
+    """Return the group with its curves in double precision."""
     curves = {
-        name: dataset[name].astype(np.float64) for name in dataset.data_vars if "cycle" in dataset[name].dims
+        name: replace(array, values=array.values.astype(np.float64))
+        for name, array in group.items()
+        if "cycle" in array.dims and name not in group.labels
     }
-    return dataset.assign(curves)
+    return replace(group, arrays={**group.arrays, **curves})
 
 
 StreamKey = tuple[object, tuple[int, ...]]
