@@ -22,7 +22,5 @@ if SPEED_EXPERIMENTS:
             f"{RESULTS}/logs/explorer.log",
         params:
             **stage("explorer.stages:explorer", experiment=EXPLORED),
-        message:
-            f"Page on which the model of '{EXPLORED}' is moved by hand"
         script:
             "../workflow/scripts/stage.py"

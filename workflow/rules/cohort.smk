@@ -15,8 +15,6 @@ rule ingest:
         f"{RESULTS}/logs/ingest/{{subject}}.log",
     params:
         **stage("swesbi.recording.cohort.observed:observed_curve"),
-    message:
-        "Recording of {wildcards.subject}: quality control and observed stiffness curve"
     script:
         "../scripts/stage.py"
 
@@ -31,8 +29,6 @@ rule passive:
         f"{RESULTS}/logs/passive/{{subject}}.log",
     params:
         **stage("swesbi.measurement.baseline:calibrated_passive"),
-    message:
-        "Passive baseline of {wildcards.subject}"
     script:
         "../scripts/stage.py"
 
@@ -50,7 +46,5 @@ rule noise:
         f"{RESULTS}/logs/noise.log",
     params:
         **stage("swesbi.recording.cohort.observed:cohort_noise"),
-    message:
-        "Noise of the measured speeds, from the repeats of the cohort"
     script:
         "../scripts/stage.py"

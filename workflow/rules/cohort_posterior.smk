@@ -2,6 +2,7 @@
 
 
 rule cohort_posterior:
+    """The population of a cohort as a posterior, and each subject within it."""
     input:
         posteriors=of_exact("{experiment}/subjects/{subject}/posterior.h5"),
         verdicts=of_exact("{experiment}/subjects/{subject}/verdict.json"),
@@ -9,19 +10,15 @@ rule cohort_posterior:
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
         cohort_posterior=f"{RESULTS}/{{experiment}}/cohort_posterior.h5",
-        table=report(
+        table=reported(
             f"{RESULTS}/{{experiment}}/cohort_posterior.csv",
-            caption="../report/cohort_posterior.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "the population"},
+            "cohort_posterior",
+            "the population",
         ),
-        subjects=report(
+        subjects=reported(
             f"{RESULTS}/{{experiment}}/cohort_subjects.csv",
-            caption="../report/cohort_subjects.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "every subject within the population"},
+            "cohort_subjects",
+            "every subject within the population",
         ),
     log:
         f"{RESULTS}/logs/cohort_posterior/{{experiment}}.log",
@@ -29,13 +26,12 @@ rule cohort_posterior:
         experiment=EXACT,
     params:
         **stage("swesbi.persons.cohort.posterior:posterior_of_cohort"),
-    message:
-        "Posterior of the cohort in '{wildcards.experiment}': its population, and each subject within it"
     script:
         "../scripts/stage.py"
 
 
 rule cohort_posterior_figure:
+    """Every subject before and after the population is taken into account, and the groups."""
     input:
         cohort_posterior=rules.cohort_posterior.output.cohort_posterior,
     output:
@@ -47,7 +43,5 @@ rule cohort_posterior_figure:
         experiment=EXACT,
     params:
         **stage("swesbi.report.figures.cohort_posterior:draw_cohort_posterior"),
-    message:
-        "Figure: the cohort of '{wildcards.experiment}' as a posterior"
     script:
         "../scripts/stage.py"

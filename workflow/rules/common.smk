@@ -85,7 +85,10 @@ config["figure_captions"] = captions()  # for report/figure.rst
 
 onstart:
     check_dates(
-        [STUDY.cohort.folder / "subjects.csv", *(STUDY.cohort.folder / "swe").glob("*")]
+        [
+            STUDY.cohort.folder / "subjects.csv",
+            *(STUDY.cohort.folder / "swe").glob("*"),
+        ]
     )
 
 
@@ -112,28 +115,35 @@ def stage(name, **fixed):
     )
 
 
+def reported(
+    path,
+    caption,
+    label,
+    category="Experiment {experiment}",
+    subcategory="Whole cohort",
+):
+    """Return a file with its place in the report."""
+    return report(
+        path,
+        caption=f"../report/{caption}.rst",
+        category=category,
+        subcategory=subcategory if category.startswith("Experiment") else None,
+        labels={"result": label},
+    )
+
+
 def drawn(rule, name):
     """Return a rule's figure with its place in the report, which the registry of figures knows."""
     figure = figure_of(rule, name)
     if figure.of == "cohort":
-        return report(
-            f"{RESULTS}/figures/{name}.png",
-            caption="../report/figure.rst",
-            category="Cohort",
-            labels={"result": figure.label},
+        return reported(
+            f"{RESULTS}/figures/{name}.png", "figure", figure.label, category="Cohort"
         )
-    of_subject = figure.of == "subject"
-    return report(
-        (
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{name}.png"
-            if of_subject
-            else f"{RESULTS}/figures/{name}-{{experiment}}.png"
-        ),
-        caption="../report/figure.rst",
-        category="Experiment {experiment}",
-        subcategory="Subject {subject}" if of_subject else figure.subcategory,
-        labels={"result": figure.label},
-    )
+    if figure.of == "subject":
+        path = f"{RESULTS}/{{experiment}}/subjects/{{subject}}/{name}.png"
+        return reported(path, "figure", figure.label, subcategory="Subject {subject}")
+    path = f"{RESULTS}/figures/{name}-{{experiment}}.png"
+    return reported(path, "figure", figure.label, subcategory=figure.subcategory)
 
 
 def of_subjects(pattern, subjects=SUBJECTS):

@@ -17,8 +17,6 @@ rule predictive:
         experiment=FEATURES,
     params:
         **stage("swesbi.checks.predictive_features:check_of_features"),
-    message:
-        "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
@@ -39,13 +37,12 @@ rule predictive_speeds:
         experiment=SPEEDS,
     params:
         **stage("swesbi.checks.predictive_speeds:check_of_speeds"),
-    message:
-        "Predictive checks of {wildcards.subject} ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
 
 rule cmaes:
+    """The CMA-ES reference fit of one subject."""
     input:
         observation=OBSERVATION,
         passive=rules.passive.output.passive,
@@ -55,8 +52,6 @@ rule cmaes:
         f"{RESULTS}/logs/cmaes/{{subject}}.log",
     params:
         **stage("swesbi.checks.reference_fit:reference_fit"),
-    message:
-        "CMA-ES reference fit of {wildcards.subject}"
     script:
         "../scripts/stage.py"
 
@@ -79,7 +74,5 @@ rule epochs:
     priority: 90
     params:
         **stage("swesbi.checks.epochs:inference_by_epoch"),
-    message:
-        "Recovery and posteriors by epoch of training ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"

@@ -17,8 +17,6 @@ rule subject_figures:
         experiment=FEATURES,
     params:
         **stage("swesbi.report.figures.subjects:subject_figures"),
-    message:
-        "Figures of {wildcards.subject}: predictive check and posterior ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
@@ -40,8 +38,6 @@ rule exact_subject_figures:
         experiment=EXACT,
     params:
         **stage("swesbi.report.figures.subjects:exact_subject_figures"),
-    message:
-        "Figures of {wildcards.subject}: predictive check and exact posterior ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
@@ -62,8 +58,6 @@ rule exact_figures:
         experiment=SPEEDS,
     params:
         **stage("swesbi.report.figures.subjects:exact_figures"),
-    message:
-        "Figures: predictive checks and exact posteriors of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
@@ -81,13 +75,12 @@ rule cohort_figures:
         f"{RESULTS}/logs/cohort_figures.log",
     params:
         **stage("swesbi.report.figures.subjects:cohort_figures", experiment=MAIN),
-    message:
-        "Figures 2 and 3: predictive checks and posteriors of the cohort"
     script:
         "../scripts/stage.py"
 
 
 rule training_figure:
+    """Losses of a network, epoch by epoch."""
     input:
         training=rules.train.output.training,
     output:
@@ -97,8 +90,6 @@ rule training_figure:
         f"{RESULTS}/logs/training_figure/{{experiment}}.log",
     params:
         **stage("swesbi.report.figures.training:draw_training"),
-    message:
-        "Figure: training of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
@@ -119,7 +110,5 @@ rule workflow_figure:
         f"{RESULTS}/logs/workflow_figure.log",
     params:
         **stage("swesbi.report.figures.workflow:workflow_figure", experiment=MAIN),
-    message:
-        "Figure 1: the workflow"
     script:
         "../scripts/stage.py"

@@ -10,8 +10,6 @@ if CONFIG.networks:
             estimator=FLOW,
         wildcard_constraints:
             experiment=EXACT,
-        message:
-            "Network of '{wildcards.experiment}', from {CONFIG.networks}"
         shell:
             "cp {input.estimator:q} {output.estimator:q}"
 

@@ -16,13 +16,12 @@ rule pool:
     priority: 100
     params:
         **stage("swesbi.networks.paper.pool:pool_of_features"),
-    message:
-        "Pooled training set of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
 
 rule train:
+    """The network of an experiment on features, in minutes; its log says how long it will still take."""
     input:
         pool=rules.pool.output.pool,
     output:
@@ -37,24 +36,22 @@ rule train:
     priority: 100
     params:
         **stage("swesbi.networks.paper.training:trained_network"),
-    message:
-        "Training the network of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
         "../scripts/stage.py"
 
 
 rule posterior:
+    """Candidates of the network judged by prior support; those within the prior are the posterior."""
     input:
         pool=of_its_subject("{experiment}/pool.h5"),
         estimator=rules.train.output.estimator,
     output:
         posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        verdict=report(
+        verdict=reported(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
-            caption="../report/prior_support.rst",
-            category="Experiment {experiment}",
+            "prior_support",
+            "verdict on prior support",
             subcategory="Subject {subject}",
-            labels={"result": "verdict on prior support"},
         ),
     log:
         f"{RESULTS}/logs/posterior/{{experiment}}/{{subject}}.log",
@@ -62,8 +59,6 @@ rule posterior:
         experiment=FEATURES,
     params:
         **stage("swesbi.verdict.network_posterior:judged_posterior"),
-    message:
-        "Prior support and posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
@@ -76,12 +71,8 @@ rule recovery:
         observations=of_experiment("cohort/{subject}/observation.h5"),
         passives=of_experiment("cohort/{subject}/passive.h5"),
     output:
-        recovery=report(
-            f"{RESULTS}/{{experiment}}/recovery.csv",
-            caption="../report/recovery.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "recovery, own noise"},
+        recovery=reported(
+            f"{RESULTS}/{{experiment}}/recovery.csv", "recovery", "recovery, own noise"
         ),
     log:
         f"{RESULTS}/logs/recovery/{{experiment}}.log",
@@ -89,8 +80,6 @@ rule recovery:
         experiment=FEATURES,
     params:
         **stage("swesbi.checks.synthetic_recovery:own_recovery"),
-    message:
-        "Synthetic recovery of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
@@ -103,12 +92,10 @@ rule recovery_acquisition:
         observations=of_experiment("cohort/{subject}/observation.h5"),
         passives=of_experiment("cohort/{subject}/passive.h5"),
     output:
-        recovery_acquisition=report(
+        recovery_acquisition=reported(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
-            caption="../report/recovery_acquisition.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "recovery, acquisition noise"},
+            "recovery_acquisition",
+            "recovery, acquisition noise",
         ),
     log:
         f"{RESULTS}/logs/recovery_acquisition/{{experiment}}.log",
@@ -116,7 +103,5 @@ rule recovery_acquisition:
         experiment=FEATURES,
     params:
         **stage("swesbi.checks.synthetic_recovery:acquisition_recovery"),
-    message:
-        "Recovery from synthetic recordings, the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"

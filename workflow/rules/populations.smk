@@ -12,13 +12,12 @@ rule population_simulate:
     priority: 100
     params:
         **stage("swesbi.population.simulations:shard_of_population"),
-    message:
-        "Simulations over the population of '{wildcards.experiment}', shard {wildcards.shard}"
     script:
         "../scripts/stage.py"
 
 
 rule train_population:
+    """The network of an experiment over a population, in minutes; its log says how long it will still take."""
     input:
         shards=expand(
             f"{RESULTS}/{{experiment}}/simulations/shard-{{shard}}.h5",
@@ -35,8 +34,6 @@ rule train_population:
     priority: 95
     params:
         **stage("swesbi.population.training:trained_over_population"),
-    message:
-        "Training the network of '{wildcards.experiment}' over its population (minutes; progress below)"
     script:
         "../scripts/stage.py"
 
@@ -53,8 +50,6 @@ rule population_calibration:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.checks.calibration.population:calibration_on_fresh"),
-    message:
-        "Calibration of '{wildcards.experiment}' on fresh contexts, part {wildcards.part}"
     script:
         "../scripts/stage.py"
 
@@ -71,19 +66,17 @@ rule population_scores:
     output:
         calibration=f"{RESULTS}/{{experiment}}/calibration.h5",
         alarms=f"{RESULTS}/{{experiment}}/alarms.csv",
-        table=report(
+        table=reported(
             f"{RESULTS}/{{experiment}}/calibration.csv",
-            caption="../report/population_calibration.rst",
-            category="Experiment {experiment}",
+            "population_calibration",
+            "checks",
             subcategory="Calibration",
-            labels={"result": "checks"},
         ),
-        strata=report(
+        strata=reported(
             f"{RESULTS}/{{experiment}}/strata.csv",
-            caption="../report/population_strata.rst",
-            category="Experiment {experiment}",
+            "population_strata",
+            "coverage by stratum",
             subcategory="Calibration",
-            labels={"result": "coverage by stratum"},
         ),
         recovery=f"{RESULTS}/{{experiment}}/recovery.csv",
         recovery_acquisition=f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
@@ -93,8 +86,6 @@ rule population_scores:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.checks.calibration.population:scores_on_fresh"),
-    message:
-        "Calibration of '{wildcards.experiment}', over all fresh contexts and by stratum"
     script:
         "../scripts/stage.py"
 
@@ -111,8 +102,6 @@ rule pushes_calibration:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.checks.calibration.pushes:infer_pushes"),
-    message:
-        "Calibration of '{wildcards.experiment}' on free-running recordings, part {wildcards.part}"
     script:
         "../scripts/stage.py"
 
@@ -135,8 +124,6 @@ rule pushes_table:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.checks.calibration.pushes:scores_on_pushes"),
-    message:
-        "Coverage of '{wildcards.experiment}' by number of pushes"
     script:
         "../scripts/stage.py"
 
@@ -153,8 +140,6 @@ rule population_null:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.verdict.null_recordings:null_recordings"),
-    message:
-        "Nulls of the misspecification tests over the population of '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
@@ -176,8 +161,6 @@ rule population_answers:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.answers.cohort:answer_of_population"),
-    message:
-        "Answer of '{wildcards.experiment}' for {wildcards.subject}"
     script:
         "../scripts/stage.py"
 
@@ -188,12 +171,10 @@ rule population_cohort:
         verdicts=of_answered("verdict.json"),
         truth=truth_files(),
     output:
-        cohort=report(
+        cohort=reported(
             f"{RESULTS}/{{experiment}}/cohort.csv",
-            caption="../report/population_table.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "answers and verdicts"},
+            "population_table",
+            "answers and verdicts",
         ),
         figure_pdf=f"{RESULTS}/figures/cohort-{{experiment}}.pdf",
         figure_png=drawn("population_cohort", "cohort"),
@@ -203,8 +184,6 @@ rule population_cohort:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.report.figures.cohort:population_cohort"),
-    message:
-        "The cohort as '{wildcards.experiment}' answers it, in one table and one figure"
     script:
         "../scripts/stage.py"
 
@@ -222,8 +201,6 @@ rule strata_figure:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.report.figures.population:draw_strata"),
-    message:
-        "Figure: calibration of '{wildcards.experiment}' by stratum"
     script:
         "../scripts/stage.py"
 
@@ -234,12 +211,10 @@ rule population_agreement:
         posteriors=of_answered("posterior.h5"),
         base_posteriors=of_answered("posterior.h5", base=True),
     output:
-        table=report(
+        table=reported(
             f"{RESULTS}/{{experiment}}/agreement.csv",
-            caption="../report/population_agreement.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "agreement with the network of the cohort"},
+            "population_agreement",
+            "agreement with the network of the cohort",
         ),
     log:
         f"{RESULTS}/logs/population_agreement/{{experiment}}.log",
@@ -247,7 +222,5 @@ rule population_agreement:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.checks.calibration.cohort:agreement_of_networks"),
-    message:
-        "Do '{wildcards.experiment}' and the network of the cohort give the same posteriors?"
     script:
         "../scripts/stage.py"

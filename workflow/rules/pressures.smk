@@ -15,8 +15,6 @@ rule pressures:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.answers.cohort:answer_with_pressures"),
-    message:
-        "Answer of '{wildcards.experiment}' with pressures for {wildcards.subject}"
     script:
         "../scripts/stage.py"
 
@@ -32,23 +30,22 @@ rule pressures_table:
         posteriors=of_those_with_pressures("posterior.h5"),
         with_pressures=of_those_with_pressures("with_pressures.h5"),
     output:
-        table=report(
+        table=reported(
             f"{RESULTS}/tables/pressures.csv",
-            caption="../report/table_pressures.rst",
+            "table_pressures",
+            "what cuff pressures add",
             category="Tables",
-            labels={"result": "what cuff pressures add"},
         ),
     log:
         f"{RESULTS}/logs/pressures_table.log",
     params:
         **stage("swesbi.checks.pressures:pressures_table"),
-    message:
-        "Table: what cuff pressures add to the answers on speeds"
     script:
         "../scripts/stage.py"
 
 
 rule pressures_figure:
+    """What cuff pressures add, by subject and quantity."""
     input:
         table=rules.pressures_table.output.table,
     output:
@@ -60,7 +57,5 @@ rule pressures_figure:
         experiment=OVER_POPULATION,
     params:
         **stage("swesbi.report.figures.pressures:draw_pressures"),
-    message:
-        "Figure: what cuff pressures add to '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"

@@ -62,17 +62,15 @@ rule report:
     output:
         report=results_pages()[0],
         pages=results_pages()[1:],
-        configuration=report(
+        configuration=reported(
             f"{RESULTS}/configuration.yaml",
-            caption="../report/configuration.rst",
+            "configuration",
+            "every choice of this run",
             category="Configuration",
-            labels={"result": "every choice of this run"},
         ),
     log:
         f"{RESULTS}/logs/report.log",
     params:
         **stage("swesbi.report.page.study:pages_of_study"),
-    message:
-        "Pages of the results"
     script:
         "../scripts/stage.py"

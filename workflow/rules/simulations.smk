@@ -2,6 +2,7 @@
 
 
 rule simulate:
+    """Successful simulations of one subject from a prior."""
     output:
         shard=f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
     log:
@@ -9,7 +10,5 @@ rule simulate:
     priority: 80
     params:
         **stage("swesbi.heart.prior_simulations:shard_of_prior"),
-    message:
-        "Simulations of {wildcards.subject} from the prior '{wildcards.prior}', shard {wildcards.shard}"
     script:
         "../scripts/stage.py"

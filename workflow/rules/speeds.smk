@@ -15,13 +15,12 @@ rule speed_pool:
     priority: 90
     params:
         **stage("swesbi.networks.flow.pool:pool_of_speeds"),
-    message:
-        "Simulations at the measured phases for the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
 
 rule train_flow:
+    """The network of an experiment on speeds, in minutes; its log says how long it will still take."""
     input:
         pool=rules.speed_pool.output.pool,
         observations=of_experiment("cohort/{subject}/observation.h5"),
@@ -36,8 +35,6 @@ rule train_flow:
     priority: 90
     params:
         **stage("swesbi.networks.flow.training:trained_on_subjects"),
-    message:
-        "Training the flow of the experiment '{wildcards.experiment}' (minutes; progress below)"
     script:
         "../scripts/stage.py"
 
@@ -56,8 +53,6 @@ rule exact_posterior:
         experiment=SPEEDS,
     params:
         **stage("swesbi.posterior.subject:posterior_of_subject"),
-    message:
-        "Exact posterior of {wildcards.subject} ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
@@ -71,12 +66,11 @@ rule verdict:
         contexts=f"{RESULTS}/cohort/contexts.h5",
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
-        verdict=report(
+        verdict=reported(
             f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
-            caption="../report/verdict.rst",
-            category="Experiment {experiment}",
+            "verdict",
+            "verdict of the misspecification tests",
             subcategory="Subject {subject}",
-            labels={"result": "verdict of the misspecification tests"},
         ),
     log:
         f"{RESULTS}/logs/verdict/{{experiment}}/{{subject}}.log",
@@ -84,13 +78,12 @@ rule verdict:
         experiment=SPEEDS,
     params:
         **stage("swesbi.verdict.subject:verdict_on_subject"),
-    message:
-        "Verdict on {wildcards.subject} ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
 
 rule misspecification_figure:
+    """The verdict's tests of every subject, and how often they raise an alarm."""
     input:
         table=f"{RESULTS}/{{experiment}}/alarms.csv",
         verdicts=of_experiment("{experiment}/subjects/{subject}/verdict.json"),
@@ -103,8 +96,6 @@ rule misspecification_figure:
         experiment=SPEEDS,
     params:
         **stage("swesbi.report.figures.misspecification:misspecification_figure"),
-    message:
-        "Figure: misspecification tests of '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
@@ -120,8 +111,6 @@ rule noise_figure:
         f"{RESULTS}/logs/noise_figure.log",
     params:
         **stage("swesbi.report.figures.recording:noise_figure"),
-    message:
-        "Figure: noise of the measured speeds"
     script:
         "../scripts/stage.py"
 
@@ -134,35 +123,23 @@ rule identifiability:
         noise=f"{RESULTS}/cohort/noise.h5",
     output:
         identifiability=f"{RESULTS}/{{experiment}}/identifiability.h5",
-        summary=report(
+        summary=reported(
             f"{RESULTS}/{{experiment}}/identifiability.csv",
-            caption="../report/identifiability_table.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "identifiability"},
+            "identifiability_table",
+            "identifiability",
         ),
-        information=report(
+        information=reported(
             f"{RESULTS}/{{experiment}}/information.csv",
-            caption="../report/information.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "information of the phases"},
+            "information",
+            "information of the phases",
         ),
-        design=report(
-            f"{RESULTS}/{{experiment}}/design.csv",
-            caption="../report/design.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "designs"},
-        ),
+        design=reported(f"{RESULTS}/{{experiment}}/design.csv", "design", "designs"),
     log:
         f"{RESULTS}/logs/identifiability/{{experiment}}.log",
     wildcard_constraints:
         experiment=SPEEDS,
     params:
         **stage("swesbi.checks.identifiability.cohort:identifiability_of_cohort"),
-    message:
-        "Identifiability in '{wildcards.experiment}': profiles, information of the phases, designs"
     script:
         "../scripts/stage.py"
 
@@ -180,8 +157,6 @@ rule identifiability_figures:
         experiment=SPEEDS,
     params:
         **stage("swesbi.report.figures.identifiability:draw_identifiability"),
-    message:
-        "Figure: identifiability of '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
@@ -200,8 +175,6 @@ rule calibration_recordings:
         experiment=SPEEDS,
     params:
         **stage("swesbi.checks.calibration.subject:recordings_like_subject"),
-    message:
-        "Recordings of known parameters like {wildcards.subject}'s ('{wildcards.experiment}', minutes)"
     script:
         "../scripts/stage.py"
 
@@ -221,8 +194,6 @@ rule calibration_local:
         experiment=SPEEDS,
     params:
         **stage("swesbi.checks.calibration.subject:calibration_at_subject"),
-    message:
-        "Calibration at {wildcards.subject}'s own data ('{wildcards.experiment}')"
     script:
         "../scripts/stage.py"
 
@@ -239,33 +210,23 @@ rule calibration:
         null=nulls,
     output:
         calibration=f"{RESULTS}/{{experiment}}/calibration.h5",
-        table=report(
+        table=reported(
             f"{RESULTS}/{{experiment}}/calibration.csv",
-            caption="../report/calibration.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "checks of calibration"},
+            "calibration",
+            "checks of calibration",
         ),
-        alarms=report(
-            f"{RESULTS}/{{experiment}}/alarms.csv",
-            caption="../report/misspecification.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "false alarms"},
+        alarms=reported(
+            f"{RESULTS}/{{experiment}}/alarms.csv", "misspecification", "false alarms"
         ),
-        recovery=report(
+        recovery=reported(
             f"{RESULTS}/{{experiment}}/recovery.csv",
-            caption="../report/recovery_speeds.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "recovery, own noise"},
+            "recovery_speeds",
+            "recovery, own noise",
         ),
-        recovery_acquisition=report(
+        recovery_acquisition=reported(
             f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
-            caption="../report/recovery_speeds.rst",
-            category="Experiment {experiment}",
-            subcategory="Whole cohort",
-            labels={"result": "recovery, acquisition noise"},
+            "recovery_speeds",
+            "recovery, acquisition noise",
         ),
     log:
         f"{RESULTS}/logs/calibration/{{experiment}}.log",
@@ -273,13 +234,12 @@ rule calibration:
         experiment=SPEEDS,
     params:
         **stage("swesbi.checks.calibration.cohort:calibration_of_cohort"),
-    message:
-        "Checks of calibration of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"
 
 
 rule calibration_figure:
+    """Ranks, coverage, weights and local calibration."""
     input:
         calibration=rules.calibration.output.calibration,
         table=rules.calibration.output.table,
@@ -292,7 +252,5 @@ rule calibration_figure:
         experiment=SPEEDS,
     params:
         **stage("swesbi.report.figures.calibration:draw_calibration"),
-    message:
-        "Figure: calibration of the experiment '{wildcards.experiment}'"
     script:
         "../scripts/stage.py"

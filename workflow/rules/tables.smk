@@ -2,35 +2,34 @@
 
 
 rule tables:
+    """Table 1, features and posteriors of every experiment."""
     input:
         unpack(of_cohort(*EXPERIMENTS)),
     output:
-        ppc_csv=report(
+        ppc_csv=reported(
             f"{RESULTS}/tables/ppc.csv",
-            caption="../report/table_ppc.rst",
+            "table_ppc",
+            "table 1: predictive scores",
             category="Tables",
-            labels={"result": "table 1: predictive scores"},
         ),
         ppc_tex=f"{RESULTS}/tables/ppc.tex",
-        features_csv=report(
+        features_csv=reported(
             f"{RESULTS}/tables/features.csv",
-            caption="../report/table_features.rst",
+            "table_features",
+            "features",
             category="Tables",
-            labels={"result": "features"},
         ),
-        posterior_csv=report(
+        posterior_csv=reported(
             f"{RESULTS}/tables/posterior.csv",
-            caption="../report/table_posterior.rst",
+            "table_posterior",
+            "posteriors",
             category="Tables",
-            labels={"result": "posteriors"},
         ),
         posterior_tex=f"{RESULTS}/tables/posterior.tex",
     log:
         f"{RESULTS}/logs/tables.log",
     params:
         **stage("swesbi.report.study_tables:study_tables"),
-    message:
-        "Tables of every experiment: table 1, features, posteriors"
     script:
         "../scripts/stage.py"
 
@@ -44,18 +43,16 @@ rule truth:
         verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
         truth=str(STUDY.cohort.folder / "truth.csv"),
     output:
-        truth_csv=report(
+        truth_csv=reported(
             f"{RESULTS}/tables/truth.csv",
-            caption="../report/table_truth.rst",
+            "table_truth",
+            "truth of a generated cohort",
             category="Tables",
-            labels={"result": "truth of a generated cohort"},
         ),
     log:
         f"{RESULTS}/logs/truth.log",
     params:
         **stage("swesbi.report.study_tables:beside_the_truth"),
-    message:
-        "Table: credible intervals beside the truth"
     script:
         "../scripts/stage.py"
 
@@ -76,24 +73,22 @@ rule paper_comparison:
         observations=paths_of("cohort/{subject}/observation.h5", MAIN),
         cmaes=paths_of("cmaes/{subject}.h5", MAIN),
     output:
-        comparison_csv=report(
+        comparison_csv=reported(
             f"{RESULTS}/tables/paper_comparison.csv",
-            caption="../report/table_comparison.rst",
+            "table_comparison",
+            "beside the paper",
             category="Tables",
-            labels={"result": "beside the paper"},
         ),
         comparison_tex=f"{RESULTS}/tables/paper_comparison.tex",
-        statements_csv=report(
+        statements_csv=reported(
             f"{RESULTS}/tables/statements.csv",
-            caption="../report/table_statements.rst",
+            "table_statements",
+            "statements of the paper",
             category="Tables",
-            labels={"result": "statements of the paper"},
         ),
     log:
         f"{RESULTS}/logs/paper_comparison.log",
     params:
         **stage("swesbi.report.paper.study:beside_the_paper", experiment=MAIN),
-    message:
-        "Table: every number of the paper beside this study's"
     script:
         "../scripts/stage.py"
