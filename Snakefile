@@ -18,6 +18,7 @@ report: "workflow/report/study.rst"
 
 
 include: "workflow/rules/common.smk"
+include: "workflow/rules/targets.smk"
 include: "workflow/rules/cohort.smk"
 include: "workflow/rules/simulations.smk"
 include: "workflow/rules/inference.smk"

@@ -5,21 +5,20 @@ sys.path.insert(0, str(PROJECT))
 # The page is of the first experiment on speeds, if there is one; its name does not say of which.
 if SPEED_EXPERIMENTS:
     EXPLORED = SPEED_EXPERIMENTS[0]
+    MOVED = STUDY.subjects_of(EXPLORED)[:MOST_SHOWN]
+    ANSWERS = f"<results>/{EXPLORED}/subjects/{{subject}}"
 
     rule explorer:
         """Parameters are moved and the beat follows: physics, draws and recordings in one file."""
         input:
-            observations=of_subjects(
-                "cohort/{subject}/observation.h5",
-                STUDY.subjects_of(EXPLORED)[:MOST_SHOWN],
-            ),
-            posteriors=files_of_subjects(["posterior.h5"], [EXPLORED])[:MOST_SHOWN],
-            verdicts=files_of_subjects(["verdict.json"], [EXPLORED])[:MOST_SHOWN],
-            noise=f"{RESULTS}/cohort/noise.h5",
+            observations=expand(OBSERVATION, subject=MOVED),
+            posteriors=expand(f"{ANSWERS}/posterior.h5", subject=MOVED),
+            verdicts=expand(f"{ANSWERS}/verdict.json", subject=MOVED),
+            noise="<results>/cohort/noise.h5",
         output:
-            page=f"{RESULTS}/explorer.html",
+            page="<results>/explorer.html",
         log:
-            f"{RESULTS}/logs/explorer.log",
+            "<results>/logs/explorer.log",
         params:
             **stage("explorer.stages:explorer", experiment=EXPLORED),
         script:

@@ -18,7 +18,7 @@ include: "../workflow/rules/common.smk"
 
 
 sys.path.insert(0, str(HERE.parents[1]))
-OUT = f"{RESULTS}/studies/{HERE.name}"
+OUT = f"<results>/studies/{HERE.name}"
 
 
 from studies.section import left_out

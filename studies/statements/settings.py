@@ -171,5 +171,5 @@ def judged_settings(study: Study, statements: StatementsSettings, variant: str) 
 
 
 def table_settings(statements: StatementsSettings) -> dict[str, Any]:
-    """Return what the tables depend on."""
-    return {"labels": {name: reading.label for name, reading in statements.readings.items()}}
+    """Return what the tables depend on; readings are shown in the order of their names."""
+    return {"labels": {name: statements.readings[name].label for name in sorted(statements.readings)}}

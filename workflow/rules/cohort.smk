@@ -12,7 +12,7 @@ rule ingest:
     output:
         observation=OBSERVATION,
     log:
-        f"{RESULTS}/logs/ingest/{{subject}}.log",
+        "<results>/logs/ingest/{subject}.log",
     params:
         **stage("swesbi.recording.cohort.observed:observed_curve"),
     script:
@@ -24,9 +24,9 @@ rule passive:
     input:
         observation=OBSERVATION,
     output:
-        passive=f"{RESULTS}/cohort/{{subject}}/passive.h5",
+        passive="<results>/cohort/{subject}/passive.h5",
     log:
-        f"{RESULTS}/logs/passive/{{subject}}.log",
+        "<results>/logs/passive/{subject}.log",
     params:
         **stage("swesbi.measurement.baseline:calibrated_passive"),
     script:
@@ -37,13 +37,13 @@ rule noise:
     """Noise between repeats, samples and sweeps, by a mixed model over all recordings."""
     input:
         tables=[str(STUDY.cohort.recording(subject)) for subject in SUBJECTS],
-        observations=of_subjects("cohort/{subject}/observation.h5"),
+        observations=expand(OBSERVATION, subject=SUBJECTS),
         protocol=str(STUDY.cohort.folder / "recording.yaml"),
     output:
-        noise=f"{RESULTS}/cohort/noise.h5",
-        contexts=f"{RESULTS}/cohort/contexts.h5",
+        noise="<results>/cohort/noise.h5",
+        contexts="<results>/cohort/contexts.h5",
     log:
-        f"{RESULTS}/logs/noise.log",
+        "<results>/logs/noise.log",
     params:
         **stage("swesbi.recording.cohort.observed:cohort_noise"),
     script:

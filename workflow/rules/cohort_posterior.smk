@@ -4,24 +4,26 @@
 rule cohort_posterior:
     """The population of a cohort as a posterior, and each subject within it."""
     input:
-        posteriors=of_exact("{experiment}/subjects/{subject}/posterior.h5"),
-        verdicts=of_exact("{experiment}/subjects/{subject}/verdict.json"),
-        observations=of_exact("cohort/{subject}/observation.h5"),
-        noise=f"{RESULTS}/cohort/noise.h5",
+        posteriors=of_experiment(
+            "<results>/{experiment}/subjects/{subject}/posterior.h5"
+        ),
+        verdicts=of_experiment("<results>/{experiment}/subjects/{subject}/verdict.json"),
+        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
+        noise="<results>/cohort/noise.h5",
     output:
-        cohort_posterior=f"{RESULTS}/{{experiment}}/cohort_posterior.h5",
+        cohort_posterior="<results>/{experiment}/cohort_posterior.h5",
         table=reported(
-            f"{RESULTS}/{{experiment}}/cohort_posterior.csv",
+            "<results>/{experiment}/cohort_posterior.csv",
             "cohort_posterior",
             "the population",
         ),
         subjects=reported(
-            f"{RESULTS}/{{experiment}}/cohort_subjects.csv",
+            "<results>/{experiment}/cohort_subjects.csv",
             "cohort_subjects",
             "every subject within the population",
         ),
     log:
-        f"{RESULTS}/logs/cohort_posterior/{{experiment}}.log",
+        "<results>/logs/cohort_posterior/{experiment}.log",
     wildcard_constraints:
         experiment=EXACT,
     params:
@@ -35,10 +37,10 @@ rule cohort_posterior_figure:
     input:
         cohort_posterior=rules.cohort_posterior.output.cohort_posterior,
     output:
-        figure_pdf=f"{RESULTS}/figures/cohort_posterior-{{experiment}}.pdf",
+        figure_pdf="<results>/figures/cohort_posterior-{experiment}.pdf",
         figure_png=drawn("cohort_posterior_figure", "cohort_posterior"),
     log:
-        f"{RESULTS}/logs/cohort_posterior_figure/{{experiment}}.log",
+        "<results>/logs/cohort_posterior_figure/{experiment}.log",
     wildcard_constraints:
         experiment=EXACT,
     params:

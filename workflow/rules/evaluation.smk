@@ -8,11 +8,11 @@ rule predictive:
         verdict=rules.posterior.output.verdict,
         observation=OBSERVATION,
         passive=rules.passive.output.passive,
-        shards=shards_of_subject,
+        shards=lambda by: shards_of(by.experiment, [by.subject]),
     output:
-        predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
+        predictive="<results>/{experiment}/subjects/{subject}/predictive.h5",
     log:
-        f"{RESULTS}/logs/predictive/{{experiment}}/{{subject}}.log",
+        "<results>/logs/predictive/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -24,15 +24,15 @@ rule predictive:
 rule predictive_speeds:
     """New recordings under prior and exact posterior, noise and discrepancy included."""
     input:
-        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        verdict=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
+        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
+        verdict="<results>/{experiment}/subjects/{subject}/verdict.json",
         observation=OBSERVATION,
         noise=rules.noise.output.noise,
-        shards=shards_of_subject,
+        shards=lambda by: shards_of(by.experiment, [by.subject]),
     output:
-        predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
+        predictive="<results>/{experiment}/subjects/{subject}/predictive.h5",
     log:
-        f"{RESULTS}/logs/predictive_speeds/{{experiment}}/{{subject}}.log",
+        "<results>/logs/predictive_speeds/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -47,9 +47,9 @@ rule cmaes:
         observation=OBSERVATION,
         passive=rules.passive.output.passive,
     output:
-        cmaes=f"{RESULTS}/cmaes/{{subject}}.h5",
+        cmaes="<results>/cmaes/{subject}.h5",
     log:
-        f"{RESULTS}/logs/cmaes/{{subject}}.log",
+        "<results>/logs/cmaes/{subject}.log",
     params:
         **stage("swesbi.checks.reference_fit:reference_fit"),
     script:
@@ -61,13 +61,13 @@ rule epochs:
     input:
         pool=rules.pool.output.pool,
         checkpoints=rules.train.output.checkpoints,
-        observations=of_experiment("cohort/{subject}/observation.h5"),
-        passives=of_experiment("cohort/{subject}/passive.h5"),
-        verdicts=of_experiment("{experiment}/subjects/{subject}/verdict.json"),
+        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
+        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
+        verdicts=of_experiment("<results>/{experiment}/subjects/{subject}/verdict.json"),
     output:
-        epochs=f"{RESULTS}/{{experiment}}/epochs.csv",
+        epochs="<results>/{experiment}/epochs.csv",
     log:
-        f"{RESULTS}/logs/epochs/{{experiment}}.log",
+        "<results>/logs/epochs/{experiment}.log",
     wildcard_constraints:
         experiment=FEATURES,
     # the longest single job behind the networks

@@ -12,7 +12,7 @@ rule subject_figures:
         ppc_png=drawn("subject_figures", "ppc"),
         posterior_png=drawn("subject_figures", "posterior"),
     log:
-        f"{RESULTS}/logs/subject_figures/{{experiment}}/{{subject}}.log",
+        "<results>/logs/subject_figures/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -25,15 +25,17 @@ rule exact_subject_figures:
     """Predictive check and exact posterior of one subject, on speeds or over a population."""
     input:
         predictive=rules.predictive.output.predictive,
-        posterior=of_its_subject("{experiment}/subjects/{subject}/posterior.h5"),
-        verdict=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
+        posterior=of_its_subject(
+            "<results>/{experiment}/subjects/{subject}/posterior.h5"
+        ),
+        verdict="<results>/{experiment}/subjects/{subject}/verdict.json",
         cmaes=rules.cmaes.output.cmaes,
         truth=truth_files(),
     output:
         ppc_png=drawn("exact_subject_figures", "ppc"),
         posterior_png=drawn("exact_subject_figures", "posterior"),
     log:
-        f"{RESULTS}/logs/exact_subject_figures/{{experiment}}/{{subject}}.log",
+        "<results>/logs/exact_subject_figures/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=EXACT,
     params:
@@ -45,15 +47,15 @@ rule exact_subject_figures:
 rule exact_figures:
     """Predictive checks and exact posteriors of the cohort, for each experiment on speeds."""
     input:
-        unpack(of_cohort_of_experiment),
+        unpack(lambda by: shown_of(by.experiment)),
         truth=truth_files(),
     output:
-        ppc_pdf=f"{RESULTS}/figures/ppc-{{experiment}}.pdf",
+        ppc_pdf="<results>/figures/ppc-{experiment}.pdf",
         ppc_png=drawn("exact_figures", "ppc"),
-        posterior_pdf=f"{RESULTS}/figures/posterior-{{experiment}}.pdf",
+        posterior_pdf="<results>/figures/posterior-{experiment}.pdf",
         posterior_png=drawn("exact_figures", "posterior"),
     log:
-        f"{RESULTS}/logs/exact_figures/{{experiment}}.log",
+        "<results>/logs/exact_figures/{experiment}.log",
     wildcard_constraints:
         experiment=SPEEDS,
     params:
@@ -65,14 +67,14 @@ rule exact_figures:
 rule cohort_figures:
     """Figures 2 and 3 of the paper, for the study's main experiment."""
     input:
-        unpack(of_cohort(MAIN)),
+        **shown_of(MAIN),
     output:
-        ppc_pdf=f"{RESULTS}/figures/ppc.pdf",
+        ppc_pdf="<results>/figures/ppc.pdf",
         ppc_png=drawn("cohort_figures", "ppc"),
-        posterior_pdf=f"{RESULTS}/figures/posterior.pdf",
+        posterior_pdf="<results>/figures/posterior.pdf",
         posterior_png=drawn("cohort_figures", "posterior"),
     log:
-        f"{RESULTS}/logs/cohort_figures.log",
+        "<results>/logs/cohort_figures.log",
     params:
         **stage("swesbi.report.figures.subjects:cohort_figures", experiment=MAIN),
     script:
@@ -84,10 +86,10 @@ rule training_figure:
     input:
         training=rules.train.output.training,
     output:
-        figure_pdf=f"{RESULTS}/figures/training-{{experiment}}.pdf",
+        figure_pdf="<results>/figures/training-{experiment}.pdf",
         figure_png=drawn("training_figure", "training"),
     log:
-        f"{RESULTS}/logs/training_figure/{{experiment}}.log",
+        "<results>/logs/training_figure/{experiment}.log",
     params:
         **stage("swesbi.report.figures.training:draw_training"),
     script:
@@ -97,17 +99,23 @@ rule training_figure:
 rule workflow_figure:
     """Figure 1 of the paper, drawn from the results of the first subject whose posterior may be read."""
     input:
-        pool=f"{RESULTS}/{MAIN}/pool.h5",
-        training=f"{RESULTS}/{MAIN}/training.csv",
-        observations=paths_of("cohort/{subject}/observation.h5", MAIN),
-        predictives=paths_of("{experiment}/subjects/{subject}/predictive.h5", MAIN),
-        posteriors=paths_of("{experiment}/subjects/{subject}/posterior.h5", MAIN),
-        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", MAIN),
+        pool=f"<results>/{MAIN}/pool.h5",
+        training=f"<results>/{MAIN}/training.csv",
+        observations=paths_of("<results>/cohort/{subject}/observation.h5", MAIN),
+        predictives=paths_of(
+            "<results>/{experiment}/subjects/{subject}/predictive.h5", MAIN
+        ),
+        posteriors=paths_of(
+            "<results>/{experiment}/subjects/{subject}/posterior.h5", MAIN
+        ),
+        verdicts=paths_of(
+            "<results>/{experiment}/subjects/{subject}/verdict.json", MAIN
+        ),
     output:
-        figure_pdf=f"{RESULTS}/figures/workflow.pdf",
+        figure_pdf="<results>/figures/workflow.pdf",
         figure_png=drawn("workflow_figure", "workflow"),
     log:
-        f"{RESULTS}/logs/workflow_figure.log",
+        "<results>/logs/workflow_figure.log",
     params:
         **stage("swesbi.report.figures.workflow:workflow_figure", experiment=MAIN),
     script:

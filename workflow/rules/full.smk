@@ -17,4 +17,8 @@ if CONFIG.networks:
 rule checks:
     """Every table of calibration: coverage, ranks, strata, alarms, by number of pushes."""
     input:
-        checks_of_calibration(),
+        tables_of(SPEED_EXPERIMENTS, "calibration", "alarms"),
+        tables_of(POPULATIONS, "calibration", "alarms", "strata", "pushes"),
+        tables_of(
+            [*SPEED_EXPERIMENTS, *POPULATIONS], "recovery", "recovery_acquisition"
+        ),

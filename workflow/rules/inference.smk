@@ -4,13 +4,13 @@
 rule pool:
     """Features of every simulation, noise augmentation, pooled standardisation."""
     input:
-        observations=of_experiment("cohort/{subject}/observation.h5"),
-        passives=of_experiment("cohort/{subject}/passive.h5"),
-        shards=shards_of_experiment,
+        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
+        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
+        shards=lambda by: shards_of(by.experiment, STUDY.subjects_of(by.experiment)),
     output:
-        pool=f"{RESULTS}/{{experiment}}/pool.h5",
+        pool="<results>/{experiment}/pool.h5",
     log:
-        f"{RESULTS}/logs/pool/{{experiment}}.log",
+        "<results>/logs/pool/{experiment}.log",
     wildcard_constraints:
         experiment=FEATURES,
     priority: 100
@@ -25,11 +25,11 @@ rule train:
     input:
         pool=rules.pool.output.pool,
     output:
-        estimator=f"{RESULTS}/{{experiment}}/estimator.pt",
-        training=f"{RESULTS}/{{experiment}}/training.csv",
-        checkpoints=f"{RESULTS}/{{experiment}}/checkpoints.pt",
+        estimator="<results>/{experiment}/estimator.pt",
+        training="<results>/{experiment}/training.csv",
+        checkpoints="<results>/{experiment}/checkpoints.pt",
     log:
-        f"{RESULTS}/logs/train/{{experiment}}.log",
+        "<results>/logs/train/{experiment}.log",
     wildcard_constraints:
         experiment=FEATURES,
     # long, and the rest of the experiment waits for it: it starts as soon as it can, as do those that it needs
@@ -43,18 +43,18 @@ rule train:
 rule posterior:
     """Candidates of the network judged by prior support; those within the prior are the posterior."""
     input:
-        pool=of_its_subject("{experiment}/pool.h5"),
+        pool=of_its_subject("<results>/{experiment}/pool.h5"),
         estimator=rules.train.output.estimator,
     output:
-        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
         verdict=reported(
-            f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
+            "<results>/{experiment}/subjects/{subject}/verdict.json",
             "prior_support",
             "verdict on prior support",
             subcategory="Subject {subject}",
         ),
     log:
-        f"{RESULTS}/logs/posterior/{{experiment}}/{{subject}}.log",
+        "<results>/logs/posterior/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -68,14 +68,14 @@ rule recovery:
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
-        observations=of_experiment("cohort/{subject}/observation.h5"),
-        passives=of_experiment("cohort/{subject}/passive.h5"),
+        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
+        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
     output:
         recovery=reported(
-            f"{RESULTS}/{{experiment}}/recovery.csv", "recovery", "recovery, own noise"
+            "<results>/{experiment}/recovery.csv", "recovery", "recovery, own noise"
         ),
     log:
-        f"{RESULTS}/logs/recovery/{{experiment}}.log",
+        "<results>/logs/recovery/{experiment}.log",
     wildcard_constraints:
         experiment=FEATURES,
     params:
@@ -89,16 +89,16 @@ rule recovery_acquisition:
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
-        observations=of_experiment("cohort/{subject}/observation.h5"),
-        passives=of_experiment("cohort/{subject}/passive.h5"),
+        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
+        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
     output:
         recovery_acquisition=reported(
-            f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
+            "<results>/{experiment}/recovery_acquisition.csv",
             "recovery_acquisition",
             "recovery, acquisition noise",
         ),
     log:
-        f"{RESULTS}/logs/recovery_acquisition/{{experiment}}.log",
+        "<results>/logs/recovery_acquisition/{experiment}.log",
     wildcard_constraints:
         experiment=FEATURES,
     params:

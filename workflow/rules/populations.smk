@@ -4,9 +4,9 @@
 rule population_simulate:
     """Contexts drawn from the population, draws of theta in each, at the nominal phases."""
     output:
-        shard=f"{RESULTS}/{{experiment}}/simulations/shard-{{shard}}.h5",
+        shard="<results>/{experiment}/simulations/shard-{shard}.h5",
     log:
-        f"{RESULTS}/logs/population_simulate/{{experiment}}/{{shard}}.log",
+        "<results>/logs/population_simulate/{experiment}/{shard}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     priority: 100
@@ -20,15 +20,15 @@ rule train_population:
     """The network of an experiment over a population, in minutes; its log says how long it will still take."""
     input:
         shards=expand(
-            f"{RESULTS}/{{experiment}}/simulations/shard-{{shard}}.h5",
+            "<results>/{experiment}/simulations/shard-{shard}.h5",
             shard=PARTS,
             allow_missing=True,
         ),
     output:
         estimator=FLOW,
-        training=f"{RESULTS}/{{experiment}}/training.csv",
+        training="<results>/{experiment}/training.csv",
     log:
-        f"{RESULTS}/logs/train_population/{{experiment}}.log",
+        "<results>/logs/train_population/{experiment}.log",
     wildcard_constraints:
         experiment=NONE if CONFIG.networks else OVER_POPULATION,
     priority: 95
@@ -43,9 +43,9 @@ rule population_calibration:
     input:
         estimator=FLOW,
     output:
-        part=f"{RESULTS}/{{experiment}}/calibration/part-{{part}}.h5",
+        part="<results>/{experiment}/calibration/part-{part}.h5",
     log:
-        f"{RESULTS}/logs/population_calibration/{{experiment}}/{{part}}.log",
+        "<results>/logs/population_calibration/{experiment}/{part}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -58,30 +58,30 @@ rule population_scores:
     """Coverage, ranks and contraction over all fresh contexts, and coverage by stratum."""
     input:
         parts=expand(
-            f"{RESULTS}/{{experiment}}/calibration/part-{{part}}.h5",
+            "<results>/{experiment}/calibration/part-{part}.h5",
             part=PARTS,
             allow_missing=True,
         ),
         null=nulls,
     output:
-        calibration=f"{RESULTS}/{{experiment}}/calibration.h5",
-        alarms=f"{RESULTS}/{{experiment}}/alarms.csv",
+        calibration="<results>/{experiment}/calibration.h5",
+        alarms="<results>/{experiment}/alarms.csv",
         table=reported(
-            f"{RESULTS}/{{experiment}}/calibration.csv",
+            "<results>/{experiment}/calibration.csv",
             "population_calibration",
             "checks",
             subcategory="Calibration",
         ),
         strata=reported(
-            f"{RESULTS}/{{experiment}}/strata.csv",
+            "<results>/{experiment}/strata.csv",
             "population_strata",
             "coverage by stratum",
             subcategory="Calibration",
         ),
-        recovery=f"{RESULTS}/{{experiment}}/recovery.csv",
-        recovery_acquisition=f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
+        recovery="<results>/{experiment}/recovery.csv",
+        recovery_acquisition="<results>/{experiment}/recovery_acquisition.csv",
     log:
-        f"{RESULTS}/logs/population_scores/{{experiment}}.log",
+        "<results>/logs/population_scores/{experiment}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -95,9 +95,9 @@ rule pushes_calibration:
     input:
         estimator=FLOW,
     output:
-        part=f"{RESULTS}/{{experiment}}/pushes/part-{{part}}.h5",
+        part="<results>/{experiment}/pushes/part-{part}.h5",
     log:
-        f"{RESULTS}/logs/pushes_calibration/{{experiment}}/{{part}}.log",
+        "<results>/logs/pushes_calibration/{experiment}/{part}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -110,16 +110,16 @@ rule pushes_table:
     """Coverage by number of pushes."""
     input:
         parts=expand(
-            f"{RESULTS}/{{experiment}}/pushes/part-{{part}}.h5",
+            "<results>/{experiment}/pushes/part-{part}.h5",
             part=PARTS,
             allow_missing=True,
         ),
         null=nulls,
     output:
-        calibration=f"{RESULTS}/{{experiment}}/pushes.h5",
-        table=f"{RESULTS}/{{experiment}}/pushes.csv",
+        calibration="<results>/{experiment}/pushes.h5",
+        table="<results>/{experiment}/pushes.csv",
     log:
-        f"{RESULTS}/logs/pushes_table/{{experiment}}.log",
+        "<results>/logs/pushes_table/{experiment}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -133,9 +133,9 @@ rule population_null:
     input:
         estimator=FLOW,
     output:
-        null=f"{RESULTS}/{{experiment}}/null.h5",
+        null="<results>/{experiment}/null.h5",
     log:
-        f"{RESULTS}/logs/population_null/{{experiment}}.log",
+        "<results>/logs/population_null/{experiment}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -147,16 +147,16 @@ rule population_null:
 rule population_answers:
     """Posterior, verdict and predictive check of one subject."""
     input:
-        observation=of_its_subject("cohort/{subject}/observation.h5"),
-        noise=f"{RESULTS}/cohort/noise.h5",
+        observation=of_its_subject("<results>/cohort/{subject}/observation.h5"),
+        noise="<results>/cohort/noise.h5",
         estimator=FLOW,
         null=nulls,
     output:
-        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
-        verdict=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/verdict.json",
-        predictive=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/predictive.h5",
+        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
+        verdict="<results>/{experiment}/subjects/{subject}/verdict.json",
+        predictive="<results>/{experiment}/subjects/{subject}/predictive.h5",
     log:
-        f"{RESULTS}/logs/population_answers/{{experiment}}/{{subject}}.log",
+        "<results>/logs/population_answers/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -168,18 +168,18 @@ rule population_answers:
 rule population_cohort:
     """Every subject of the cohort in one table and one figure, those refused with the reason."""
     input:
-        verdicts=of_answered("verdict.json"),
+        verdicts=of_experiment("<results>/{experiment}/subjects/{subject}/verdict.json"),
         truth=truth_files(),
     output:
         cohort=reported(
-            f"{RESULTS}/{{experiment}}/cohort.csv",
+            "<results>/{experiment}/cohort.csv",
             "population_table",
             "answers and verdicts",
         ),
-        figure_pdf=f"{RESULTS}/figures/cohort-{{experiment}}.pdf",
+        figure_pdf="<results>/figures/cohort-{experiment}.pdf",
         figure_png=drawn("population_cohort", "cohort"),
     log:
-        f"{RESULTS}/logs/population_cohort/{{experiment}}.log",
+        "<results>/logs/population_cohort/{experiment}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -193,10 +193,10 @@ rule strata_figure:
     input:
         strata=rules.population_scores.output.strata,
     output:
-        figure_pdf=f"{RESULTS}/figures/strata-{{experiment}}.pdf",
+        figure_pdf="<results>/figures/strata-{experiment}.pdf",
         figure_png=drawn("strata_figure", "strata"),
     log:
-        f"{RESULTS}/logs/strata_figure/{{experiment}}.log",
+        "<results>/logs/strata_figure/{experiment}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -208,16 +208,22 @@ rule strata_figure:
 rule population_agreement:
     """Draws of each subject compared with the exact ones of the experiment that shares its model, by a classifier."""
     input:
-        posteriors=of_answered("posterior.h5"),
-        base_posteriors=of_answered("posterior.h5", base=True),
+        posteriors=of_experiment(
+            "<results>/{experiment}/subjects/{subject}/posterior.h5"
+        ),
+        base_posteriors=lambda by: expand(
+            "<results>/{experiment}/subjects/{subject}/posterior.h5",
+            experiment=CONFIG.base_of(by.experiment),
+            subject=STUDY.answered(by.experiment),
+        ),
     output:
         table=reported(
-            f"{RESULTS}/{{experiment}}/agreement.csv",
+            "<results>/{experiment}/agreement.csv",
             "population_agreement",
             "agreement with the network of the cohort",
         ),
     log:
-        f"{RESULTS}/logs/population_agreement/{{experiment}}.log",
+        "<results>/logs/population_agreement/{experiment}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:

@@ -4,13 +4,13 @@
 rule pressures:
     """The posterior of one subject from speeds and pressures."""
     input:
-        observation=of_its_subject("cohort/{subject}/observation.h5"),
-        noise=f"{RESULTS}/cohort/noise.h5",
-        of_speeds=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/posterior.h5",
+        observation=of_its_subject("<results>/cohort/{subject}/observation.h5"),
+        noise="<results>/cohort/noise.h5",
+        of_speeds="<results>/{experiment}/subjects/{subject}/posterior.h5",
     output:
-        posterior=f"{RESULTS}/{{experiment}}/subjects/{{subject}}/with_pressures.h5",
+        posterior="<results>/{experiment}/subjects/{subject}/with_pressures.h5",
     log:
-        f"{RESULTS}/logs/pressures/{{experiment}}/{{subject}}.log",
+        "<results>/logs/pressures/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
@@ -23,21 +23,21 @@ rule pressures_table:
     """Every quantity without and with pressures, of each subject that has them."""
     input:
         observations=[
-            f"{RESULTS}/cohort/{subject}/observation.h5"
+            f"<results>/cohort/{subject}/observation.h5"
             for subject in SUBJECTS
             if any(subject in STUDY.with_pressures(name) for name in POPULATIONS)
         ],
-        posteriors=of_those_with_pressures("posterior.h5"),
-        with_pressures=of_those_with_pressures("with_pressures.h5"),
+        posteriors=with_pressures("posterior.h5"),
+        with_pressures=with_pressures("with_pressures.h5"),
     output:
         table=reported(
-            f"{RESULTS}/tables/pressures.csv",
+            "<results>/tables/pressures.csv",
             "table_pressures",
             "what cuff pressures add",
             category="Tables",
         ),
     log:
-        f"{RESULTS}/logs/pressures_table.log",
+        "<results>/logs/pressures_table.log",
     params:
         **stage("swesbi.checks.pressures:pressures_table"),
     script:
@@ -49,10 +49,10 @@ rule pressures_figure:
     input:
         table=rules.pressures_table.output.table,
     output:
-        figure_pdf=f"{RESULTS}/figures/pressures-{{experiment}}.pdf",
+        figure_pdf="<results>/figures/pressures-{experiment}.pdf",
         figure_png=drawn("pressures_figure", "pressures"),
     log:
-        f"{RESULTS}/logs/pressures_figure/{{experiment}}.log",
+        "<results>/logs/pressures_figure/{experiment}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:

@@ -5,71 +5,57 @@ rule report:
     """Pages that are read without Snakemake: verdicts, figures, tables, and where every file lies."""
     input:
         recording=str(STUDY.cohort.folder / "recording.yaml"),
-        observations=of_subjects("cohort/{subject}/observation.h5", SHOWN),
-        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
-        trainings=[f"{RESULTS}/{name}/training.csv" for name in EXPERIMENTS],
-        recoveries=[f"{RESULTS}/{name}/recovery.csv" for name in EXPERIMENTS],
-        recovery_acquisitions=expand(
-            f"{RESULTS}/{{experiment}}/recovery_acquisition.csv",
-            experiment=EXPERIMENTS,
-        ),
+        observations=expand(OBSERVATION, subject=SHOWN),
+        verdicts=shown_of(*EXPERIMENTS)["verdicts"],
+        trainings=tables_of(EXPERIMENTS, "training"),
+        recoveries=tables_of(EXPERIMENTS, "recovery"),
+        recovery_acquisitions=tables_of(EXPERIMENTS, "recovery_acquisition"),
         ppc_csv=rules.tables.output.ppc_csv,
         features_csv=rules.tables.output.features_csv,
         posterior_csv=rules.tables.output.posterior_csv,
         comparison_csv=rules.paper_comparison.output.comparison_csv,
         statements_csv=rules.paper_comparison.output.statements_csv,
-        study_pngs=expand(
-            f"{RESULTS}/figures/{{figure}}.png", figure=names_of("cohort")
-        ),
+        study_pngs=expand("<results>/figures/{name}.png", name=names_of("cohort")),
         training_pngs=expand(
-            f"{RESULTS}/figures/training-{{experiment}}.png", experiment=EXPERIMENTS
+            "<results>/figures/training-{experiment}.png", experiment=EXPERIMENTS
         ),
-        exact_posteriors=paths_of(
-            "{experiment}/subjects/{subject}/posterior.h5", *SPEED_EXPERIMENTS
-        ),
-        calibrations=expand(
-            f"{RESULTS}/{{experiment}}/calibration.csv", experiment=SPEED_EXPERIMENTS
-        ),
-        alarms=expand(
-            f"{RESULTS}/{{experiment}}/alarms.csv", experiment=SPEED_EXPERIMENTS
-        ),
-        identifiabilities=expand(
-            f"{RESULTS}/{{experiment}}/identifiability.csv",
-            experiment=SPEED_EXPERIMENTS,
-        ),
+        exact_posteriors=shown_of(*SPEED_EXPERIMENTS)["posteriors"],
+        calibrations=tables_of(SPEED_EXPERIMENTS, "calibration"),
+        alarms=tables_of(SPEED_EXPERIMENTS, "alarms"),
+        identifiabilities=tables_of(SPEED_EXPERIMENTS, "identifiability"),
         noise=noise_files()[:1],
-        truth_csv=[f"{RESULTS}/tables/truth.csv" for _ in truth_files()],
+        truth_csv=["<results>/tables/truth.csv" for _ in truth_files()],
         exact_pngs=expand(
-            f"{RESULTS}/figures/{{figure}}-{{experiment}}.png",
-            figure=names_of("speeds"),
+            "<results>/figures/{name}-{experiment}.png",
+            name=names_of("speeds"),
             experiment=SPEED_EXPERIMENTS,
         )
-        + ([f"{RESULTS}/figures/noise.png"] if SPEED_EXPERIMENTS else []),
-        population_cohorts=expand(
-            f"{RESULTS}/{{experiment}}/cohort.csv", experiment=POPULATIONS
-        ),
-        population_strata=expand(
-            f"{RESULTS}/{{experiment}}/strata.csv", experiment=POPULATIONS
-        ),
-        population_pngs=figures_of_populations("png"),
+        + (["<results>/figures/noise.png"] if SPEED_EXPERIMENTS else []),
+        population_cohorts=tables_of(POPULATIONS, "cohort"),
+        population_strata=tables_of(POPULATIONS, "strata"),
+        population_pngs=[
+            path for name in POPULATIONS for path in figures_of(name, ["png"])
+        ],
         pressures_csv=pressures_tables(),
         cohort_posteriors=expand(
-            f"{RESULTS}/{{experiment}}/cohort_posterior.h5",
-            experiment=with_cohort_posterior(),
+            "<results>/{experiment}/cohort_posterior.h5",
+            experiment=exact_experiments(),
         ),
-        validation=validation_files(),
+        validation=[
+            path for path in [CONFIG.validation_table] if path and Path(path).is_file()
+        ],
         artefacts=linked_artefacts(),
     output:
-        report=results_pages()[0],
-        pages=results_pages()[1:],
+        report=PAGES[0],
+        pages=PAGES[1:],
         configuration=reported(
-            f"{RESULTS}/configuration.yaml",
+            "<results>/configuration.yaml",
             "configuration",
             "every choice of this run",
             category="Configuration",
         ),
     log:
-        f"{RESULTS}/logs/report.log",
+        "<results>/logs/report.log",
     params:
         **stage("swesbi.report.page.study:pages_of_study"),
     script:

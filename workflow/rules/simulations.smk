@@ -4,9 +4,9 @@
 rule simulate:
     """Successful simulations of one subject from a prior."""
     output:
-        shard=f"{RESULTS}/simulations/{{prior}}/{{subject}}/shard-{{shard}}.h5",
+        shard="<results>/simulations/{prior}/{subject}/shard-{shard}.h5",
     log:
-        f"{RESULTS}/logs/simulate/{{prior}}/{{subject}}/shard-{{shard}}.log",
+        "<results>/logs/simulate/{prior}/{subject}/shard-{shard}.log",
     priority: 80
     params:
         **stage("swesbi.heart.prior_simulations:shard_of_prior"),

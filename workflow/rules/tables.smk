@@ -4,30 +4,30 @@
 rule tables:
     """Table 1, features and posteriors of every experiment."""
     input:
-        unpack(of_cohort(*EXPERIMENTS)),
+        **shown_of(*EXPERIMENTS),
     output:
         ppc_csv=reported(
-            f"{RESULTS}/tables/ppc.csv",
+            "<results>/tables/ppc.csv",
             "table_ppc",
             "table 1: predictive scores",
             category="Tables",
         ),
-        ppc_tex=f"{RESULTS}/tables/ppc.tex",
+        ppc_tex="<results>/tables/ppc.tex",
         features_csv=reported(
-            f"{RESULTS}/tables/features.csv",
+            "<results>/tables/features.csv",
             "table_features",
             "features",
             category="Tables",
         ),
         posterior_csv=reported(
-            f"{RESULTS}/tables/posterior.csv",
+            "<results>/tables/posterior.csv",
             "table_posterior",
             "posteriors",
             category="Tables",
         ),
-        posterior_tex=f"{RESULTS}/tables/posterior.tex",
+        posterior_tex="<results>/tables/posterior.tex",
     log:
-        f"{RESULTS}/logs/tables.log",
+        "<results>/logs/tables.log",
     params:
         **stage("swesbi.report.study_tables:study_tables"),
     script:
@@ -38,19 +38,21 @@ rule truth:
     """Credible intervals of every experiment beside the truth of a generated cohort."""
     input:
         posteriors=paths_of(
-            "{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
+            "<results>/{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
         ),
-        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS),
+        verdicts=paths_of(
+            "<results>/{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS
+        ),
         truth=str(STUDY.cohort.folder / "truth.csv"),
     output:
         truth_csv=reported(
-            f"{RESULTS}/tables/truth.csv",
+            "<results>/tables/truth.csv",
             "table_truth",
             "truth of a generated cohort",
             category="Tables",
         ),
     log:
-        f"{RESULTS}/logs/truth.log",
+        "<results>/logs/truth.log",
     params:
         **stage("swesbi.report.study_tables:beside_the_truth"),
     script:
@@ -65,29 +67,31 @@ rule paper_comparison:
         posterior=rules.tables.output.posterior_csv,
         features=rules.tables.output.features_csv,
         recoveries=expand(
-            f"{RESULTS}/{{experiment}}/recovery.csv", experiment=FEATURE_EXPERIMENTS
+            "<results>/{experiment}/recovery.csv", experiment=FEATURE_EXPERIMENTS
         ),
-        training=f"{RESULTS}/{MAIN}/training.csv",
-        pool=f"{RESULTS}/{MAIN}/pool.h5",
-        verdicts=paths_of("{experiment}/subjects/{subject}/verdict.json", MAIN),
-        observations=paths_of("cohort/{subject}/observation.h5", MAIN),
-        cmaes=paths_of("cmaes/{subject}.h5", MAIN),
+        training=f"<results>/{MAIN}/training.csv",
+        pool=f"<results>/{MAIN}/pool.h5",
+        verdicts=paths_of(
+            "<results>/{experiment}/subjects/{subject}/verdict.json", MAIN
+        ),
+        observations=paths_of("<results>/cohort/{subject}/observation.h5", MAIN),
+        cmaes=paths_of("<results>/cmaes/{subject}.h5", MAIN),
     output:
         comparison_csv=reported(
-            f"{RESULTS}/tables/paper_comparison.csv",
+            "<results>/tables/paper_comparison.csv",
             "table_comparison",
             "beside the paper",
             category="Tables",
         ),
-        comparison_tex=f"{RESULTS}/tables/paper_comparison.tex",
+        comparison_tex="<results>/tables/paper_comparison.tex",
         statements_csv=reported(
-            f"{RESULTS}/tables/statements.csv",
+            "<results>/tables/statements.csv",
             "table_statements",
             "statements of the paper",
             category="Tables",
         ),
     log:
-        f"{RESULTS}/logs/paper_comparison.log",
+        "<results>/logs/paper_comparison.log",
     params:
         **stage("swesbi.report.paper.study:beside_the_paper", experiment=MAIN),
     script:

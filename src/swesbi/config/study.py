@@ -86,8 +86,8 @@ class Study:
         return (*on_speeds, *config.populations_run)
 
     def answered(self, experiment: str) -> tuple[str, ...]:
-        """Return the subjects within the declared range of an experiment over a population."""
-        refused = self.refused(experiment)
+        """Return the subjects of an experiment: within its declared range, for one over a population."""
+        refused = self.refused(experiment) if experiment in self.config.population_experiments else {}
         return tuple(subject for subject in self.subjects_of(experiment) if subject not in refused)
 
     def with_pressures(self, experiment: str) -> tuple[str, ...]:
