@@ -24,6 +24,7 @@ import argparse
 import ast
 import csv
 import io
+import re
 import resource
 import statistics
 import subprocess
@@ -40,6 +41,8 @@ from swesbi.__main__ import COMMANDS
 from swesbi.study.code import Packages, Place
 
 SOURCE: Final = Path(swesbi.__file__).parent
+RULE: Final = re.compile(r"\*\*stage\(\s*\"([\w.]+):(\w+)\"")
+"""The stage that a rule of the study runs."""
 PLUMBING: Final = (
     *("artefacts", "base", "config", "seeds", "study"),
     *("__init__", "__main__"),
@@ -151,9 +154,10 @@ def _size(_: argparse.Namespace) -> Iterator[Row]:
 
 
 def _reruns(_: argparse.Namespace) -> Iterator[Row]:
-    entries = list(PLACES.values())
+    rules = sorted((SOURCE.parents[1] / "workflow" / "rules").glob("*.smk"))
+    entries = [place for file in rules for place in RULE.findall(file.read_text(encoding="utf-8"))]
     label = f"stages of {len(entries)} that an edited line reruns"
-    for of, counts in (("of science", _is_science), ("outside stages and config", _is_no_stage)):
+    for of, counts in (("of science", _is_science), ("outside config", _is_no_setting)):
         yield f"{label}, {of}", f"{stages_an_edited_line_reruns(SOURCE, entries, counts):.1f}"
 
 
@@ -161,8 +165,8 @@ def _is_science(path: Path) -> bool:
     return concern(path) == SCIENCE
 
 
-def _is_no_stage(path: Path) -> bool:
-    return not {"stages", "config"} & set(path.relative_to(SOURCE).parts)
+def _is_no_setting(path: Path) -> bool:
+    return "config" not in path.relative_to(SOURCE).parts
 
 
 def _start(_: argparse.Namespace) -> Iterator[Row]:

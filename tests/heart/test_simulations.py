@@ -83,7 +83,6 @@ def read(paths: list[Path]) -> PriorSimulations:
     return read_as(PriorSimulations, paths, "shards")
 
 
-
 def test_shards_are_read_in_the_order_of_the_draws(tmp_path: Path) -> None:
     files = [write(tmp_path / "0.h5", range(4)), write(tmp_path / "1.h5", range(4, 9))]
     for order in (files, files[::-1]):

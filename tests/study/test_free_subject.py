@@ -110,9 +110,7 @@ def read_again(asked: Study) -> Study:
 
 
 def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: Study) -> None:
-    phases = {
-        name: answer_settings(asked, "calibrated", name).recording.phases for name in ("S-1", "s_2x")
-    }
+    phases = {name: answer_settings(asked, "calibrated", name).recording.phases for name in ("S-1", "s_2x")}
     assert list(phases.values()) == [20, 24]
     observed = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
     assert [one.observation.is_gated for one in observed] == [True, True, False]

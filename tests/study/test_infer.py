@@ -234,7 +234,9 @@ def test_strangers_are_answered_alone_as_among_others(
     prior = tmp_path / "prior"
     asked = ("--subject", "T1", "--experiment", "calibrated", "--out", str(prior))
     assert typed(study, *given, *asked).returncode == 0
-    by_network, from_prior = (FreePredictiveCheck.read(each / "T1" / "predictive.h5") for each in (out, prior))
+    by_network, from_prior = (
+        FreePredictiveCheck.read(each / "T1" / "predictive.h5") for each in (out, prior)
+    )
     np.testing.assert_array_equal(by_network.prior.high, from_prior.prior.high)
     assert not np.array_equal(by_network.posterior.high, from_prior.posterior.high)
     assert study.planned("all") == set()

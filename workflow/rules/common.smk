@@ -100,9 +100,9 @@ def nulls(wildcards):
 
 
 def stage(name, **fixed):
-    """Return the params of a rule that runs a stage, ``package.module:function``.
+    """Return the params of the jobs of a stage.
 
-    ``fixed`` stands for wildcards that the rule does not have.
+    ``name`` is ``package.module:function``; ``fixed`` stands for wildcards that its jobs do not have.
     """
     return stage_params(
         name, lambda wildcards: View.of_job(STUDY, fixed | wildcards), CONFIG.seed
