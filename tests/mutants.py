@@ -143,7 +143,7 @@ MUTANTS: Final = (
     Mutant("hash of the code leaves out what imports do", "study/code.py",
            "{*filter(None, found.values()), *effects}", "{*filter(None, found.values())}"),
     Mutant("artefact with other units is accepted", "artefacts/schema.py",
-           'values.attrs.get("units") != expected.units', '"units" not in values.attrs'),
+           'array.attrs.get("units") != expected.units', '"units" not in array.attrs'),
     Mutant("artefact with parameters in another order is accepted", "artefacts/schema.py",
            "names[: len(THETA_NAMES)] != THETA_NAMES", "set(names[: len(THETA_NAMES)]) != set(THETA_NAMES)"),
     Mutant("change in groups divides by the prior of theta, not of the ratio", "persons/change/groups.py",

@@ -24,11 +24,10 @@ COMPILED = {
 
 
 class Job(NamedTuple):
-    """A job that would run, by one of its outputs and the rule of one subject that makes it."""
+    """A job that would run, by its rule and one of its outputs."""
 
     rule: str
     output: str
-    of_several: bool = False
 
     def is_of(self, subject: str) -> bool:
         """Tell whether the output is one subject's."""
@@ -85,7 +84,7 @@ class StudyCopy:
         rows = [line.split("\t") for line in done.stdout.splitlines()]
         header = rows[0]
         rule, path, plan = (header.index(name) for name in ("rule", "output_file", "plan"))
-        return {_job(row[rule], row[path]) for row in rows[1:] if row[plan] == "update pending"}
+        return {Job(row[rule], row[path]) for row in rows[1:] if row[plan] == "update pending"}
 
     def edit(self, path: str, old: str, new: str) -> None:
         """Replace text that occurs once in a file of the copy."""
@@ -99,12 +98,6 @@ def without_home(environment: Mapping[str, str]) -> dict[str, str]:
     """Return the environment of a service's account, whose home does not exist: nobody makes one in /proc."""
     kept = {name: value for name, value in environment.items() if not name.startswith(("XDG_", "MPLCONFIG"))}
     return {**kept, "HOME": "/proc/nowhere"}
-
-
-def _job(rule: str, output: str) -> Job:
-    """Return a job by the name of its rule, which is longer where it serves several subjects."""
-    name, *several = rule.split("_batch_")
-    return Job(name, output, bool(several))
 
 
 def copy_study(folder: Path) -> StudyCopy:

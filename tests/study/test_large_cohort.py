@@ -1,4 +1,4 @@
-"""A large cohort: jobs in batches, refused subjects, and a study without experiments on the cohort."""
+"""A large cohort: one overview, refused subjects, and a study without experiments on the cohort."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from cohorts import ungrouped
-from study_copy import ROOT, Job, StudyCopy, copy_study, of_rule, rules_of
+from study_copy import Job, StudyCopy, copy_study, of_rule, rules_of
 
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
@@ -51,7 +51,7 @@ def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_
     make_large(study, 40)
     jobs = study.planned(*ALONE, "subjects=all")
     for rule in ("ingest", "population_answers"):
-        assert all(job.of_several for job in of_rule(jobs, rule))
+        assert len(of_rule(jobs, rule)) == 40
     assert "population_cohort" in rules_of(jobs)
     assert not {"exact_subject_figures", "cmaes", "passive"} & rules_of(jobs)
 
@@ -68,41 +68,11 @@ def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tm
     assert loaded.answered("amortised")
 
 
-@pytest.mark.slow
-def test_batches_of_recordings_give_the_bytes_of_single_ones(finished: StudyCopy, tmp_path: Path) -> None:
-    study = copy_study(tmp_path)
-    study.edit("smoke.yaml", "population_parts: 2", "population_parts: 2\n  subjects_per_job: 2")
-    # two of the three subjects make a batch, and the third is a job of its own
-    jobs = study.planned("results-smoke/cohort/noise.h5")
-    assert {job.output.split("/")[2]: job.of_several for job in of_rule(jobs, "ingest")} == {
-        "A": True,
-        "F": True,
-        "G": False,
-    }
-    study.run("results-smoke/cohort/noise.h5")
-    for path in (f"results-smoke/cohort/{subject}/observation.h5" for subject in "AFG"):
-        assert (study.folder / path).read_bytes() == (finished.folder / path).read_bytes()
-
-
 def test_a_target_of_one_subject_makes_that_subject_alone(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
-    study.edit("smoke.yaml", "population_parts: 2", "population_parts: 2\n  subjects_per_job: 4")
     observation, posterior = (
         f"results-smoke/{path}" for path in ("cohort/A/observation.h5", "amortised/subjects/A/posterior.h5")
     )
     assert study.planned(observation) == {Job("ingest", observation)}
     answers = of_rule(study.planned(posterior), "population_answers")
-    assert {(Path(job.output).parent.name, job.of_several) for job in answers} == {("A", False)}
-    whole = study.planned("results-smoke/amortised/cohort.csv")
-    for rule in ("ingest", "population_answers"):
-        assert all(job.of_several for job in of_rule(whole, rule))
-
-
-@pytest.mark.parametrize("subjects", [1, 32, 33, 600])
-def test_batches_hold_every_subject_once_in_order(subjects: int) -> None:
-    study = load_study(read_merged(ROOT / "config.yaml"))
-    names = [f"S{number}" for number in range(subjects)]
-    batches = study.batches(names)
-    assert [name for batch in batches for name in batch] == names
-    assert len(batches) <= 32
-    assert max(map(len, batches)) == -(-subjects // 32)
+    assert {Path(job.output).parent.name for job in answers} == {"A"}

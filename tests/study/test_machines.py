@@ -225,12 +225,13 @@ def test_a_copied_environment_says_that_it_runs_other_code(copied: Path) -> None
 
     original = copied.parent / "original" / ".venv" / "bin"
     renew = f"cd {copied} && rm -r .venv && make install"
-    for command in ([".venv/bin/python", "-m", "swesbi", "stages"], [".venv/bin/swesbi", "stages"]):
+    validate = ("validate", str(ROOT / "data" / "virtual_volunteers"), "--config", str(ROOT / "config.yaml"))
+    for command in ([".venv/bin/python", "-m", "swesbi", *validate], [".venv/bin/swesbi", *validate]):
         refused = typed(*command)
         assert (refused.returncode, refused.stdout) == (2, "")
         assert renew in refused.stderr
         assert typed(*command, PYTHONPATH=str(ROOT / "src")).returncode == 0
-    assert typed(str(original / "swesbi"), "stages").returncode == 0
+    assert typed(str(original / "swesbi"), *validate).returncode == 0
     made = typed("make", "-n", "demo")
     assert made.returncode == 2
     assert "`rm -r .venv && make install`" in made.stderr

@@ -68,11 +68,6 @@ class ResourceSettings(Settings):
         le=1000,
         description="Jobs of the simulations, and of the calibration, of an experiment over a population.",
     )
-    subjects_per_job: int | None = Field(
-        ge=1,
-        description="Subjects of a job of a stage that takes seconds; null: 1, or more where that keeps "
-        "jobs to 32.",
-    )
     device: Literal["auto", "cpu", "cuda"] = Field(
         description="Where the network is trained. auto takes a GPU where there is one, but not for "
         "procedure fast."

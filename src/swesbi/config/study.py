@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from swesbi.config.cohort import Cohort, outside_cohort, study_cohort
 from swesbi.config.models import Config
@@ -14,9 +14,6 @@ from swesbi.population.settings import in_declared_range
 from swesbi.recording.cohort.files import SUBJECTS
 from swesbi.recording.cohort.recording_file import Description
 from swesbi.recording.samples import CONFIGURED
-
-MOST_JOBS: Final = 32
-"""Jobs of one kind for a cohort: enough for the cores of a cluster node, few enough that none is idle."""
 
 
 @dataclass(frozen=True)
@@ -103,11 +100,6 @@ class Study:
             for subject in self.subjects_of(experiment)
         }
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
-
-    def batches(self, subjects: Sequence[str]) -> tuple[tuple[str, ...], ...]:
-        """Share subjects out, in order, over the jobs of a light stage: one to each unless there are many."""
-        size = self.config.resources.subjects_per_job or max(-(-len(subjects) // MOST_JOBS), 1)
-        return tuple(tuple(subjects[start : start + size]) for start in range(0, len(subjects), size))
 
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:
         """Return the same cohort under a configuration with other values; ``source`` names them in errors.

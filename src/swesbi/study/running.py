@@ -90,7 +90,7 @@ def guard_run(workflow: Workflow, results: str) -> None:
         raise _refusal(renew)
     if shlex.quote(sys.executable) != sys.executable:
         raise _refusal(
-            f"{sys.executable}: Snakemake writes this path into shell lines, which its blanks and signs break; "
+            f"{sys.executable}: Snakemake writes this path into shell lines, which its blanks break; "
             f"rename the folder, or link to it (ln -s {shlex.quote(str(Path.cwd()))} ~/swesbi) and type "
             "`make clean install` there"
         )
