@@ -126,7 +126,10 @@ def as_netcdf(groups: Mapping[str, Group]) -> memoryview:
         for name in sorted(groups, key=lambda one: one != ROOT):
             target = file if name == ROOT else file.create_group(name)
             target.attrs.update(groups[name].attrs)
-            target.dimensions = groups[name].sizes
+            # a group has the dimensions of the root, as netCDF does
+            inherited = {} if name == ROOT else groups[ROOT].sizes
+            sizes = groups[name].sizes.items()
+            target.dimensions = {dim: size for dim, size in sizes if inherited.get(dim) != size}
             for own, array in groups[name].items():
                 _write(target, own, array, groups[name])
     return buffer.getbuffer()
