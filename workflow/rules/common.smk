@@ -99,13 +99,23 @@ def nulls(wildcards):
     return os.path.relpath(nulls_of(STUDY, wildcards.experiment))
 
 
+# what the pages print is long: a param each section, so that a dry run prints those that have changed
+SECTIONS = {
+    name: list(View(STUDY, {})[name])
+    for name in ["configuration", "experiments_shown", "populations_shown"]
+}
+
+
 def stage(name, **fixed):
     """Return the params of the jobs of a stage.
 
     ``name`` is ``package.module:function``; ``fixed`` stands for wildcards that its jobs do not have.
     """
     return stage_params(
-        name, lambda wildcards: View.of_job(STUDY, fixed | wildcards), CONFIG.seed
+        name,
+        lambda wildcards: View.of_job(STUDY, fixed | wildcards),
+        CONFIG.seed,
+        SECTIONS,
     )
 
 

@@ -68,7 +68,7 @@ class View:
             if name in type(self.of_base).model_fields:
                 return getattr(self.of_base, name)
         if name not in Config.model_fields and "experiment" not in self.wildcards:
-            raise ConfigError("say which experiment")
+            raise ConfigError(f"{name}: the configuration has no such section; say which experiment")
         return getattr(self.config, name)
 
     def wildcard(self, kind: str) -> str:

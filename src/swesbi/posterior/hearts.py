@@ -145,9 +145,10 @@ def linear_speeds(
     log_values, log_slopes = log_of_scores(scores, own)
     x = wall.shortening
     log_passive, log_scale, along = np.zeros_like(x), np.zeros_like(x), []
+    powers = dict.fromkeys((own.names[0], SCALE), np.ones_like(x))
+    powers |= {"passive_ratio": x, "passive_middle_factor": 4.0 * x * (1.0 - x)}
     for name, log_value in zip(own.names, log_values.T, strict=True):
-        powers = {"passive_ratio": x, "passive_middle_factor": 4.0 * x * (1.0 - x)}
-        direction = powers.get(name, np.ones_like(x))
+        direction = powers[name]  # an error for a nuisance whose slope is not written down here
         if name == SCALE:
             log_scale = log_scale + log_value[:, None]
         else:

@@ -25,7 +25,7 @@ from swesbi.artefacts.typed import read_as, write_as
 from swesbi.base.processes import exit_when_gone
 from swesbi.base.terminal import terminal
 from swesbi.study.running import RUN
-from swesbi.study.stage import OF_EVERY_JOB, place_of
+from swesbi.study.stage import OF_EVERY_JOB, place_of, settings_in
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
@@ -64,7 +64,7 @@ def run_job(snakemake: SnakemakeJob) -> None:
     """
     began = time.monotonic() - time.process_time()  # nothing waits before this
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
-    params = {name: value for param in snakemake.params for name, value in param.items()}
+    params = settings_in(snakemake.params)
     function = stage_of(params["stage"])
     run_now = snakemake.config[RUN]
     exit_when_gone(run_now["process"])

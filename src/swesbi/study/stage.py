@@ -7,10 +7,11 @@ which no result depends. Light: Snakefiles read it, so a stage's module is parse
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, Protocol
 
 from swesbi.study.code import stage_hash
@@ -29,7 +30,9 @@ OF_EVERY_JOB: Final = ("stage", "code", "seed", "subject")
 """Params beside the settings: function, hash of what it runs, seed of the study, subject if there is one."""
 
 
-def stage_params(stage: str, values: Values, seed: int) -> dict[str, Any]:
+def stage_params(
+    stage: str, values: Values, seed: int, sections: Mapping[str, Iterable[str]] = MappingProxyType({})
+) -> dict[str, Any]:
     """Return the params of a rule that runs a stage.
 
     Each carries its name, since Snakemake compares the values of params without theirs and prints those that
@@ -39,6 +42,7 @@ def stage_params(stage: str, values: Values, seed: int) -> dict[str, Any]:
         stage: ``package.module:function``.
         values: Gives the settings of a job.
         seed: Of the study.
+        sections: Keys of long settings by name: each becomes a param of its own.
 
     Raises:
         As ``settings_of``.
@@ -47,12 +51,26 @@ def stage_params(stage: str, values: Values, seed: int) -> dict[str, Any]:
     def setting(name: str) -> Callable[[Any], dict[str, Any]]:
         return lambda wildcards: {name: values(dict(wildcards.items()))[name]}
 
+    def section(name: str, key: str) -> Callable[[Any], dict[str, Any]]:
+        return lambda wildcards: {name: {key: values(dict(wildcards.items()))[name][key]}}
+
+    names = [name for name in settings_of(stage) if name not in OF_EVERY_JOB]
     return {
         "stage": {"stage": stage},
         "code": lambda _: {"code": stage_code(stage)},
         "seed": {"seed": seed},
         "subject": lambda wildcards: {"subject": wildcards.get("subject", "")},
-    } | {name: setting(name) for name in settings_of(stage) if name not in OF_EVERY_JOB}
+        **{name: setting(name) for name in names if name not in sections},
+        **{f"{name}_{key}": section(name, key) for name in names for key in sections.get(name, ())},
+    }
+
+
+def settings_in(params: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the values of a job's params by name, those of sections put together."""
+    found: dict[str, Any] = {}
+    for name, value in (item for param in params for item in param.items()):
+        found[name] = {**found[name], **value} if name in found else value
+    return found
 
 
 def plain_settings(stage: str, values: Named) -> dict[str, Any]:
