@@ -44,7 +44,7 @@ from swesbi.config.read import parse_config, read_merged  # noqa: E402
 from swesbi.parameters import THETA_NAMES  # noqa: E402
 from swesbi.persons.cohort.cohort import Design, Member, design_of, weighted_quantiles  # noqa: E402
 from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of  # noqa: E402
-from swesbi.persons.cohort.infer import Inferred, infer_cohort  # noqa: E402
+from swesbi.persons.cohort.infer import CohortResult, infer_cohort  # noqa: E402
 from swesbi.persons.cohort.settings import HierarchySettings  # noqa: E402
 from swesbi.prior import PriorSettings, draw_prior  # noqa: E402
 
@@ -94,7 +94,9 @@ def simulate(count: int, seed: int, settings: HierarchySettings) -> tuple[Simula
     return Simulated(prior, design, eta, theta, measured), members, statuses
 
 
-def infer(simulated: Simulated, members: list[Member], settings: HierarchySettings, seed: int) -> Inferred:
+def infer(
+    simulated: Simulated, members: list[Member], settings: HierarchySettings, seed: int
+) -> CohortResult:
     """Infer a simulated cohort, drawing anew in closed form."""
 
     def redraw(subject: str, prior: PriorSettings, stream: int) -> FloatArray:
@@ -126,13 +128,13 @@ def calibration(cohorts: int, first: int, csv: Path) -> None:
 
 
 def errors_of(
-    seed: int, simulated: Simulated, members: list[Member], inferred: Inferred, statuses: list[str]
+    seed: int, simulated: Simulated, members: list[Member], inferred: CohortResult, statuses: list[str]
 ) -> list[dict[str, object]]:
     """Return the error of each person's log theta, alone and within the population."""
     half = np.array([0.5])
     rows: list[dict[str, object]] = []
     for d, member in enumerate(members):
-        draws, weight = inferred.model.recycled[d], inferred.shrunken.weights[d]
+        draws, weight = inferred.model.recycled[d], inferred.shrinkage.weights[d]
         within = weighted_quantiles(draws.theta, weight, half)[0]
         for j, name in enumerate(THETA_NAMES):
             truth = np.log(simulated.theta[d, j])
@@ -187,7 +189,7 @@ def one(count: int) -> None:
         f"{count} persons: {spent:.1f} s of one core, {wall:.1f} s by the clock, {memory:.2f} GiB; by "
         f"{inferred.exact.sampler}, k-hat {inferred.exact.k_hat:.2f}, efficiency "
         f"{inferred.exact.efficiency:.2f}, drawn anew {sum(map(bool, inferred.refreshed))}, "
-        f"least effective {inferred.shrunken.effective.min():.0f}"
+        f"least effective {inferred.shrinkage.effective.min():.0f}"
     )
 
 

@@ -47,8 +47,8 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
-from swesbi.study.answering import Answerer
-from swesbi.study.results import answering
+from swesbi.study.answerer import Answerer
+from swesbi.study.results import experiment_files
 from swesbi.verdict.context import nearest_known
 
 FIRST_UNSEEN = 50  # the numbers below made the choice of the discrepancy
@@ -103,7 +103,7 @@ def answered(study: Study, experiment: str, count: int, folder: Path) -> None:
             print(f"{subject:8}{seconds:8.1f}  {done.stderr.strip()}")
             continue
         verdict = json.loads((folder / subject / "verdict.json").read_text(encoding="utf-8"))
-        recording = asked.asked(subject).recording
+        recording = asked.request(subject).recording
         assert recording.observation.is_gated
         told = accuracy(folder / subject, recording.model, sizes)
         print(
@@ -185,7 +185,7 @@ def network_alone(
 
 def network(study: Study, results: Path, experiment: str, count: int) -> None:
     """Print how the network alone does at contexts that it does not know."""
-    files = answering(study, experiment)
+    files = experiment_files(study, experiment)
     settings = SpeedModelSettings.from_plain(View(study, {"experiment": experiment})["model"])
     noise = CohortNoise.read(results / "cohort" / "noise.h5")
     models = [speed_model(Observation.read(path), noise, settings) for path in files.observations]

@@ -36,10 +36,10 @@ from swesbi.config.read import parse_config, read_merged  # noqa: E402
 from swesbi.persons.change.groups import infer_change_groups  # noqa: E402
 from swesbi.persons.cohort.cohort import Member  # noqa: E402
 from swesbi.persons.cohort.hyperprior import hyperprior_of  # noqa: E402
-from swesbi.persons.cohort.infer import Inferred, Posed, infer_population  # noqa: E402
-from swesbi.persons.planning.asked import log_factor  # noqa: E402
-from swesbi.persons.planning.hyperdraws import Recycling, evaluate_bank, planned_design  # noqa: E402
-from swesbi.persons.planning.luck import luck_of  # noqa: E402
+from swesbi.persons.cohort.infer import CohortQuestion, CohortResult, infer_population  # noqa: E402
+from swesbi.persons.planning.chance import chance_of  # noqa: E402
+from swesbi.persons.planning.effect import log_factor  # noqa: E402
+from swesbi.persons.planning.hyperdraws import StudyAnalysis, evaluate_bank, planned_design  # noqa: E402
 from swesbi.persons.planning.power import PowerCurve, power_curve  # noqa: E402
 from swesbi.persons.planning.settings import GROUPS, PAIRED  # noqa: E402
 
@@ -53,7 +53,7 @@ def shipped() -> Config:
     return parse_config(read_merged(path), str(path))
 
 
-def planned(config: Config, by: Recycling, design: str) -> PowerCurve:
+def planned(config: Config, by: StudyAnalysis, design: str) -> PowerCurve:
     """Plan with a bank of persons, and print what is needed."""
     settings = config.plan.studies
     start = time.process_time()
@@ -61,8 +61,8 @@ def planned(config: Config, by: Recycling, design: str) -> PowerCurve:
     found = evaluate_bank(bank, design, settings, by, config.seed)
     evaluated = time.process_time()
     rule = (config.plan.probability, config.plan.power)
-    luck = luck_of(bank, design, plan_case.EFFECT, by)
-    curve = power_curve(found, luck, plan_case.EFFECT, 3, settings, rule, config.seed)
+    chance = chance_of(bank, design, plan_case.EFFECT, by)
+    curve = power_curve(found, chance, plan_case.EFFECT, 3, settings, rule, config.seed)
     studies = 3 * settings.studies * len(settings.sizes)
     print(
         f"{design}, {plan_case.EFFECT.words}: {curve.needed} persons for a power of {config.plan.power:.0%}; "
@@ -71,7 +71,7 @@ def planned(config: Config, by: Recycling, design: str) -> PowerCurve:
     return curve
 
 
-def trial(design: str, persons: int, effect: float, by: Recycling, seed: int) -> Inferred:
+def trial(design: str, persons: int, effect: float, by: StudyAnalysis, seed: int) -> CohortResult:
     """Draw a trial afresh, and infer it."""
     rng = np.random.default_rng(seed)
     if design == PAIRED:
@@ -96,13 +96,15 @@ def trial(design: str, persons: int, effect: float, by: Recycling, seed: int) ->
     ]
     design_of_trial = planned_design(GROUPS, treated)
     prior = hyperprior_of(design_of_trial, case.THETA_PRIOR, by.cohort.hyperprior)
-    return infer_population(members, Posed(design_of_trial, prior, case.THETA_PRIOR), by.cohort, None, seed)
+    return infer_population(
+        members, CohortQuestion(design_of_trial, prior, case.THETA_PRIOR), by.cohort, None, seed
+    )
 
 
 def run(design: str, trials: int, first: int, csv: Path) -> None:
     """Plan, then write a row a trial behind those that are in the file already."""
     config = shipped()
-    by = Recycling(case.THETA_PRIOR, config.cohort_posterior, config.change_groups)
+    by = StudyAnalysis(case.THETA_PRIOR, config.cohort_posterior, config.change_groups)
     needed = planned(config, by, design).needed[0]
     if needed is None:
         raise SystemExit("the power asked for is not reached; nothing to simulate")
@@ -119,7 +121,7 @@ def run(design: str, trials: int, first: int, csv: Path) -> None:
                 "probability": (found < 0.0).mean(),
                 "level": (found < effect).mean(),
                 "median": np.median(found),
-                "least_effective": inferred.shrunken.effective.min(),
+                "least_effective": inferred.shrinkage.effective.min(),
                 "sampler": inferred.exact.sampler,
             }
             pd.DataFrame([row]).to_csv(csv, mode="a", header=not csv.exists(), index=False)

@@ -12,9 +12,9 @@ from swesbi.heart.periodic import Status
 from swesbi.measurement.likelihood import SpeedModel, standardise
 from swesbi.verdict.beat import volume_tests
 from swesbi.verdict.nulls import Grade
+from swesbi.verdict.recording import grade
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.verdict import GRADES, VerdictTest
-from swesbi.verdict.with_null import grade
 
 NO_VERDICT: Final = "no verdict"
 """Of a recording that nothing here speaks against: the page has no null distributions."""

@@ -51,9 +51,9 @@ TESTS: Final[Mapping[str, str]] = {
     "persons/change": "persons/test_change persons/test_change_groups persons/test_joint_change "
     "persons/test_visits_joint",
     "persons/cohort": "persons/test_cohort_calibration persons/test_cohort_design "
-    "persons/test_cohort_posterior persons/test_drawn_anew persons/test_population_likelihood "
+    "persons/test_cohort_posterior persons/test_redraw persons/test_population_likelihood "
     "persons/test_shrinkage",
-    "persons/planning": "persons/test_planned_power persons/test_plan_asked persons/test_plan_arms",
+    "persons/planning": "persons/test_planned_power persons/test_plan_effect persons/test_plan_arms",
     "checks": "checks/test_calibration checks/test_scores checks/test_information",
     "config": "config/test_config study/test_new_cohort",
     "heart": "heart/test_simulate heart/test_invariants heart/test_references heart/test_stressed_volume "
@@ -65,7 +65,7 @@ TESTS: Final[Mapping[str, str]] = {
     "recording/test_ingest recording/test_free recording/test_neighbours "
     "virtual/test_virtual_cohort",
     "report": "report/test_report_page report/test_report_exact",
-    "study": "study/test_inspection persons/test_plan_asked study/test_code_hash",
+    "study": "study/test_inspection persons/test_plan_effect study/test_code_hash",
     "verdict": "verdict/test_checks verdict/test_nulls verdict/test_verdict",
 }
 """Files of tests by package, where a package has no folder of tests, or one that takes minutes."""
@@ -194,7 +194,7 @@ MUTANTS: Final = (
            "relative_se**-2.0", "relative_se**-1.0"),
     Mutant("all subjects of a pool have the same noise", "networks/paper/pool.py",
            'generator(seed, "feature noise", subject.context.subject)', 'generator(seed, "feature noise")'),
-    Mutant("luck of the untreated is put on twice", "persons/planning/luck.py",
+    Mutant("chance of the untreated is put on twice", "persons/planning/chance.py",
            "return moved - _slope", "return moved + _slope"),
     Mutant("weights of the recycled hyperdraws lost", "persons/planning/hyperdraws.py",
            "log_density(moved, self.prior) - self.log_drawn", "log_density(moved, self.prior)"),
@@ -253,7 +253,7 @@ MUTANTS: Final = (
            "np.quantile(ordered, 1.0 - tail_fraction)", "np.quantile(ordered, tail_fraction)"),
     Mutant("contradicted recordings are the likely ones", "verdict/nulls.py",
            "(overall <= rule.contradicted_level)", "(overall > rule.contradicted_level)"),
-    Mutant("volume that does not fit makes a contradicted recording strained", "verdict/with_null.py",
+    Mutant("volume that does not fit makes a contradicted recording strained", "verdict/recording.py",
            "return max(overall, Grade.STRAINED)", "return Grade.STRAINED"),
     Mutant("scale of speeds differs from repeat to repeat", "recording/acquisition.py",
            "settings.scale_fraction * generator.standard_normal()",

@@ -54,7 +54,7 @@ PASSING: Final = shutil.ignore_patterns("__pycache__", "*.egg-info", ".*")
 
 
 @dataclass(frozen=True)
-class Packed:
+class CrateFiles:
     """Files of one run, relative to the project's folder.
 
     Attributes:
@@ -84,7 +84,7 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def files_of(results: Path) -> Packed:
+def files_of(results: Path) -> CrateFiles:
     """Return what is packed of a study, by its folder of results.
 
     Raises:
@@ -99,10 +99,10 @@ def files_of(results: Path) -> Packed:
     shown = chain.from_iterable(
         sorted((results / name).glob("*")) for name in ("tables", "figures", "report")
     )
-    return Packed((BASE, merged), tuple(recordings), (page, *shown), cohort.as_posix() in SHIPPED)
+    return CrateFiles((BASE, merged), tuple(recordings), (page, *shown), cohort.as_posix() in SHIPPED)
 
 
-def write_crate(packed: Packed, folder: Path) -> None:
+def write_crate(packed: CrateFiles, folder: Path) -> None:
     """Write the crate as a folder, whole or not at all; one that is there is replaced.
 
     The same files give the same bytes: the only date is that of the version, in ``CITATION.cff``.
@@ -118,7 +118,7 @@ def write_crate(packed: Packed, folder: Path) -> None:
         written.rename(folder)
 
 
-def described(packed: Packed) -> ROCrate:
+def described(packed: CrateFiles) -> ROCrate:
     """Return the crate: a workflow that has run, by the profiles above."""
     crate = ROCrate(version=VERSION)
     licences = (CODE_LICENCE, DATA_LICENCE) if packed.shipped else (CODE_LICENCE,)

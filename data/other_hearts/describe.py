@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.virtual.hearts.recorded import VALIDATION_STREAM
+from swesbi.virtual.hearts.recording import VALIDATION_STREAM
 from swesbi.virtual.hearts.stored import FILES, HeartsOfLetter, StoredHeart
 
 FOLDER = Path(__file__).parent

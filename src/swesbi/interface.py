@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from swesbi.answers.answer import answered
+from swesbi.answers.folder import observe_table
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.extras import missing
 from swesbi.config.cohort import Cohort
@@ -24,7 +25,7 @@ from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
-from swesbi.parameters import PHI, TOLD
+from swesbi.parameters import PHI, REPORTED
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.settings import asking
 from swesbi.prior import BoxPrior, ParameterPrior, SomeParameters
@@ -35,9 +36,8 @@ from swesbi.recording.tables.columns import SPEED
 from swesbi.recording.tables.frame import table_of_arrays, table_of_frame
 from swesbi.recording.tables.table import Table
 from swesbi.seeds import generator
-from swesbi.study.answering import Answerer, Asked, experiments_to_ask
+from swesbi.study.answerer import Answerer, RecordingRequest, experiments_to_ask
 from swesbi.study.infer import folder_of, subjects_of
-from swesbi.study.observing import observe_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +49,7 @@ EXPERIMENT: Final = "calibrated"
 """Whose heart and criteria are meant where no recording says otherwise."""
 CERTIFICATE: Final = ("converged", "sampler", "k_hat", "efficiency")
 """What is said of the draws of every posterior."""
-UNITS: Final = {parameter.name: parameter.cf_unit for parameter in (*PHI, *TOLD)}
+UNITS: Final = {parameter.name: parameter.cf_unit for parameter in (*PHI, *REPORTED)}
 BEAT_UNITS: Final = {
     "active_stiffness_kpa": "kPa",
     "stretch": "1",
@@ -98,42 +98,42 @@ class Recording:
     """A recording under the model, with all that an inference needs; :func:`read_recording` makes one.
 
     Attributes:
-        asked: The recording, what answers it, and its settings.
+        request: The recording, what answers it, and its settings.
     """
 
-    asked: Asked
+    request: RecordingRequest
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the d parameters: those that are reported, nuisance parameters behind them."""
-        return self.asked.recording.model.settings.prior.names
+        return self.request.recording.model.settings.prior.names
 
     @property
     def prior(self) -> BoxPrior:
         """The prior of the parameters."""
-        return self.asked.recording.model.settings.prior
+        return self.request.recording.model.settings.prior
 
     @property
     def speeds(self) -> SpeedRecording:
         """The heart's context, and p phases with their speeds in m/s and relative errors; (p,) each."""
-        return self.asked.recording.model.recording
+        return self.request.recording.model.recording
 
     def predict(self, phi: FloatArray) -> PredictedSpeeds:
         """Return noiseless log speeds of phi (n, d) and their slopes over the cycle; (n, p) each."""
-        return self.asked.recording.model.predict(phi)
+        return self.request.recording.model.predict(phi)
 
     def log_likelihood(self, phi: FloatArray) -> FloatArray:
         """Return log p(speeds | phi) of phi (n, d); -inf where a simulation fails; shape (n,)."""
-        return self.asked.recording.model.log_likelihood(phi)
+        return self.request.recording.model.log_likelihood(phi)
 
     def log_density(self, log_speed: FloatArray, slope: FloatArray) -> FloatArray:
         """Return log p(speeds) where another model predicts log speeds and their slopes (n, p); (n,)."""
-        return self.asked.recording.model.log_likelihood_of(PredictedSpeeds(log_speed, slope))
+        return self.request.recording.model.log_likelihood_of(PredictedSpeeds(log_speed, slope))
 
     def draw_speeds(self, phi: FloatArray, seed: int) -> FloatArray:
         """Draw the speeds in m/s of a new recording of each phi (n, d); NaN where it fails; (n, p)."""
         rng = generator(seed, "new speeds", self.speeds.context.subject)
-        return self.asked.recording.model.draw_speeds(self.predict(phi), rng)
+        return self.request.recording.model.draw_speeds(self.predict(phi), rng)
 
 
 def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = False) -> Recording:
@@ -158,7 +158,7 @@ def read_recording(path: str | Path, subject: str = "", *, from_prior: bool = Fa
     study = load_study(read_merged(found_configuration(None)), new_cohort=folder_of(paths))
     named = subjects_of(study, paths, subject or None)
     answerer = Answerer(study, experiments_to_ask(study, None), "", from_prior)
-    return Recording(answerer.asked(named[0] if len(named) == 1 else ""))
+    return Recording(answerer.request(named[0] if len(named) == 1 else ""))
 
 
 def recording_from_table(
@@ -241,7 +241,7 @@ def _in_memory(
     study = Study(config, outside=Cohort(rows={name: row}, described={name: said}))
     folder = observe_table(study, name, table)
     answerer = Answerer(study, experiments_to_ask(study, None), "", from_prior, in_memory=folder)
-    return Recording(answerer.asked(name))
+    return Recording(answerer.request(name))
 
 
 def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.DataTree:
@@ -273,15 +273,15 @@ def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.Data
         recording = read_recording(recording)
     if not isinstance(recording, Recording):
         raise TypeError(f"infer takes a path or a recording, not {type(recording).__name__}")
-    asked, speeds = recording.asked, recording.speeds
-    chosen = asked.origin.seed if seed is None else seed
-    answer = answered(asked.recording, asked.knowledge, asked.settings, chosen)
+    request, speeds = recording.request, recording.speeds
+    chosen = request.origin.seed if seed is None else seed
+    answer = answered(request.recording, request.knowledge, request.settings, chosen)
     exact, verdict = answer.posterior, answer.verdict
     certificate: dict[str, object] = {name: getattr(exact, name) for name in CERTIFICATE}
     return _answer_tree(
         {
-            "posterior": {**answer.told, **dict(zip(recording.names, exact.phi.T, strict=True))},
-            "prior": {**answer.prior.told, **dict(zip(recording.names, answer.prior.phi.T, strict=True))},
+            "posterior": {**answer.reported, **dict(zip(recording.names, exact.phi.T, strict=True))},
+            "prior": {**answer.prior.reported, **dict(zip(recording.names, answer.prior.phi.T, strict=True))},
         },
         {"speed_m_s": ("phase", speeds.speed_m_s), "relative_se": ("phase", speeds.relative_se)},
         {"phase": speeds.phase},

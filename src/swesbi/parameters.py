@@ -87,7 +87,7 @@ PHI: Final = (*THETA, PASSIVE)
 OF_THETA: Final = slice(len(THETA))
 STRETCHED: Final = len(THETA)
 """Where theta and the passive stiffness at the largest stretch stand in phi."""
-REPORTED: Final = slice(len(PHI))
+OF_INTEREST: Final = slice(len(PHI))
 """Where all that is reported stands in phi; nuisance parameters follow."""
 
 # Declared ranges: about an order of magnitude around the shipped settings of the forward model, wide enough
@@ -193,7 +193,7 @@ from the peak to half, late-diastolic mean."""
 DERIVED: Final = (SHOWN, *CURVE, HALF_ACTIVE, ACTIVE_SHARE, ISOMETRIC_STIFFNESS)
 DERIVED_NAMES: Final = tuple(quantity.name for quantity in DERIVED)
 _BY_NAME: Final = {quantity.name: quantity for quantity in (*PHI, *DERIVED)}
-TOLD: Final = tuple(
+REPORTED: Final = tuple(
     _BY_NAME[name]
     for name in (
         "duration_ms",
@@ -210,8 +210,8 @@ TOLD: Final = tuple(
         "k_atp_per_s",
     )
 )
-"""All that an answer tells, in the order in which it can be relied on (``verdict.trust``)."""
-TOLD_NAMES: Final = tuple(quantity.name for quantity in TOLD)
+"""All that an answer tells, in the order in which it can be relied on (``verdict.answer_lines``)."""
+REPORTED_NAMES: Final = tuple(quantity.name for quantity in REPORTED)
 
 THETA_NAMES: Final = tuple(parameter.name for parameter in THETA)
 THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)

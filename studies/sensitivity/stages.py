@@ -17,8 +17,8 @@ from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.flow.conditioning import conditioning_of
 from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
-from swesbi.networks.settings import SplineSettings
-from swesbi.parameters import REPORTED
+from swesbi.networks.settings import FlowSettings
+from swesbi.parameters import OF_INTEREST
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
@@ -43,7 +43,7 @@ def sensitivity_run(
     simulations_per_subject: int,
     model: SpeedModelSettings,
     summary: SummarySettings,
-    estimator: SplineSettings,
+    estimator: FlowSettings,
     exact: ExactSettings,
     fix_passive_scale: bool,
 ) -> VariantPosteriors:
@@ -103,7 +103,7 @@ def _infer(
 ) -> VariantPosterior:
     subject = model.recording.subject
     exact, _ = exact_posterior(HeartModel(model), proposal, settings, seed, "exact", subject)
-    by_mcmc, phi = exact.sampler == "mcmc", exact.phi[:, REPORTED]
+    by_mcmc, phi = exact.sampler == "mcmc", exact.phi[:, OF_INTEREST]
     return VariantPosterior(subject, phi, by_mcmc, exact.k_hat, exact.efficiency, exact.converged)
 
 

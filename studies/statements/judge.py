@@ -22,7 +22,7 @@ from swesbi.networks.paper.maf import draw_candidates, draw_until
 from swesbi.networks.paper.pool import Pool, with_context
 from swesbi.population.synthetic import features_under
 from swesbi.posterior.truncated import Posterior, summarise_posterior
-from swesbi.report.paper.measured import Findings
+from swesbi.report.paper.study_values import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 from swesbi.seeds import integer_seed
 from swesbi.study.job import typed_settings

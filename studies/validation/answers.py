@@ -32,11 +32,11 @@ from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import RecordingSettings, Repeats
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES
-from swesbi.verdict.answers import SEPARATOR, label_of_test
+from swesbi.verdict.summary import SEPARATOR, label_of_test
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import Generator
-from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
+from swesbi.virtual.hearts.recording import RecordedHeart, record_heart
 
 ALONG: Final = "heart"
 SCHEMA: Final = artefacts.schema_of(HeartAnswer, ALONG)["/"]

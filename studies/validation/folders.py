@@ -40,9 +40,9 @@ from swesbi.recording.noise.sweeps import levels_by
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 from swesbi.report.tables.validation_outcomes import QUANTITIES
-from swesbi.study.results import Results, answering_population
+from swesbi.study.results import Results, population_files
 from swesbi.verdict.verdict import Status
-from swesbi.virtual.hearts.recorded import RecordedHeart
+from swesbi.virtual.hearts.recording import RecordedHeart
 
 GENERATOR: Final = "a"
 TIMES: Final = (0.7, 1.5, 2.0)
@@ -133,7 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     study = load_study(read_merged(Path("config.yaml")))
     results = options.results or Path(study.config.results)
-    knowledge = answering_population(Results(results), configured().experiment).knowledge()
+    knowledge = population_files(Results(results), configured().experiment).knowledge()
     asked = {
         times: noisy(asked_of(study, GENERATOR, options.hearts, f"folder {times:g}"), times)
         for times in (1.0, *TIMES)

@@ -45,7 +45,7 @@ from swesbi.recording.samples import Samples
 from swesbi.recording.speed import NoiseComponents
 from swesbi.recording.tables.columns import SPEED, STATUS_OK
 from swesbi.seeds import generator
-from swesbi.study.results import Results, answering_population
+from swesbi.study.results import Results, population_files
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.heart import OtherHeart
 from swesbi.virtual.push_trains import record_train
@@ -222,7 +222,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     study = load_study(read_merged(Path("config.yaml")))
     results = options.results or Path(study.config.results)
-    finished = answering_population(Results(results), configured().experiment)
+    finished = population_files(Results(results), configured().experiment)
     finished.check()
     settings = with_fewer_draws(asked_of(study, "a", options.hearts, STREAM))
     cohort = Results(results).noise.usual

@@ -50,8 +50,8 @@ from swesbi.recording.tables.frame import table_of_frame
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
 from swesbi.study.other_network import check_network
-from swesbi.study.results import Results, answering_population
-from swesbi.virtual.hearts.recorded import RecordedHeart
+from swesbi.study.results import Results, population_files
+from swesbi.virtual.hearts.recording import RecordedHeart
 from swesbi.virtual.push_trains import ERROR, ERROR_LOG_SD, record_train
 
 STREAM: Final = "pushes"
@@ -163,7 +163,7 @@ def main() -> None:
     parser.add_argument("--csv", type=Path, help="table to write, a row a generator and quantity")
     options = parser.parse_args()
     study = load_study(read_merged(options.config), str(options.config))
-    finished = answering_population(Results(options.results), configured().experiment)
+    finished = population_files(Results(options.results), configured().experiment)
     flow, tables = TrainedFlow.read(finished.network), []
     for letter in options.generators:
         settings = asked_of(study, letter, options.number, STREAM)

@@ -14,7 +14,7 @@ from swesbi.draws import interval_levels, median_and_interval
 from swesbi.measurement.derived import StiffnessModel, curve_quantities, derived, half_active_ms
 from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, SHOWN, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
-from swesbi.verdict.answers import REFUSED
+from swesbi.verdict.summary import REFUSED
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 

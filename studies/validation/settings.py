@@ -14,7 +14,7 @@ from swesbi.config.study import Study
 from swesbi.config.view import View
 from swesbi.study.results import OF_POPULATION
 from swesbi.study.stage import plain_settings
-from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM
+from swesbi.virtual.hearts.recording import DEVELOPMENT, VALIDATION_STREAM
 
 ANSWERED: Final = (
     *AnswerSettings.model_fields, "prior", "noise_level", "population", "acquisition", "recording",

@@ -23,7 +23,7 @@ from swesbi.report.tables.validation_outcomes import (
     TESTED,
     TOGETHER,
 )
-from swesbi.verdict.answers import REFUSED
+from swesbi.verdict.summary import REFUSED
 from swesbi.verdict.verdict import GRADES, Status
 
 NO_NUMBER: Final = (np.nan, np.nan, np.nan)

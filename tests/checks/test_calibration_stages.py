@@ -18,7 +18,13 @@ from swesbi.artefacts.typed import read_as
 from swesbi.base.arrays import rows_of
 from swesbi.checks.calibration.cohort import CohortCalibration, calibration_of_cohort
 from swesbi.checks.calibration.dataset import Calibration, CalibrationLocal, CalibrationRecordings
-from swesbi.checks.calibration.ranks import QUANTITY_NAMES, Diagnostics, Inferred, Ranked, TwoSamples
+from swesbi.checks.calibration.ranks import (
+    QUANTITY_NAMES,
+    Diagnostics,
+    InferredRecordings,
+    RankedRecordings,
+    TwoSamples,
+)
 from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.subject import acquisition_of
 from swesbi.checks.calibration.table import COLUMNS, POOLED, CalibrationTable
@@ -40,9 +46,9 @@ JUDGEMENT = JudgementSettings(
 )
 
 
-def ranked(subject: str, network: Sampler, seed: int) -> Ranked:
+def ranked(subject: str, network: Sampler, seed: int) -> RankedRecordings:
     scores, weighted = (simulate(RECORDINGS, sampler, 99, seed) for sampler in (network, Sampler()))
-    return Ranked(
+    return RankedRecordings(
         names=QUANTITY_NAMES,
         subject=np.full(RECORDINGS, subject),
         truth=np.ones((RECORDINGS, len(QUANTITY_NAMES))),
@@ -77,7 +83,7 @@ def results() -> CohortCalibration:
     narrow, recordings, local_parts = Sampler(noise_factor=0.6), [], []
     for index, subject in enumerate(SUBJECTS):
         own, acquired = (
-            Inferred(ranked(subject, narrow, 10 * index + shift), diagnostics(), checks(SURPRISING))
+            InferredRecordings(ranked(subject, narrow, 10 * index + shift), diagnostics(), checks(SURPRISING))
             for shift in range(2)
         )
         recordings.append(CalibrationRecordings(own, acquired))

@@ -11,10 +11,10 @@ import speed_case
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, mean_noise, more_repeats
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.parameters import TOLD_NAMES
+from swesbi.parameters import REPORTED_NAMES
 
 STEP = 0.02
-A = TOLD_NAMES.index("passive_stiffness_kpa")
+A = REPORTED_NAMES.index("passive_stiffness_kpa")
 PHI = np.tile(speed_case.PHI, (2, 1))
 NONE = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
 

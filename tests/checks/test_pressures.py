@@ -14,7 +14,7 @@ from recordings import RECORDING, make_samples
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.typed import ByPlace, Place
-from swesbi.checks.pressures import COLUMNS, Compared, pressures_table, pressures_table_of, quantities
+from swesbi.checks.pressures import COLUMNS, PosteriorPair, pressures_table, pressures_table_of, quantities
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import SHOWN
@@ -46,8 +46,8 @@ def observation() -> Observation:
     return ingest(samples, speed_case.CONTEXT, RECORDING, 100, ClinicalMeasures(126.0, 83.0))
 
 
-def compared() -> Compared:
-    return Compared(
+def compared() -> PosteriorPair:
+    return PosteriorPair(
         experiment="amortised",
         observation=observation(),
         model=MODEL,

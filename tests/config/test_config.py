@@ -33,7 +33,7 @@ from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.noise.errors import relative_se
 from swesbi.recording.speed import NoiseComponents
-from swesbi.study.answering import answer_settings
+from swesbi.study.answerer import answer_settings
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 TRIAL = ROOT / "data" / "virtual_trial"
@@ -302,7 +302,7 @@ def test_a_subject_that_an_experiment_does_not_have_is_refused_by_its_stages() -
 def test_persons_and_groups_reach_the_posterior_of_the_cohort() -> None:
     visits = {"A": Visit("P", "before", "treated"), "B": Visit("P", "after", "treated"), "C": Visit()}
     shipped = load_study(SHIPPED)
-    study = replace(shipped, cohort=replace(shipped.cohort, told_visits=visits))
+    study = replace(shipped, cohort=replace(shipped.cohort, declared_visits=visits))
     settings = rules.settings_of("cohort_posterior", study, experiment="calibrated")
     told = {"person": "P", "group": "treated"}
     assert settings["visits"] == {"A": told, "B": told}

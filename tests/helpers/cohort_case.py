@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from swesbi.context import Context
-from swesbi.parameters import THETA_NAMES, TOLD_NAMES
-from swesbi.verdict.answers import Answer, cohort_table
+from swesbi.parameters import REPORTED_NAMES, THETA_NAMES
+from swesbi.verdict.summary import AnswerSummary, cohort_table
 
 TITLE = "virtual volunteers"
 
@@ -28,12 +28,12 @@ def context(number: int) -> Context:
     )
 
 
-def answer(number: int) -> Answer:
+def answer(number: int) -> AnswerSummary:
     verdict, reason = VERDICTS[number % 3]
-    median = np.array([MEDIANS.get(name, 50.0) for name in TOLD_NAMES]) * (1.0 + 0.01 * (number % 70))
+    median = np.array([MEDIANS.get(name, 50.0) for name in REPORTED_NAMES]) * (1.0 + 0.01 * (number % 70))
     limits = np.stack([median, 0.8 * median, 1.3 * median], axis=1)
     sampler = "mcmc" if number % 9 == 0 else "importance"
-    return Answer(verdict, reason, limits, 0.9, 0.4, (number % 10) / 10.0, sampler)
+    return AnswerSummary(verdict, reason, limits, 0.9, 0.4, (number % 10) / 10.0, sampler)
 
 
 def table(subjects: int, refused: int) -> pd.DataFrame:

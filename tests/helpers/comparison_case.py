@@ -20,7 +20,7 @@ from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.paper.measured import PoolSize, StudyResults
+from swesbi.report.paper.study_values import PoolSize, StudyResults
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 
 CONFIG = read_merged(ROOT / "config.yaml")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import flow_case
 import speed_case
-import spline_case
 from exact_case import SETTINGS
 from recordings import RECORDING, make_samples
 
@@ -35,4 +35,4 @@ def inputs() -> tuple[Observation, CohortNoise, TrainedFlow]:
     speeds = speed_case.model().recording.speed_m_s
     samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
     noise = fit_cohort({"T": RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)}, {})
-    return ingest(samples, speed_case.CONTEXT, RECORDING, 100), noise, spline_case.trained(epochs=30).flow
+    return ingest(samples, speed_case.CONTEXT, RECORDING, 100), noise, flow_case.trained(epochs=30).flow

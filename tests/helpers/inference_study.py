@@ -31,7 +31,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle
 from swesbi.verdict import network_posterior
-from swesbi.verdict.network_posterior import Judged
+from swesbi.verdict.network_posterior import PosteriorVerdict
 from swesbi.verdict.settings import SupportSettings
 
 DRAWS = 60
@@ -89,7 +89,7 @@ class Results(NamedTuple):
 
     pool: Pool
     trained: TrainedNetwork
-    judged: dict[str, Judged]
+    judged: dict[str, PosteriorVerdict]
     recovery: pd.DataFrame
 
     def write(self, folder: Path) -> None:

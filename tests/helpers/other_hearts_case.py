@@ -13,7 +13,7 @@ from swesbi.context import Context
 from swesbi.recording.acquisition import TruthCurve
 from swesbi.virtual.hearts.generators import all_generators
 from swesbi.virtual.hearts.heart import Generator, OtherHeart
-from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
+from swesbi.virtual.hearts.recording import RecordedHeart, record_heart
 
 CONFIG = speed_case.shipped()
 SEED: Final = 3

@@ -9,9 +9,9 @@ import ratio_case
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.cohort.model import CohortModel, PriorAlone, RecycledDraws
 from swesbi.persons.cohort.ratio import RatioPrior
-from swesbi.persons.planning.asked import Effect, log_factor
 from swesbi.persons.planning.bank import Bank, BankPerson, bank_of
-from swesbi.persons.planning.hyperdraws import Likelihoods, Recycling, planned_design
+from swesbi.persons.planning.effect import Effect, log_factor
+from swesbi.persons.planning.hyperdraws import Likelihoods, StudyAnalysis, planned_design
 from swesbi.persons.planning.settings import PAIRED, PlannedStudiesSettings
 from swesbi.prior import bounds
 
@@ -33,7 +33,7 @@ STUDIES = PlannedStudiesSettings(
     resamples=10,
     least_effective=30.0,
 )
-BY = Recycling(
+BY = StudyAnalysis(
     case.THETA_PRIOR, ratio_case.EFFORT, ratio_case.SETTINGS.model_copy(update={"least_effective": 10.0})
 )
 

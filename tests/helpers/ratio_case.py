@@ -15,7 +15,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.persons.change.groups import infer_change_groups
 from swesbi.persons.change.settings import ChangeGroupsSettings
 from swesbi.persons.cohort.cohort import Member, make_member
-from swesbi.persons.cohort.infer import Inferred
+from swesbi.persons.cohort.infer import CohortResult
 from swesbi.prior import bounds
 
 ERROR_SD = np.array([0.06, 0.15, 0.12])
@@ -96,6 +96,6 @@ def members_of(
     return found
 
 
-def infer(members: Sequence[Member], seed: int = 1) -> Inferred:
+def infer(members: Sequence[Member], seed: int = 1) -> CohortResult:
     """Infer what has changed."""
     return infer_change_groups(members, case.THETA_PRIOR, SETTINGS, EFFORT, seed)

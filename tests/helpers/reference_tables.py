@@ -27,7 +27,7 @@ import pandas as pd
 import xarray as xr
 from scipy.stats import norm
 
-from swesbi.parameters import PHI_NAMES, REPORTED
+from swesbi.parameters import OF_INTEREST, PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
 
 SMALL_STUDY: Final = Path(__file__).parents[1] / "reference" / "small_study"
@@ -206,7 +206,7 @@ def exact_draws(path: Path) -> Numbers:
     """
     posterior = ExactPosterior.read(path)
     for name, draws, number in zip(
-        PHI_NAMES, posterior.phi[:, REPORTED].T, posterior.effective_draws[REPORTED], strict=True
+        PHI_NAMES, posterior.phi[:, OF_INTEREST].T, posterior.effective_draws[OF_INTEREST], strict=True
     ):
         for end, level in ENDS.items():
             of_level = np.sqrt(level * (1.0 - level) / number)

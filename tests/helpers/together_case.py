@@ -104,7 +104,9 @@ def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2200) ->
         return measured.posterior(int(subject[1:]), narrower, fine.draws, stream)
 
     inferred = infer_cohort(members, case.THETA_PRIOR, fine, redraw, seed)
-    of_subjects = [each.theta[inferred.shrunken.rows[:, d]] for d, each in enumerate(inferred.model.recycled)]
+    of_subjects = [
+        each.theta[inferred.shrinkage.rows[:, d]] for d, each in enumerate(inferred.model.recycled)
+    ]
     recycled = np.hstack([inferred.eta, *of_subjects])
     together = TogetherPrior((*prior.parameters, *(case.THETA_PRIOR.parameters * 6)))
     model = Together(TogetherSettings(together), len(eta), design.matrix, outlier, measured)

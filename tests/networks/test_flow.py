@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import speed_case
 import torch
-from spline_case import CONDITIONING, TINY, simulations, trained
+from flow_case import CONDITIONING, TINY, simulations, trained
 
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.networks.flow.conditioning import raw_features

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import flow_case
 import numpy as np
 import pytest
-import spline_case
 import torch
 import zuko
 
 from swesbi.networks.flow.arrays import BLOCK
 from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
-from swesbi.networks.settings import EmbeddingSettings, SplineSettings
+from swesbi.networks.settings import EmbeddingSettings, FlowSettings
 
 PARAMETERS, COMPONENTS = 15, 46
 EMBEDDING = EmbeddingSettings(hidden_features=48, hidden_layers=2, outputs=16)
@@ -31,7 +31,7 @@ SHAPES: dict[str, dict[str, Any]] = {
 def built(shape: str, parameters: int = PARAMETERS, components: int = COMPONENTS) -> ConditionalFlow:
     """Return a net whose weights are larger than at the start of a training, so that its maps are curved."""
     torch.manual_seed(1)
-    settings = SplineSettings.model_validate(spline_case.TINY.model_dump() | SHAPES[shape])
+    settings = FlowSettings.model_validate(flow_case.TINY.model_dump() | SHAPES[shape])
     net = build_net(settings, parameters, components)
     with torch.no_grad():
         for weight in net.parameters():

@@ -30,7 +30,7 @@ from swesbi.persons.change.stored_groups import (
 from swesbi.persons.change.words import group_lines
 from swesbi.persons.cohort import model as population_model
 from swesbi.persons.cohort.cohort import design_of
-from swesbi.persons.cohort.infer import Inferred
+from swesbi.persons.cohort.infer import CohortResult
 from swesbi.persons.cohort.model import CohortModel
 from swesbi.persons.cohort.ratio import RatioPrior, log_density
 from swesbi.persons.cohort.refresh import shrunken_prior
@@ -65,7 +65,7 @@ def test_the_prior_of_a_ratio_is_that_of_two_visits() -> None:
     assert log_density(np.array([[1.0, 16.0, 1.0]]), PRIOR)[0] == -np.inf
 
 
-def cohort(effect: FloatArray = EFFECT, groups: tuple[str, ...] = GROUPS, seed: int = 3) -> Inferred:
+def cohort(effect: FloatArray = EFFECT, groups: tuple[str, ...] = GROUPS, seed: int = 3) -> CohortResult:
     rng = np.random.default_rng(seed)
     mean = np.where((np.array(groups) == "treated")[:, None], effect, 0.0)
     return ratio_case.infer(
@@ -74,12 +74,12 @@ def cohort(effect: FloatArray = EFFECT, groups: tuple[str, ...] = GROUPS, seed: 
 
 
 @pytest.fixture(scope="module")
-def inferred() -> Inferred:
+def inferred() -> CohortResult:
     return cohort()
 
 
 @pytest.fixture(scope="module")
-def stored(inferred: Inferred) -> ChangeGroups:
+def stored(inferred: CohortResult) -> ChangeGroups:
     return stored_groups(inferred, ("left out with one visit, since a change needs two: P99",))
 
 
@@ -110,7 +110,7 @@ def test_ratios_of_persons_lean_on_their_group(stored: ChangeGroups) -> None:
 
 
 def test_without_the_division_by_the_prior_of_the_ratio_the_likelihood_differs(
-    inferred: Inferred, monkeypatch: pytest.MonkeyPatch
+    inferred: CohortResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     eta = inferred.eta[:40].copy()
     eta[:, :3] = np.exp(0.6)  # far from 1, where the prior of a ratio is far from flat
@@ -175,7 +175,7 @@ def test_a_pair_that_is_none_counts_little(stored: ChangeGroups) -> None:
     statuses = ("not contradicted",) * 7 + ("contradicted",)
     apart = ratio_case.infer(ratio_case.members_of(delta, ("",) * 8, 7, statuses))
     assert np.median(apart.eta[:, 3]) < np.median(kept.eta[:, 3])
-    assert apart.shrunken.outlier[-1] > 0.9 > kept.shrunken.outlier[-1]
+    assert apart.shrinkage.outlier[-1] > 0.9 > kept.shrinkage.outlier[-1]
     assert stored.persons.outlier_prior.max() == case.OUTLIERS.not_contradicted
 
 
@@ -226,13 +226,13 @@ def test_names_with_dollar_signs_are_drawn_as_they_are(stored: ChangeGroups) -> 
     assert r"\$\title\$" in figure.get_suptitle()
 
 
-def test_persons_of_whom_too_few_draws_are_left_are_named(inferred: Inferred) -> None:
+def test_persons_of_whom_too_few_draws_are_left_are_named(inferred: CohortResult) -> None:
     assert lacking_draws(inferred, 1.5) == ()
     (said,) = lacking_draws(inferred, 1e6)
     assert "s0 (" in said
 
 
-def test_ratios_are_not_drawn_anew(inferred: Inferred) -> None:
+def test_ratios_are_not_drawn_anew(inferred: CohortResult) -> None:
     with pytest.raises(ValueError, match="ratios of two visits are not drawn anew"):
         shrunken_prior(inferred.model, inferred.eta, 0)
 

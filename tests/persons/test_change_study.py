@@ -15,7 +15,7 @@ import yaml
 from study_copy import ROOT, StudyCopy, without_home
 
 from swesbi.__main__ import main
-from swesbi.answers.compared import OUTPUTS
+from swesbi.answers.change import OUTPUTS
 from swesbi.config.read import overlay, read_yaml
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.stored import StoredChange

@@ -19,7 +19,7 @@ from swesbi.persons.cohort import infer as inference
 from swesbi.persons.cohort import model as population_model
 from swesbi.persons.cohort.cohort import Design, Member, design_of
 from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of
-from swesbi.persons.cohort.infer import Inferred, infer_cohort
+from swesbi.persons.cohort.infer import CohortResult, infer_cohort
 from swesbi.persons.cohort.refresh import DrawSet
 from swesbi.prior import PriorSettings, draw_prior
 
@@ -61,7 +61,7 @@ def known() -> tuple[case.FloatArray, case.FloatArray]:
     return eta, separable.draw_theta(eta, design, measured, rng)
 
 
-def recycled() -> Inferred:
+def recycled() -> CohortResult:
     """The same posterior from recycled draws, with draws anew."""
     members, _, _, measured = away()
 
@@ -71,10 +71,10 @@ def recycled() -> Inferred:
     return infer_cohort(members, case.THETA_PRIOR, ALL_NOT_CONTRADICTED, redraw, 1)
 
 
-def distances(found: Inferred) -> tuple[float, float]:
+def distances(found: CohortResult) -> tuple[float, float]:
     """Largest distance between hyperparameters; between persons, alone and beside the median of all."""
     eta, theta = known()
-    rows = found.shrunken.rows
+    rows = found.shrinkage.rows
     persons = np.stack([one.theta[rows[:, d]] for d, one in enumerate(found.model.recycled)], axis=1)
     ours = np.hstack([each.reshape(len(each), -1) for each in (persons, persons / found.eta[:, None, :3])])
     theirs = np.hstack([each.reshape(len(each), -1) for each in (theta, theta / eta[:, None, :3])])

@@ -15,7 +15,7 @@ from swesbi.artefacts import Provenance, load
 from swesbi.parameters import THETA_NAMES
 from swesbi.persons.cohort.cohort import design_of
 from swesbi.persons.cohort.hyperprior import hyperprior_of
-from swesbi.persons.cohort.infer import Inferred, infer_cohort
+from swesbi.persons.cohort.infer import CohortResult, infer_cohort
 from swesbi.persons.cohort.result import (
     CohortPosterior,
 )
@@ -41,7 +41,7 @@ STATUSES = ("not contradicted",) * 8 + ("strained", "contradicted")
 GROUPS = "aabbaabbab"  # sexes alternate
 
 
-def infer(groups: str = GROUPS, seed: int = 5) -> Inferred:
+def infer(groups: str = GROUPS, seed: int = 5) -> CohortResult:
     rng = generator(3, "cohort")
     contexts = case.contexts(PERSONS, rng)
     blank = [
@@ -60,12 +60,12 @@ def infer(groups: str = GROUPS, seed: int = 5) -> Inferred:
 
 
 @pytest.fixture(scope="module")
-def inferred() -> Inferred:
+def inferred() -> CohortResult:
     return infer()
 
 
 @pytest.fixture(scope="module")
-def posterior(inferred: Inferred) -> CohortPosterior:
+def posterior(inferred: CohortResult) -> CohortPosterior:
     return stored_form(inferred, ("a person counts once",))
 
 
@@ -74,7 +74,7 @@ def write(posterior: CohortPosterior, path: Path) -> Path:
     return path
 
 
-def test_the_population_is_found(inferred: Inferred) -> None:
+def test_the_population_is_found(inferred: CohortResult) -> None:
     assert inferred.exact.converged
     design = design_of(inferred.members)
     assert inferred.prior == hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
@@ -82,7 +82,7 @@ def test_the_population_is_found(inferred: Inferred) -> None:
     assert ((low < TRUTH) & (high > TRUTH)).all()
     factor = inferred.exact.phi[:, -1]
     assert (factor < 1.0).mean() > 0.97
-    assert inferred.shrunken.effective.min() > case.SETTINGS.least_effective
+    assert inferred.shrinkage.effective.min() > case.SETTINGS.least_effective
 
 
 def test_subjects_not_contradicted_lean_on_the_population_and_outliers_do_not(
@@ -96,7 +96,7 @@ def test_subjects_not_contradicted_lean_on_the_population_and_outliers_do_not(
     assert (width / alone)[:8].mean() < 0.95
 
 
-def test_the_same_seed_gives_the_same_bytes(inferred: Inferred, tmp_path: Path) -> None:
+def test_the_same_seed_gives_the_same_bytes(inferred: CohortResult, tmp_path: Path) -> None:
     first = write(stored_form(inferred), tmp_path / "first.h5")
     second = write(stored_form(infer()), tmp_path / "second.h5")
     assert first.read_bytes() == second.read_bytes()

@@ -20,7 +20,7 @@ from matplotlib.text import Text
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.answers.compared import JOINT, TABLE, PersonChangeSettings, check_protocols
+from swesbi.answers.change import JOINT, TABLE, PersonChangeSettings, check_protocols
 from swesbi.artefacts import Origin, Provenance
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.ending import InterruptedBySignal
@@ -33,9 +33,9 @@ from swesbi.persons.change.stored import StoredChange, change_table
 from swesbi.persons.change.words import change_lines
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.study import compare as command
-from swesbi.study.answering import Answerer
+from swesbi.study.answerer import Answerer
 from swesbi.study.other_network import OtherNetworkError
-from swesbi.study.results import Results, answering, answering_population
+from swesbi.study.results import Results, experiment_files, population_files
 
 if TYPE_CHECKING:
     from swesbi.recording.observation import Observation
@@ -63,7 +63,7 @@ def test_the_network_of_the_package_compares_where_no_study_has_been_run(tmp_pat
     study = load_study(raw, new_cohort=TRIAL)
     assert command.experiment_with_network(study, None) == "amortised"
     assert command.experiment_with_network(study, "calibrated") == "calibrated"
-    for path in answering(study, "calibrated").files:
+    for path in experiment_files(study, "calibrated").files:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
     assert command.experiment_with_network(study, None) == "calibrated"
@@ -85,10 +85,10 @@ def test_a_person_or_a_visit_that_is_not_there_is_named(
 
 
 def test_a_person_who_came_once_has_not_changed(trial: Study) -> None:
-    rows = dict(trial.outside.told_visits)
+    rows = dict(trial.outside.declared_visits)
     once = {name: visit for name, visit in rows.items() if name != "P02-after"}
     contexts = {name: row for name, row in trial.outside.rows.items() if name != "P02-after"}
-    alone = Study(trial.config, trial.cohort, replace(trial.outside, rows=contexts, told_visits=once))
+    alone = Study(trial.config, trial.cohort, replace(trial.outside, rows=contexts, declared_visits=once))
     with pytest.raises(ConfigError, match="has one visit in .*, 'before', and a change needs two"):
         visit_pair(alone, "P02")
     assert "P02" not in {pair.person for pair in pairs_of(alone)}
@@ -104,7 +104,7 @@ def finish(results: Path) -> None:
     """Make empty files of what answers: the study's own network and null recordings."""
     null = results / "amortised" / "null.h5"
     null.parent.mkdir(parents=True)
-    for path in (*answering_population(Results(results), "amortised", null).files, null):
+    for path in (*population_files(Results(results), "amortised", null).files, null):
         path.touch()
 
 
@@ -155,7 +155,7 @@ def test_a_refused_visit_is_named_and_nothing_is_written(
     finish(tmp_path / "results")
     instead = Instead()
     instead.raised = {"P01-after": ValueError("hr_bpm = 250 lies outside 40 to 130")}
-    monkeypatch.setattr(Answerer, "asked", lambda _, subject: instead.asked(subject))
+    monkeypatch.setattr(Answerer, "request", lambda _, subject: instead.request(subject))
     made = sorted(tmp_path.rglob("*"))
     said = typed("--person", "P01", "--out", str(tmp_path / "out"))
     assert "visit 'after' of 'P01' (recording P01-after): hr_bpm = 250 lies outside 40 to 130" in said
@@ -178,7 +178,7 @@ class Instead:
         self.left_out: list[str] = []
         self.failing = False
 
-    def asked(self, subject: str) -> SimpleNamespace:
+    def request(self, subject: str) -> SimpleNamespace:
         if subject in self.raised:
             raise self.raised[subject]
         return SimpleNamespace(answer_into=_touched, knowledge=None)
@@ -208,7 +208,7 @@ class Instead:
 def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
     finish(tmp_path / "results")
     made = Instead()
-    monkeypatch.setattr(Answerer, "asked", lambda _, subject: made.asked(subject))
+    monkeypatch.setattr(Answerer, "request", lambda _, subject: made.request(subject))
     monkeypatch.setattr(command, "save_change", made.save_change)
     monkeypatch.setattr(command, "change_in_groups", made.change_in_groups)
     monkeypatch.setattr(command, "save_groups", made.save_groups)

@@ -10,11 +10,11 @@ from study_copy import ROOT
 
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
-from swesbi.persons.planning.answered import BankSettings
-from swesbi.persons.planning.asked import Effect
-from swesbi.persons.planning.planned import PlannedPerson, draw_planned
+from swesbi.persons.planning.effect import Effect
+from swesbi.persons.planning.persons import PlannedPerson, draw_planned
 from swesbi.persons.planning.settings import GROUPS, PAIRED
-from swesbi.study.plan import Asked, bank_settings
+from swesbi.persons.planning.simulation import BankSettings
+from swesbi.study.plan import PlanRequest, bank_settings
 
 
 @cache
@@ -22,7 +22,7 @@ def person(design: str, change: float, response_spread: float = 0.0) -> PlannedP
     """Draw the first person of a bank by the shipped configuration."""
     study = load_study(read_merged(ROOT / "config.yaml"))
     effect = Effect("k_sr_per_s", change)
-    asked = Asked(effect, design, (3,), 0.03, 0.9, None)
+    asked = PlanRequest(effect, design, (3,), 0.03, 0.9, None)
     settings = BankSettings.from_plain(bank_settings(study, "amortised", asked, 3))
     return draw_planned(0, design, effect, response_spread, settings.source(study.config.seed))
 
@@ -53,7 +53,7 @@ def test_an_effect_is_all_that_lies_between_the_arms() -> None:
 
 def test_a_bank_depends_on_what_is_planned_and_on_what_answers_do() -> None:
     study = load_study(read_merged(ROOT / "config.yaml"))
-    asked = Asked(Effect("k_sr_per_s", -0.2), PAIRED, (3, 5), 0.03, 0.9, None)
+    asked = PlanRequest(Effect("k_sr_per_s", -0.2), PAIRED, (3, 5), 0.03, 0.9, None)
     parts = bank_settings(study, "amortised", asked, 3)
     assert (parts["change"], parts["repeats"], parts["repeat_noise"]) == (-0.2, 3, 0.03)
     assert parts["exact"] == study.config.speed_experiments["calibrated"].exact.to_plain()

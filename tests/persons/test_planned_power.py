@@ -15,10 +15,10 @@ from speed_case import shipped
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.change.groups import infer_change_groups
 from swesbi.persons.cohort.cohort import Member
-from swesbi.persons.planning.asked import log_factor
 from swesbi.persons.planning.bank import ARMS, BY_ARM, EFFECT, NONE, Bank
+from swesbi.persons.planning.chance import Chance, chance_of
+from swesbi.persons.planning.effect import log_factor
 from swesbi.persons.planning.hyperdraws import Likelihoods, evaluate_bank, planned_design
-from swesbi.persons.planning.luck import Luck, luck_of
 from swesbi.persons.planning.power import (
     draw_counts,
     judge_studies,
@@ -27,7 +27,7 @@ from swesbi.persons.planning.power import (
     power_curve,
 )
 from swesbi.persons.planning.settings import GROUPS, PAIRED
-from swesbi.persons.planning.words import Planned, plan_lines, plan_table
+from swesbi.persons.planning.words import Plan, plan_lines, plan_table
 from swesbi.report.figures.plan import draw_plan
 
 RULE = (0.95, 0.8)
@@ -42,8 +42,8 @@ def bank() -> Bank:
 
 
 @pytest.fixture(scope="module")
-def luck(bank: Bank) -> Luck:
-    return luck_of(bank, PAIRED, plan_case.EFFECT, plan_case.BY)
+def chance(bank: Bank) -> Chance:
+    return chance_of(bank, PAIRED, plan_case.EFFECT, plan_case.BY)
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +70,8 @@ def test_a_study_at_common_hyperparameters_is_what_its_own_posterior_says(
     assert found.probability[0] == pytest.approx(below, abs=0.05)
 
 
-def test_power_is_near_that_of_normal_theory(likelihoods: Likelihoods, luck: Luck, bank: Bank) -> None:
-    curve = power_curve(likelihoods, luck, plan_case.EFFECT, 3, plan_case.STUDIES, RULE, 1)
+def test_power_is_near_that_of_normal_theory(likelihoods: Likelihoods, chance: Chance, bank: Bank) -> None:
+    curve = power_curve(likelihoods, chance, plan_case.EFFECT, 3, plan_case.STUDIES, RULE, 1)
     assert (np.diff(curve.power) > -0.1).all()
     draws = np.log(bank.of_arm(EFFECT)[:, :, plan_case.EFFECT.number])
     truly = plan_case.VISIT_SPREAD[plan_case.EFFECT.number] ** 2 + plan_case.RESPONSE_SPREAD**2
@@ -89,13 +89,13 @@ def test_power_is_near_that_of_normal_theory(likelihoods: Likelihoods, luck: Luc
     assert (curve.power_se > 0.0).any()
 
 
-def test_two_groups_need_more_persons_than_two_visits(likelihoods: Likelihoods, luck: Luck) -> None:
+def test_two_groups_need_more_persons_than_two_visits(likelihoods: Likelihoods, chance: Chance) -> None:
     of_groups = plan_case.bank(PERSONS, GROUPS, 2)
     evaluated = evaluate_bank(of_groups, GROUPS, plan_case.STUDIES, plan_case.BY, 1)
-    own = luck_of(of_groups, GROUPS, plan_case.EFFECT, plan_case.BY)
+    own = chance_of(of_groups, GROUPS, plan_case.EFFECT, plan_case.BY)
     paired, grouped = (
         power_curve(*each, plan_case.EFFECT, 3, plan_case.STUDIES, RULE, 1)
-        for each in ((likelihoods, luck), (evaluated, own))
+        for each in ((likelihoods, chance), (evaluated, own))
     )
     assert grouped.power[2:].mean() < paired.power[2:].mean()
     assert planned_design(GROUPS, [False, True]).matrix.tolist() == [[0.0], [1.0]]
@@ -132,7 +132,9 @@ def test_luck_of_responses_and_of_recordings_is_taken_off_pairs() -> None:
     """Middle answers of many banks scatter less about the effect, which they have."""
     found = []
     for seed in range(25):
-        own = luck_of(plan_case.bank(PERSONS, PAIRED, 100 + seed, 40), PAIRED, plan_case.EFFECT, plan_case.BY)
+        own = chance_of(
+            plan_case.bank(PERSONS, PAIRED, 100 + seed, 40), PAIRED, plan_case.EFFECT, plan_case.BY
+        )
         surplus = float(np.average(own.treated + own.response, weights=own.weight))
         found.append((surplus, surplus + own.displacement(np.arange(PERSONS))))
     before, after = np.std(found, axis=0)
@@ -142,7 +144,7 @@ def test_luck_of_responses_and_of_recordings_is_taken_off_pairs() -> None:
 
 def test_of_groups_luck_of_responses_is_taken_off() -> None:
     own = plan_case.bank(PERSONS, GROUPS, 5, 60)
-    found = luck_of(own, GROUPS, plan_case.EFFECT, plan_case.BY)
+    found = chance_of(own, GROUPS, plan_case.EFFECT, plan_case.BY)
     assert found.untreated is None  # both groups are drawn from the bank, whose own level cancels
     response = np.log(own.truth[1] / own.truth[0])[:, plan_case.EFFECT.number]
     moved = replace(found, weight=np.ones(PERSONS)).displacement(np.arange(PERSONS))
@@ -158,7 +160,7 @@ def test_a_bank_of_few_persons_makes_the_error_larger(bank: Bank) -> None:
             redrawn=bank.redrawn[:persons],
         )
         found = evaluate_bank(part, PAIRED, plan_case.STUDIES, plan_case.BY, 1)
-        own = luck_of(part, PAIRED, plan_case.EFFECT, plan_case.BY)
+        own = chance_of(part, PAIRED, plan_case.EFFECT, plan_case.BY)
         return float(power_curve(found, own, plan_case.EFFECT, 3, plan_case.STUDIES, RULE, 1).power_se.mean())
 
     assert error(6) > error(PERSONS)
@@ -173,13 +175,11 @@ def test_the_number_of_persons_is_where_power_crosses(found: list[float], needed
 
 
 def test_the_answer_says_what_is_needed_and_what_it_assumes(
-    likelihoods: Likelihoods, luck: Luck, bank: Bank
+    likelihoods: Likelihoods, chance: Chance, bank: Bank
 ) -> None:
-    curve = power_curve(likelihoods, luck, plan_case.EFFECT, 3, plan_case.STUDIES, RULE, 1)
+    curve = power_curve(likelihoods, chance, plan_case.EFFECT, 3, plan_case.STUDIES, RULE, 1)
     own = one_person_power(bank, plan_case.EFFECT, 0.95)
-    planned = Planned(
-        plan_case.EFFECT, PAIRED, 0.8, 0.03, 16, (curve,), {3: own}, shipped().plan, (0.1, 0.95)
-    )
+    planned = Plan(plan_case.EFFECT, PAIRED, 0.8, 0.03, 16, (curve,), {3: own}, shipped().plan, (0.1, 0.95))
     lines = plan_lines(planned)
     said = "\n".join(lines)
     assert lines[0].startswith("k_SR -12 %, paired")
@@ -228,16 +228,16 @@ def planned_alone(seeds: Iterable[int]) -> tuple[FloatArray, FloatArray, FloatAr
     """Plan with each of some banks alone, and make fresh studies of the sizes that are planned.
 
     Returns:
-        Power that is reached, and coverage; power where the banks are taken as they are, their luck included.
+        Power that is reached, and coverage; power where the banks are taken as they are, with chance.
     """
     settings = FRESH_SETTINGS
     number, planned, as_it_is = shipped().plan.persons.number, [], []
     for seed in seeds:
         own = plan_case.bank(number, PAIRED, seed, settings.recycled_draws)
         evaluated = evaluate_bank(own, PAIRED, settings, plan_case.BY, seed)
-        luck = luck_of(own, PAIRED, plan_case.EFFECT, plan_case.BY)
-        untouched = replace(luck, response=0.0 * luck.response, untreated=None)
-        for each, sizes in ((luck, planned), (untouched, as_it_is)):
+        chance = chance_of(own, PAIRED, plan_case.EFFECT, plan_case.BY)
+        untouched = replace(chance, response=0.0 * chance.response, untreated=None)
+        for each, sizes in ((chance, planned), (untouched, as_it_is)):
             curve = power_curve(evaluated, each, plan_case.EFFECT, 3, settings, RULE, seed)
             sizes.append(curve.needed[0] or settings.sizes[-1])
     draws = plan_case.fresh_draws(FRESH, 9, settings.recycled_draws)
@@ -255,7 +255,7 @@ def planned_alone(seeds: Iterable[int]) -> tuple[FloatArray, FloatArray, FloatAr
 
 @pytest.mark.exhaustive
 def test_fresh_studies_of_the_planned_size_have_the_power_whatever_the_bank() -> None:
-    """Of six banks, each planned with alone; as they are, their luck moves the power that is reached."""
+    """Of six banks, each planned with alone; as they are, chance moves the power that is reached."""
     power, covered, as_it_is = planned_alone(range(1, 7))
     assert power.mean() == pytest.approx(RULE[1], abs=0.06)
     assert np.abs(power - RULE[1]).max() < 0.12
@@ -265,7 +265,7 @@ def test_fresh_studies_of_the_planned_size_have_the_power_whatever_the_bank() ->
 
 @pytest.mark.slow(minutes=0.5)
 def test_banks_of_much_luck_plan_the_right_size_but_not_as_they_are() -> None:
-    """Luck of one bank asks for too many persons, and that of the other for too few."""
+    """Chance variation of one bank asks for too many persons, and that of the other for too few."""
     power, covered, as_it_is = planned_alone([1, 2])
     assert np.abs(power - RULE[1]).max() < 0.12
     assert 0.85 < covered.mean() < 0.95

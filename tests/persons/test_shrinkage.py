@@ -46,13 +46,13 @@ def recycled(count: int = 20_000) -> RecycledDraws:
 
 def test_the_subject_within_a_known_population_is_that_of_its_prior() -> None:
     draws = recycled()
-    shrunken = shrink(model_of(draws), np.tile(ETA, (300, 1)), np.random.default_rng(3))
+    shrinkage = shrink(model_of(draws), np.tile(ETA, (300, 1)), np.random.default_rng(3))
     expected = MEASURED.posterior(0, of_population(), 100_000, 2)
-    found = weighted_quantiles(draws.theta, shrunken.weights[0], LEVELS)
+    found = weighted_quantiles(draws.theta, shrinkage.weights[0], LEVELS)
     assert found == pytest.approx(np.quantile(expected, LEVELS, axis=0), rel=0.03)
     alone = np.quantile(draws.theta, LEVELS, axis=0)
     assert np.log(found[1, 0] / alone[1, 0]) < -0.1
-    joint = draws.theta[shrunken.rows[:, 0]]
+    joint = draws.theta[shrinkage.rows[:, 0]]
     assert np.median(joint, axis=0) == pytest.approx(found[1], rel=0.06)
 
 
@@ -60,11 +60,11 @@ def test_an_outlier_keeps_its_own_answer() -> None:
     draws = recycled(4000)
     model = model_of(draws, 0.9)
     far = ETA * np.array([0.4, 0.5, 0.3, 0.5, 0.5, 0.5])
-    shrunken = shrink(model, np.tile(far, (50, 1)), np.random.default_rng(3))
-    assert shrunken.outlier[0] > 0.99
-    found = weighted_quantiles(draws.theta, shrunken.weights[0], LEVELS)
+    shrinkage = shrink(model, np.tile(far, (50, 1)), np.random.default_rng(3))
+    assert shrinkage.outlier[0] > 0.99
+    found = weighted_quantiles(draws.theta, shrinkage.weights[0], LEVELS)
     assert found == pytest.approx(np.quantile(draws.theta, LEVELS, axis=0), rel=0.02)
-    assert shrunken.log_likelihood == pytest.approx(model.by_subject(np.tile(far, (50, 1))))
+    assert shrinkage.log_likelihood == pytest.approx(model.by_subject(np.tile(far, (50, 1))))
 
 
 def test_the_effective_number_of_draws_falls_with_the_spread() -> None:

@@ -29,7 +29,7 @@ from pydantic import ValidationError
 from swesbi.artefacts import Provenance, load
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.ranks import standardised
-from swesbi.parameters import PHI_NAMES, TOLD_NAMES
+from swesbi.parameters import PHI_NAMES, REPORTED_NAMES
 from swesbi.posterior.adaptive import PriorProposal
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
@@ -37,9 +37,9 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings, asking
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import to_logit
-from swesbi.verdict.answers import told_of
+from swesbi.verdict.recording import answer_of
+from swesbi.verdict.summary import answer_summary
 from swesbi.verdict.verdict import Verdict
-from swesbi.verdict.with_null import answer_of
 
 Z, COMPONENTS = np.array([0.5, -1.0, 2.0]), ("one", "two", "three")
 PROVENANCE = Provenance("", "T", 1, {"a": 1}, "0" * 16)
@@ -239,14 +239,14 @@ def test_what_is_integrated_out_is_drawn_beside_mcmc_and_has_no_ensembles() -> N
 
 
 def test_an_answer_is_read_from_its_verdict_alone(tmp_path: Path) -> None:
-    draws = np.random.default_rng(1).lognormal(size=(len(TOLD_NAMES), 500))
-    told = answer_of(dict(zip(TOLD_NAMES, draws, strict=True)), 0.9)
+    draws = np.random.default_rng(1).lognormal(size=(len(REPORTED_NAMES), 500))
+    told = answer_of(dict(zip(REPORTED_NAMES, draws, strict=True)), 0.9)
     judged = Verdict(
         0.5, "peak", 9, 10, dict.fromkeys(PHI_NAMES[:3], 1.0), "strained", "why", (),
         k_hat=None, efficiency=0.4, sampler="mcmc", answer=told,
     )  # fmt: skip
     judged.write(tmp_path / "verdict.json", Provenance(""))
-    answer = told_of(Verdict.read(tmp_path / "verdict.json"))
+    answer = answer_summary(Verdict.read(tmp_path / "verdict.json"))
     np.testing.assert_allclose(answer.limits, np.quantile(draws, [0.5, 0.05, 0.95], axis=1).T)
     assert (answer.status, answer.sampler, answer.interval_mass) == ("strained", "mcmc", 0.9)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import flow_case
 import numpy as np
 import pytest
 import speed_case
-import spline_case
 from exact_case import SETTINGS, weigh
 from numpy.typing import NDArray
 from scipy.stats import norm
@@ -30,7 +30,7 @@ PRIORS = ["paper", "calibrated"]
 def proposal(prior: str, count: int = 2000, epochs: int = 12) -> tuple[HeartModel, FlowProposal]:
     """Return the model of a recording's heart, and what a network that trained for a moment makes of it."""
     model = speed_case.model(prior=prior)
-    return HeartModel(model), flow_proposal(spline_case.trained(prior, count, epochs).flow, model.recording)
+    return HeartModel(model), flow_proposal(flow_case.trained(prior, count, epochs).flow, model.recording)
 
 
 def draws_of_prior(prior: SimulatedPrior, count: int) -> FloatArray:

@@ -16,7 +16,7 @@ from swesbi.config.study import Study, load_study
 from swesbi.recording.cohort.clinical import ClinicalMeasures, ClinicalRow
 from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.recording.problems import RecordingError
-from swesbi.study.answering import answer_settings
+from swesbi.study.answerer import answer_settings
 
 FIRST, SECOND = ROWS.values()
 ALL = "sbp_mmhg,dbp_mmhg,lvet_ms"

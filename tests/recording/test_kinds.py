@@ -21,7 +21,7 @@ from swesbi.config.read import ConfigError
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.tables import csv_text
-from swesbi.study.answering import Asked
+from swesbi.study.answerer import RecordingRequest
 
 KINDS = kinds.KINDS | kinds_gated.KINDS
 INGESTED = (
@@ -97,7 +97,7 @@ def test_infer_says_what_is_wrong_and_answers_nothing(
     def not_here(*_: object, **__: object) -> None:
         raise ValueError("not answered in this test")
 
-    monkeypatch.setattr(Asked, "answer_into", not_here)
+    monkeypatch.setattr(RecordingRequest, "answer_into", not_here)
     message, cohort = broken(name, good, tmp_path)
     before = snapshot(cohort)
     out = tmp_path / "out"

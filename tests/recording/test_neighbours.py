@@ -19,7 +19,7 @@ from swesbi.config.study import load_study
 from swesbi.config.view import View
 from swesbi.population.recordings import OWN, FreshSettings, fresh_subject, record_fresh, record_pushes
 from swesbi.recording.ingest import ingest
-from swesbi.recording.neighbours import told_by_neighbours
+from swesbi.recording.neighbours import speed_by_neighbours
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.quality import phases_left_out, push_quality, rejection
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 def far(phase: Array, speed: Array, error: float = 0.1) -> list[int]:
-    told = told_by_neighbours(phase, speed, np.full(len(phase), error), QUALITY)
+    told = speed_by_neighbours(phase, speed, np.full(len(phase), error), QUALITY)
     return np.flatnonzero(~np.isnan(told)).tolist()
 
 
@@ -77,9 +77,9 @@ def test_the_order_of_the_rows_does_not_matter() -> None:
     phase[5:7], speed[5:7] = phase[4], speed[4] * np.array([1.1, 0.9])  # three pushes of one instant
     speed[[8, 20]] *= np.array([6.0, 0.2])
     order = np.random.default_rng(0).permutation(len(phase))
-    told = told_by_neighbours(phase, speed, np.full(33, 0.1), QUALITY)
+    told = speed_by_neighbours(phase, speed, np.full(33, 0.1), QUALITY)
     assert np.flatnonzero(~np.isnan(told)).tolist() == [8, 20]
-    again = told_by_neighbours(phase[order], speed[order], np.full(33, 0.1), QUALITY)
+    again = speed_by_neighbours(phase[order], speed[order], np.full(33, 0.1), QUALITY)
     np.testing.assert_allclose(again, told[order], rtol=1e-9)
 
 

@@ -21,7 +21,7 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
 from swesbi.report.figures.population import STRATA, draw_strata
-from swesbi.verdict.answers import COHORT, REFUSED, answer_columns, cohort_table
+from swesbi.verdict.summary import COHORT, REFUSED, answer_columns, cohort_table
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 

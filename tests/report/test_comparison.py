@@ -24,7 +24,7 @@ from swesbi.report.paper.comparison import (
     read_difference,
     statements_table,
 )
-from swesbi.report.paper.measured import Measured, StudyResults, differ, shown, spread
+from swesbi.report.paper.study_values import StudyResults, StudyValue, differ, shown, spread
 from swesbi.report.paper.values import PaperNumber, PaperRow, numbers, read_paper
 
 PRINTED = (
@@ -230,12 +230,12 @@ def test_coverage_degrades_by_falling_below_nominal_alone(
 
 
 def test_spread_reading() -> None:
-    inside = read_difference(printed(), Measured("1.40 ± 0.2", 1.40, 0.2), "virtual volunteers")
+    inside = read_difference(printed(), StudyValue("1.40 ± 0.2", 1.40, 0.2), "virtual volunteers")
     assert inside.agrees and inside.words == "within the paper's spread"
-    outside = read_difference(printed(), Measured("2.03 ± 0.7", 2.03, 0.7), "virtual volunteers")
+    outside = read_difference(printed(), StudyValue("2.03 ± 0.7", 2.03, 0.7), "virtual volunteers")
     assert not outside.agrees
     assert outside.words.startswith("outside the paper's spread: higher by 0.89; virtual volunteers")
-    remark = read_difference(printed(remark="Why."), Measured("1.2", 1.2), "x")
+    remark = read_difference(printed(remark="Why."), StudyValue("1.2", 1.2), "x")
     assert remark.words == "within the paper's spread. Why."
 
 
@@ -245,7 +245,7 @@ def test_spread_reading() -> None:
 )
 def test_binomial_reading(value: float, scored: int, start: str) -> None:
     number = printed(paper="92.5", reading="binomial", digits=1)
-    told = read_difference(number, Measured("", value, n=scored), "")
+    told = read_difference(number, StudyValue("", value, n=scored), "")
     assert told.words.startswith(start) and told.agrees == (start == "no difference")
 
 
@@ -308,23 +308,23 @@ def test_the_two_excluded_cases_are_the_paper_s_by_the_way_they_fail(results: St
     ],
 )
 def test_a_coverage_agrees_within_one_phase(paper: str, value: float, agrees: bool) -> None:
-    assert read_difference(printed(paper=paper, reading="phase"), Measured("", value), "").agrees == agrees
+    assert read_difference(printed(paper=paper, reading="phase"), StudyValue("", value), "").agrees == agrees
 
 
 def test_case_reading() -> None:
     above = printed(paper=">0.99", reading="case")
     for value, words in ((1.0, "above 0.99 too"), (0.01, "lower by 0.98")):
-        told = read_difference(above, Measured("", value), "").words
+        told = read_difference(above, StudyValue("", value), "").words
         assert told == f"{words}; another subject than the paper's"
     exact = printed(paper="1.40", reading="case")
-    assert read_difference(exact, Measured("1.40", 1.4013), "").words.startswith(
+    assert read_difference(exact, StudyValue("1.40", 1.4013), "").words.startswith(
         "equal to the digits printed"
     )
 
 
 def test_an_unknown_rule_is_refused(results: StudyResults) -> None:
     with pytest.raises(ReadingError, match="no reading"):
-        read_difference(printed(reading="guess"), Measured("1", 1.0), "")
+        read_difference(printed(reading="guess"), StudyValue("1", 1.0), "")
     with pytest.raises(ReadingError, match="no measure 'guess'"):
         comparison_table([printed(measure="guess")], results)
 

@@ -16,7 +16,7 @@ from scipy.io import savemat
 from study_copy import ROOT, StudyCopy
 
 from swesbi.__main__ import main
-from swesbi.answers.written import OUTPUTS, WITH_PRESSURES
+from swesbi.answers.files import OUTPUTS, WITH_PRESSURES
 from swesbi.config.read import overlay, parse_config, read_merged
 from swesbi.context import CONTEXT_BOUNDS
 from swesbi.recording.cohort.clinical import CLINICAL_BOUNDS

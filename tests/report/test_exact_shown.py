@@ -21,7 +21,7 @@ from swesbi.report.figures.posterior import draw_exact_posteriors
 from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
 from swesbi.report.study_tables import TRUTH_COLUMNS, beside_the_truth, truth_table
-from swesbi.verdict.answers import is_exact, verdict_numbers
+from swesbi.verdict.summary import is_exact, verdict_numbers
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 

@@ -18,7 +18,7 @@ from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import PHI_NAMES, SHOWN
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.page.sections import make_population_section
-from swesbi.report.tables.population import OverPopulation
+from swesbi.report.tables.population import PopulationSection
 from swesbi.report.tables.pressures import pressures_of, pressures_table
 
 RATIOS = {RESISTANCE: 0.8, TIME_CONSTANT: 0.9, VOLUME_FACTOR: np.nan}
@@ -37,8 +37,8 @@ def made(subjects: int = 3, experiment: str = "amortised") -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def shown(pressures: pd.DataFrame | None) -> OverPopulation:
-    return OverPopulation("amortised", SETTINGS, 0.9, table(4, 1), strata(), pressures)
+def shown(pressures: pd.DataFrame | None) -> PopulationSection:
+    return PopulationSection("amortised", SETTINGS, 0.9, table(4, 1), strata(), pressures)
 
 
 def test_widths_and_shifts_stand_by_quantity() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cohort_case import REASON, STRATA, TITLE, strata, table
 
 from swesbi.report.page.sections import make_population_section
-from swesbi.report.tables.population import OverPopulation, cohort_table, strata_table
+from swesbi.report.tables.population import PopulationSection, cohort_table, strata_table
 
 SETTINGS = {
     "base": "calibrated",
@@ -22,8 +22,8 @@ SETTINGS = {
 }
 
 
-def shown(subjects: int, refused: int) -> OverPopulation:
-    return OverPopulation("amortised", SETTINGS, 0.9, table(subjects, refused), strata())
+def shown(subjects: int, refused: int) -> PopulationSection:
+    return PopulationSection("amortised", SETTINGS, 0.9, table(subjects, refused), strata())
 
 
 def test_coverage_stands_by_stratum_and_answer_at_the_level_of_the_intervals() -> None:

@@ -12,20 +12,20 @@ from posterior_case import exact_of
 from swesbi.checks.identifiability.more_repeats import MoreRepeats
 from swesbi.checks.scores import Band
 from swesbi.context import Context
-from swesbi.parameters import ISOMETRIC, PHI_NAMES, TOLD_NAMES
+from swesbi.parameters import ISOMETRIC, PHI_NAMES, REPORTED_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
-from swesbi.report.sheet import Informed, Population, Recorded, Sheet, ShownCurve
+from swesbi.report.sheet import Population, PressuresPosterior, RecordingSummary, Sheet, ShownCurve
 from swesbi.report.sheet_text import header, notes, rows, verdict_text
-from swesbi.verdict.trust import ANSWER
+from swesbi.verdict.answer_lines import ANSWER_LINES
 from swesbi.verdict.verdict import Verdict
 
 CONTEXT = Context("S-1", "F", 31.0, 1.7, 66.0, 95.0, 36.0, 0.82)
 OF_NAME = {"k0_kpa": 60.0, "k_atp_per_s": 5.0, "k_sr_per_s": 40.0, "passive_stiffness_kpa": 2.0}
-MEDIANS = np.array([OF_NAME.get(name, 50.0) for name in TOLD_NAMES])
-Q = len(TOLD_NAMES)
+MEDIANS = np.array([OF_NAME.get(name, 50.0) for name in REPORTED_NAMES])
+Q = len(REPORTED_NAMES)
 LAST = (ISOMETRIC, "k0_kpa", "k_atp_per_s")
 VERDICT = Verdict(
     1.0, "", 10, 10, {}, "not contradicted", "not contradicted: no test contradicts the model", (),
@@ -38,7 +38,7 @@ def _spread(log_sd: float, seed: int) -> np.ndarray:
 
 
 def _result(converged: bool = True) -> ExactPosterior:
-    draws = _spread(0.1, 1)[:, [TOLD_NAMES.index(name) for name in PHI_NAMES]]
+    draws = _spread(0.1, 1)[:, [REPORTED_NAMES.index(name) for name in PHI_NAMES]]
     reasons = () if converged else ("R-hat 1.30",)
     return exact_of(draws, efficiency=0.4, converged=converged, reasons=reasons)
 
@@ -61,7 +61,7 @@ def sheet() -> Sheet:
         verdict=VERDICT,
         result=_result(),
         values=_spread(0.1, 1),
-        recorded=Recorded(
+        recorded=RecordingSummary(
             "10 of 10 gated phases measured", "samples", "repeats", 90, {"low_r2": 7, "outlier": 3}
         ),
         curve=_curve(),
@@ -77,11 +77,11 @@ def test_every_line_says_what_it_is_conditional_on_and_the_best_known_stand_firs
     labels = [row[0] for row in rows(sheet)]
     assert labels[0].startswith("duration") and labels[1].startswith("peak stiffness")
     valid_if = next(note for note in notes(sheet) if note.startswith("Valid only if"))
-    for line in ANSWER:
+    for line in ANSWER_LINES:
         assert line.condition
         assert (f"{line.short} (" in valid_if) == (line.trust == "conditional")
-    assert [line.parameter.name for line in ANSWER][-len(LAST) :] == list(LAST)
-    informed = [Informed(ClinicalMeasures(120.0, 80.0), _result())]
+    assert [line.parameter.name for line in ANSWER_LINES][-len(LAST) :] == list(LAST)
+    informed = [PressuresPosterior(ClinicalMeasures(120.0, 80.0), _result())]
     told = next(note for note in notes(replace(sheet, informed=informed)) if "cuff" in note)
     assert told.startswith("With cuff pressures 120 / 80 mmHg as well: k_0 ")
 
@@ -90,8 +90,8 @@ def test_rates_stand_in_time_as_well(sheet: Sheet) -> None:
     shown = rows(sheet)
     low, median, high = sheet.limits
     rates = {"decay_rate_per_s", "k_sr_per_s", "k_atp_per_s"}
-    assert {name for name, row in zip(TOLD_NAMES, shown, strict=True) if row[3]} == rates
-    j = TOLD_NAMES.index("k_atp_per_s")
+    assert {name for name, row in zip(REPORTED_NAMES, shown, strict=True) if row[3]} == rates
+    j = REPORTED_NAMES.index("k_atp_per_s")
     assert shown[j][3] == f"{1e3 / median[j]:.0f} ({1e3 / high[j]:.0f} to {1e3 / low[j]:.0f})"
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from study_copy import ROOT
 
-from swesbi.answers.written import OUTPUTS
+from swesbi.answers.files import OUTPUTS
 from swesbi.base import extras
 from swesbi.config.read import installation
 

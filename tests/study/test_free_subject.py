@@ -12,6 +12,7 @@ import pytest
 import speed_case
 from study_copy import ROOT
 
+from swesbi.answers.folder import observe
 from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.artefacts import Provenance
 from swesbi.config.read import ConfigError, overlay, read_merged
@@ -26,9 +27,8 @@ from swesbi.prior import draw_prior
 from swesbi.recording.phases import cells_of
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.pushes import ingest_pushes
-from swesbi.study.answering import Answerer, OtherAnswerError, answer_settings, check_untouched
-from swesbi.study.observing import observe
-from swesbi.study.results import Answering
+from swesbi.study.answerer import Answerer, OtherAnswerError, answer_settings, check_untouched
+from swesbi.study.results import ExperimentFiles
 from swesbi.verdict.checks import residuals_p_value
 
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
@@ -122,7 +122,7 @@ def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
     asked: Study, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where it does not, nobody's: the answer begins with the prior."""
-    monkeypatch.setattr(Answering, "is_there", True)
+    monkeypatch.setattr(ExperimentFiles, "is_there", True)
     population = next(iter(asked.config.population_experiments))
     experiments = asked.answering_experiments
     assert len(experiments) > 1

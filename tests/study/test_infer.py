@@ -19,12 +19,12 @@ from recordings import make_samples
 from study_copy import StudyCopy
 
 from swesbi.__main__ import main
-from swesbi.answers.written import OUTPUTS, WITH_PRESSURES
+from swesbi.answers.files import OUTPUTS, WITH_PRESSURES
 from swesbi.artefacts import Provenance
 from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import TOLD_NAMES
+from swesbi.parameters import REPORTED_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise.cohort import compare_noise
 from swesbi.recording.noise.components import RepeatLevels
@@ -305,7 +305,7 @@ def check_free(out: Path) -> None:
     names = [test["name"] for test in verdict["tests"]]
     assert names[:4] == ["residuals", "boundary_mass", "end_diastolic_volume", "end_systolic_volume"]
     assert {"context_ranges", "context_leave_one_out", "network"} <= set(names)
-    assert names[-len(TOLD_NAMES) :] == [f"contraction_{name}" for name in TOLD_NAMES]
+    assert names[-len(REPORTED_NAMES) :] == [f"contraction_{name}" for name in REPORTED_NAMES]
     posterior = ExactPosterior.read(out / "posterior.h5")
     assert posterior.converged
     assert verdict["answer"]["k0_kpa"]["median"] == pytest.approx(np.median(posterior.phi[:, 0]))

@@ -18,7 +18,7 @@ from cohorts import ungrouped
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.answers.written import OUTPUTS, VERDICT, WITH_PRESSURES
+from swesbi.answers.files import OUTPUTS, VERDICT, WITH_PRESSURES
 from swesbi.artefacts import atomic
 from swesbi.artefacts.files import check_bytes
 from swesbi.recording.tables import csv_text, files

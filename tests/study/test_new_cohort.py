@@ -17,27 +17,28 @@ import yaml
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
+from swesbi.answers import text
+from swesbi.answers.folder import observe
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording
+from swesbi.answers.table import AnswerRow, answers_table, explanations, write_answers
 from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.refusals import context_refusal
 from swesbi.config.study import Study, load_study
-from swesbi.parameters import TOLD_NAMES
-from swesbi.recording.cohort.checked import Checked
+from swesbi.parameters import REPORTED_NAMES
 from swesbi.recording.cohort.clinical import ClinicalMeasures
+from swesbi.recording.cohort.recording import UsableRecording
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-from swesbi.report.answers_table import Asked, answers_table, explanations, write_answers
-from swesbi.study import answer_text, answering
-from swesbi.study.answering import Answerer, OtherAnswerError, check_untouched, experiments_to_ask
+from swesbi.study import answerer
+from swesbi.study.answerer import Answerer, OtherAnswerError, check_untouched, experiments_to_ask
 from swesbi.study.infer import check_table, folder_of, subjects_of
-from swesbi.study.observing import observe
 from swesbi.study.parsers import add_options
-from swesbi.study.results import Answering
-from swesbi.verdict import answers as answers_module
-from swesbi.verdict.answers import Answer
+from swesbi.study.results import ExperimentFiles
+from swesbi.verdict import summary
+from swesbi.verdict.summary import AnswerSummary
 
 ROOT = Path(__file__).parents[2]
 TRIAL = ROOT / "data" / "virtual_trial"
@@ -80,7 +81,7 @@ def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) 
         observe(study, SHORT)
 
 
-def answered_into(_: answering.Asked, folder: Path, *, force: bool) -> tuple[SimpleNamespace, None]:
+def answered_into(_: answerer.RecordingRequest, folder: Path, *, force: bool) -> tuple[SimpleNamespace, None]:
     """Answer nothing, in a folder."""
     assert not force
     folder.mkdir(parents=True)
@@ -92,11 +93,11 @@ def nothing_inferred(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every network that runs is there, and answers at once."""
     answer = rows()[0].answer
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(answering.Answerer, "_knowledge", lambda *_: Knowledge())
-    monkeypatch.setattr(Answering, "is_there", True)
-    monkeypatch.setattr(answering.Asked, "answer_into", answered_into)
-    monkeypatch.setattr(answer_text, "answer_text", lambda *_: "")
-    monkeypatch.setattr(answers_module, "told_of", lambda *_: answer)
+    monkeypatch.setattr(answerer.Answerer, "_knowledge", lambda *_: Knowledge())
+    monkeypatch.setattr(ExperimentFiles, "is_there", True)
+    monkeypatch.setattr(answerer.RecordingRequest, "answer_into", answered_into)
+    monkeypatch.setattr(text, "answer_text", lambda *_: "")
+    monkeypatch.setattr(summary, "answer_summary", lambda *_: answer)
 
 
 def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
@@ -177,7 +178,7 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
     assert Answerer(study, ("calibrated",), "")._network(GOOD, free=False)[0] == ""  # none must answer
     with pytest.raises(FileNotFoundError, match="has not been run this far"):
         Answerer(study, ("calibrated",), "", required=True)._network(GOOD, free=False)
-    monkeypatch.setattr(Answering, "is_there", True)
+    monkeypatch.setattr(ExperimentFiles, "is_there", True)
     assert answerer._network(GOOD, free=False) == ("calibrated", "")
     assert answerer._network(GOOD, free=True) == ("amortised", "the network of calibrated takes no pushes")
     chosen, note = answerer._network(THICK, free=False)
@@ -191,7 +192,7 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
 
 def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Path) -> None:
     observed = observe(study, GOOD)
-    assert isinstance(observed, Checked)
+    assert isinstance(observed, UsableRecording)
     good = ModelledRecording(observed.observation, speed_case.model())
     check_untouched(tmp_path / "nowhere", good)
     (tmp_path / "mine").mkdir()
@@ -211,10 +212,10 @@ def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Pat
     assert not same_recording(one, ingest(faster, context, quality, 100))
 
 
-def rows() -> list[Asked]:
-    limits = np.arange(1.0, 1.0 + len(TOLD_NAMES))[:, None] * [10.0, 9.0, 11.0]
-    answer = Answer("not contradicted", "", limits, 0.9, 0.3, 0.4, "importance")
-    return [Asked("S-1", "calibrated", answer), Asked("=S-2", "calibrated", None, "two\nlines")]
+def rows() -> list[AnswerRow]:
+    limits = np.arange(1.0, 1.0 + len(REPORTED_NAMES))[:, None] * [10.0, 9.0, 11.0]
+    answer = AnswerSummary("not contradicted", "", limits, 0.9, 0.3, 0.4, "importance")
+    return [AnswerRow("S-1", "calibrated", answer), AnswerRow("=S-2", "calibrated", None, "two\nlines")]
 
 
 def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path) -> None:

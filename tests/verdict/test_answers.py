@@ -16,7 +16,7 @@ from swesbi.answers.cohort import AnswerOfPopulation, answer_of_population
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.artefacts.typed import read_as
 from swesbi.checks.calibration.dataset import PopulationCalibration
-from swesbi.checks.calibration.fresh import FreshInferred, infer_fresh, strata
+from swesbi.checks.calibration.fresh import FreshRecordings, infer_fresh, strata
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.context import Context
 from swesbi.networks.flow.cells import CellConditioner
@@ -47,7 +47,7 @@ SIZES = RecordingsSettings(own=1, acquired=1, network_draws=49, effective_draws=
 
 
 @cache
-def parts(start: int, stop: int, kind: str = OWN) -> FreshInferred:
+def parts(start: int, stop: int, kind: str = OWN) -> FreshRecordings:
     flow = case.trained().flow
     return infer_fresh(range(start, stop), kind, flow, case.FRESH, SIZES, EXACT, seed=7)
 

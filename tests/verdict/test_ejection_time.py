@@ -25,9 +25,9 @@ from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.verdict.beat import ejection_tests
 from swesbi.verdict.nulls import Grade
+from swesbi.verdict.recording import VerdictSettings, grade
 from swesbi.verdict.settings import EjectionTimeSettings
 from swesbi.verdict.verdict import VerdictTest
-from swesbi.verdict.with_null import VerdictSettings, grade
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, forward_model_of, simulate_truth
 
 CONFIG: Final = speed_case.shipped()

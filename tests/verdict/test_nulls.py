@@ -22,7 +22,7 @@ from swesbi.verdict.nulls import (
     p_values,
     single_level,
 )
-from swesbi.verdict.with_null import by_nulls
+from swesbi.verdict.recording import null_tests
 
 FloatArray = NDArray[np.float64]
 RULE = speed_case.rule()
@@ -80,20 +80,20 @@ def test_null_recordings_of_another_kind_of_errors_are_no_null() -> None:
 
 def test_more_speeds_than_any_null_recording_has_are_said() -> None:
     null, own = made(400, 4), rows_of(made(1, 5), np.array([0]))
-    far = by_nulls(null, replace(own, points=np.array([1000])), RULE).beyond
+    far = null_tests(null, replace(own, points=np.array([1000])), RULE).beyond
     assert far.startswith("among null recordings of ") and far.endswith("speeds, as none has its 1000")
-    assert by_nulls(null, replace(own, points=null.points[:1]), RULE).beyond == ""
+    assert null_tests(null, replace(own, points=null.points[:1]), RULE).beyond == ""
 
 
 @pytest.mark.parametrize("found", ["residuals", "boundary_mass"])
 def test_what_no_null_recording_shows_contradicts_the_model(found: str) -> None:
     null, own = made(1200, 4), rows_of(made(1, 5), np.array([0]))
     usual = replace(own, residuals_p=np.array([0.5]), bound_ratio=np.ones_like(own.bound_ratio))
-    assert by_nulls(null, usual, RULE).status == Grade.NOT_CONTRADICTED
+    assert null_tests(null, usual, RULE).status == Grade.NOT_CONTRADICTED
     full = usual.bound_ratio.copy()
     full[0, 1, 0] = full[0, 7, 1] = FULL
     far = {"residuals": {"residuals_p": np.array([1e-7])}, "boundary_mass": {"bound_ratio": full}}
-    judged = by_nulls(null, replace(usual, **far[found]), RULE)
+    judged = null_tests(null, replace(usual, **far[found]), RULE)
     assert judged.status == Grade.CONTRADICTED
     assert [test.name for test in judged.tests if test.flagged] == [found]
     if found == "boundary_mass":

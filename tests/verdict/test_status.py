@@ -20,8 +20,8 @@ from swesbi.report.figures.misspecification import STATUS_COLORS as OF_TESTS
 from swesbi.report.figures.sheet import BOX_COLORS
 from swesbi.report.figures.style import STATUS_COLORS
 from swesbi.report.page.landing import MEANING
-from swesbi.report.tables.population import OverPopulation, counts_table
-from swesbi.verdict.answers import REFUSED, cohort_table
+from swesbi.report.tables.population import PopulationSection, counts_table
+from swesbi.verdict.summary import REFUSED, cohort_table
 from swesbi.verdict.verdict import PAPER_STATUSES, STATUSES, Status, Verdict
 
 OUTCOMES = [*STATUSES, REFUSED]
@@ -65,7 +65,7 @@ def test_figures_and_tables_of_a_cohort_count_every_status(cohort: pd.DataFrame)
     texts = [text for text, _ in text_boxes(draw_cohort(overview, TITLE, "amortised"))]
     assert [word for word in OUTCOMES if f"{word}: 1 (20 %)" not in texts] == []
     assert [word for word in STATUSES if word not in texts] == []
-    shown = OverPopulation("amortised", {}, 0.9, cohort, strata())
+    shown = PopulationSection("amortised", {}, 0.9, cohort, strata())
     assert [row.cells[0] for row in counts_table(shown, TITLE).rows] == OUTCOMES
 
 

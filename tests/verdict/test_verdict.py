@@ -13,17 +13,17 @@ from posterior_case import exact_of
 from scipy.stats import kstest
 
 from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.parameters import TOLD_NAMES
+from swesbi.parameters import REPORTED_NAMES
 from swesbi.recording.observation import Contexts
 from swesbi.verdict.checks import TESTS, Checks
 from swesbi.verdict.nulls import Grade, overall_p, p_values, single_level
+from swesbi.verdict.recording import grade, make_verdict
 from swesbi.verdict.subject import others_than
 from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.with_null import grade, make_verdict
 
 RULE = speed_case.rule()
 NULL_RECORDINGS = 400
-TOLD = {name: np.array([1.0, 2.0, np.nan, 3.0]) for name in TOLD_NAMES}
+TOLD = {name: np.array([1.0, 2.0, np.nan, 3.0]) for name in REPORTED_NAMES}
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +98,7 @@ def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     path = tmp_path / "verdict.json"
     verdict.write(path, Provenance(""))
     assert Verdict.read(path) == verdict
-    assert list(verdict.answer) == list(TOLD_NAMES)
+    assert list(verdict.answer) == list(REPORTED_NAMES)
     assert verdict.answer["duration_ms"]["median"] == 2.0, "a draw without a beat tells nothing"
     assert verdict.sentence.endswith("; also end systolic volume; overall p = 0.02")
     assert verdict.may_be_read

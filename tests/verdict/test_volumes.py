@@ -15,7 +15,7 @@ from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.contexts import draw_population
 from swesbi.prior import quantile
-from swesbi.verdict.beat import Predicted, volume_tests
+from swesbi.verdict.beat import BeatQuantity, volume_tests
 from swesbi.verdict.settings import VolumeSettings
 from swesbi.verdict.verdict import VerdictTest
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, simulate_truth
@@ -53,7 +53,7 @@ def named(volunteer: Volunteer) -> str:
 
 def test_a_distance_is_counted_in_standard_deviations_of_posterior_model_and_measurement() -> None:
     predicted = np.random.default_rng(9).normal(40.0, 3.0, 40_000)
-    volume = Predicted(predicted, 4.0, 27.0, 12.0)
+    volume = BeatQuantity(predicted, 4.0, 27.0, 12.0)
     assert volume.sd == pytest.approx(13.0, rel=0.01)
     assert volume.z == pytest.approx(1.0, rel=0.01)
 
@@ -95,7 +95,7 @@ def test_the_walls_share_of_the_tolerance_is_how_far_the_wall_moves_the_volume()
         volumes.append(model.simulate(phi).end_systolic_volume_ml)
     measured, predicted = np.log(speed_case.CONTEXT.lvesv_ml), np.log(volumes[0])
     moved = float(np.median(np.abs(np.log(volumes[1]) - predicted)))
-    expected = Predicted(predicted, moved, measured, SETTINGS.lvesv_tolerance_fraction)
+    expected = BeatQuantity(predicted, moved, measured, SETTINGS.lvesv_tolerance_fraction)
     assert judged(speed_case.CONTEXT, phi)[1].statistic == pytest.approx(expected.z, rel=1e-9)
     assert moved > 1.0 / speed_case.CONTEXT.lvesv_ml
 

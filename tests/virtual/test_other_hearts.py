@@ -20,7 +20,7 @@ from swesbi.virtual.hearts.echocardiography import with_own_lvesv
 from swesbi.virtual.hearts.generators import all_generators, generator_of
 from swesbi.virtual.hearts.heart import OtherHeart
 from swesbi.virtual.hearts.ranges import noisier
-from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM, subject_name
+from swesbi.virtual.hearts.recording import DEVELOPMENT, VALIDATION_STREAM, subject_name
 from swesbi.virtual.hearts.stored import FILES
 from swesbi.virtual.volunteers import Volunteer, simulate_truth
 

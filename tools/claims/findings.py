@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.study.model_version import MODEL_VERSION, STORED, VERSIONS, read_versions
-from tools.claims.manifest import Claim, Found, Manifest
+from tools.claims.manifest import Claim, Manifest, ValueSource
 from tools.claims.prose import quotations, rounding, unaccounted, value_of
 from tools.claims.sources import NoValueError, value_found
 from tools.docs.directives import PART, PageError, Place, filled, line_of
@@ -77,7 +77,7 @@ def _claim(claim: Claim, text: str, sources: Mapping[str, str], place: Place) ->
         yield Finding(holds, where, claim.text, printed, f"{value:.6g}", asked)
 
 
-def _asked(source: str, found: Found) -> str:
+def _asked(source: str, found: ValueSource) -> str:
     rows = f" where {found.where}" if found.where else ""
     by = "" if found.by == "only" else f"{found.by} of "
     return f"{source}: {by}{found.value}{rows}"

@@ -20,7 +20,7 @@ Reduction = Literal["only", "sum", "mean", "median", "min", "max", "count", "dis
 """What is made of the values of several rows: ``only`` takes the one that there is."""
 
 
-class Found(Settings):
+class ValueSource(Settings):
     """Where the value of one number is found.
 
     Attributes:
@@ -46,7 +46,7 @@ class Claim(Settings):
 
     file: str = "README.md"
     text: str = Field(min_length=1)
-    found: tuple[Found, ...] = Field(min_length=1)
+    found: tuple[ValueSource, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
     def _check_holes(self) -> Self:

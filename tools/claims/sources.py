@@ -11,7 +11,7 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.config.read import CONFIGURATION, read_merged, read_yaml
-from tools.claims.manifest import Found, Reduction
+from tools.claims.manifest import Reduction, ValueSource
 from tools.claims.prose import quotations, value_of
 from tools.docs.directives import QUERY_ERRORS, Place, read_table
 
@@ -22,7 +22,7 @@ class NoValueError(ValueError):
     """A source that does not give a value; the message says which and why."""
 
 
-def value_found(source: str, found: Found, place: Place) -> float:
+def value_found(source: str, found: ValueSource, place: Place) -> float:
     """Return the value that a source gives.
 
     Args:
@@ -44,7 +44,7 @@ def value_found(source: str, found: Found, place: Place) -> float:
     return value
 
 
-def _values(source: str, found: Found, place: Place) -> FloatArray:
+def _values(source: str, found: ValueSource, place: Place) -> FloatArray:
     if source.startswith(MODULE):
         return _plain(getattr(importlib.import_module(source), found.value), found)
     path = place(source)
@@ -59,7 +59,7 @@ def _values(source: str, found: Found, place: Place) -> FloatArray:
     return np.array([value_of(number) for each in quoted for number in each.numbers], dtype=np.float64)
 
 
-def _of_table(path: Path, found: Found) -> FloatArray:
+def _of_table(path: Path, found: ValueSource) -> FloatArray:
     """Return the values of the rows that count; shape (rows,)."""
     table = read_table(path)
     chosen = table.query(found.where, engine="python") if found.where else table
@@ -70,7 +70,7 @@ def _of_table(path: Path, found: Found) -> FloatArray:
     return np.asarray(chosen.eval(found.value, engine="python"), dtype=np.float64)
 
 
-def _plain(value: Any, found: Found) -> FloatArray:  # noqa: ANN401
+def _plain(value: Any, found: ValueSource) -> FloatArray:  # noqa: ANN401
     """Return a value of settings or code; of several that are counted, their positions."""
     return np.atleast_1d(np.asarray(range(len(value)) if found.by == "count" else value, dtype=np.float64))
 

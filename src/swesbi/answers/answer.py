@@ -11,13 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from swesbi.answers.kept import PriorBeside, Shown, prior_beside
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.output import PredictiveOutput, PriorDraws, prior_draws
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.clinical import ClinicalModel
-from swesbi.measurement.derived import told
+from swesbi.measurement.derived import reported
 from swesbi.posterior.exact import described, exact_posterior, log_certificate
 from swesbi.posterior.fitted import fit_in_nearest, placed_in
 from swesbi.posterior.hearts import HeartModel
@@ -40,7 +40,7 @@ class Answer:
         recording: What was recorded, under the model.
         posterior: Its exact posterior.
         verdict: Whether the model contradicts the recording, and what the answer reports.
-        told: All that an answer reports of each draw of the posterior, by name; (n,) each.
+        reported: All that an answer reports of each draw of the posterior, by name; (n,) each.
         prior: Draws of the prior, with the same.
         with_pressures: The posterior with the pressures of a cuff; None where none were taken.
     """
@@ -48,8 +48,8 @@ class Answer:
     recording: ModelledRecording
     posterior: ExactPosterior
     verdict: Verdict
-    told: Mapping[str, FloatArray]
-    prior: PriorBeside
+    reported: Mapping[str, FloatArray]
+    prior: PriorDraws
     with_pressures: ExactPosterior | None = None
 
 
@@ -75,10 +75,10 @@ def answered(
     """
     exact, efficiency = inferred(recording, knowledge, settings, seed)
     beats = recording.model.simulate(exact.phi)
-    after = told(recording.model, exact.phi, beats)
-    before = prior_beside(recording.model, settings, seed, recording.stream)
+    after = reported(recording.model, exact.phi, beats)
+    before = prior_draws(recording.model, settings, seed, recording.stream)
     judged = recording.judged(exact, beats, efficiency, knowledge, settings, seed)
-    verdict = contractions(after, before.told, settings.uninformative).beside(judged)
+    verdict = contractions(after, before.reported, settings.uninformative).beside(judged)
     subject, found = recording.observation.subject, None
     LOGGER.info("subject %s: %s", subject, verdict.sentence)
     if pressures is not None and (model := recording.with_pressures(pressures)) is not None:
@@ -87,7 +87,7 @@ def answered(
     return Answer(recording, exact, verdict, after, before, found)
 
 
-def shown_of(answer: Answer, settings: AnswerSettings, seed: int) -> Shown:
+def predictive_output(answer: Answer, settings: AnswerSettings, seed: int) -> PredictiveOutput:
     """Return the predictive check of an answer, as it is kept and shown.
 
     Raises:

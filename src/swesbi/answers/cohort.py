@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from swesbi.answers.answer import answered, informed, shown_of
+from swesbi.answers.answer import answered, informed, predictive_output
 from swesbi.answers.knowledge import OF_POPULATION, Knowledge
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
@@ -70,7 +70,9 @@ def answer_of_population(
     recording = ModelledRecording(observation, speed_model(observation, noise, model), stream=STREAM)
     knowledge = Knowledge(OF_POPULATION, null.contexts, estimator, nulls=null)
     answer = answered(recording, knowledge, settings, seed)
-    return AnswerOfPopulation(answer.posterior, answer.verdict, shown_of(answer, settings, seed).kept)
+    return AnswerOfPopulation(
+        answer.posterior, answer.verdict, predictive_output(answer, settings, seed).check
+    )
 
 
 def answer_with_pressures(

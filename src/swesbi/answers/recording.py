@@ -6,16 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swesbi.answers.kept import Shown
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.output import PredictiveOutput
 from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.draws import CheckedFeatures
-from swesbi.checks.free_predictive import check_pushes
+from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
+from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.predictive_speeds import Recorder, new_recordings, predictive_check, stream_of
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
@@ -26,12 +28,13 @@ from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.noise.cohort import NoiseComparison
 from swesbi.recording.observation import SOURCES, Observation, same_recording
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.figures.free_predictive import draw_free_check
-from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
 from swesbi.report.sheet import curve_free, curve_gated, recorded_free, recorded_gated
 from swesbi.seeds import generator
+from swesbi.verdict.recording import judge, network_test
 from swesbi.verdict.verdict import Verdict, VerdictTest
-from swesbi.verdict.with_null import judge, network_test
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ class ModelledRecording:
         verdict: Verdict,
         settings: AnswerSettings,
         seed: int,
-    ) -> Shown:
+    ) -> PredictiveOutput:
         """Compare the recording with what prior and posterior predict of new ones."""
         predictive, subject = settings.predictive, self.observation.subject
         if not self.observation.is_gated:
@@ -103,9 +106,9 @@ class ModelledRecording:
             rng, draws = generator(seed, self.stream, subject, "new pushes"), exact.phi[: predictive.draws]
             pushes = check_pushes(self.model, draws, prior, predictive.interval, points, rng)
             errors = SOURCES[self.observation.errors_from]
-            return Shown(
-                kept=pushes,
-                draw=partial(draw_free_check, subject, pushes, verdict, errors),
+            return PredictiveOutput(
+                check=pushes,
+                draw=partial(_draw_pushes, subject, pushes, verdict, errors),
                 recorded=recorded_free(self.observation),
                 curve=curve_free(pushes),
             )
@@ -113,12 +116,27 @@ class ModelledRecording:
         recorder, readable = Recorder(self.model, self.observation, features), verdict.may_be_read
         before = new_recordings(prior, recorder, stream_of(recorder, seed, "prior"))
         check = predictive_check(recorder, exact.phi, before, predictive, seed, may_be_read=readable)
-        return Shown(
-            kept=check,
-            draw=partial(draw_subject_check, PredictivePanel(subject, check, None, verdict)),
+        return PredictiveOutput(
+            check=check,
+            draw=partial(_draw_gated, subject, check, verdict),
             recorded=recorded_gated(self.observation),
             curve=curve_gated(check),
         )
+
+
+def _draw_pushes(
+    subject: str, check: FreePredictiveCheck, verdict: Verdict, errors: str, title: str
+) -> Figure:
+    # half a second to import, of which a job that writes the check needs nothing
+    from swesbi.report.figures.free_predictive import draw_free_check
+
+    return draw_free_check(subject, check, verdict, errors, title)
+
+
+def _draw_gated(subject: str, check: PredictiveCheck, verdict: Verdict, title: str) -> Figure:
+    from swesbi.report.figures.predictive import PredictivePanel, draw_subject_check
+
+    return draw_subject_check(PredictivePanel(subject, check, None, verdict), title)
 
 
 def modelled_pushes(observed: Observation, settings: SpeedModelSettings) -> ModelledRecording:

@@ -11,8 +11,8 @@ from swesbi.prior import JointPriorSettings
 from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalRow
 from swesbi.recording.settings import ContextRow, RecordingSettings
 from swesbi.recording.tables.layout import TableLayout
+from swesbi.verdict.recording import VerdictSettings
 from swesbi.verdict.settings import UninformativeSettings
-from swesbi.verdict.with_null import VerdictSettings
 
 
 class AnswerSettings(VerdictSettings):

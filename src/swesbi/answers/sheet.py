@@ -8,17 +8,19 @@ from dataclasses import replace
 import numpy as np
 
 from swesbi.answers.answer import Answer
-from swesbi.answers.kept import Shown
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.output import PredictiveOutput
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
 from swesbi.posterior.result import ExactPosterior
-from swesbi.report.sheet import Informed, Population, Sheet
+from swesbi.report.sheet import Population, PressuresPosterior, Sheet
 
 
-def sheet_of(answer: Answer, knowledge: Knowledge, shown: Shown, settings: OneAnswerSettings) -> Sheet:
+def sheet_of(
+    answer: Answer, knowledge: Knowledge, shown: PredictiveOutput, settings: OneAnswerSettings
+) -> Sheet:
     """Return what the page of an answer shows."""
     recording, exact = answer.recording, answer.posterior
     clinical = recording.observation.clinical
@@ -26,19 +28,21 @@ def sheet_of(answer: Answer, knowledge: Knowledge, shown: Shown, settings: OneAn
         context=recording.observation.context,
         verdict=answer.verdict,
         result=exact,
-        values=_rows(answer.told),
+        values=_rows(answer.reported),
         recorded=replace(shown.recorded, noise=recording.noise),
         curve=shown.curve,
-        population=Population(knowledge.population, _rows(answer.prior.told), knowledge.hearts),
+        population=Population(knowledge.population, _rows(answer.prior.reported), knowledge.hearts),
         more=_more(recording, exact, settings),
-        informed=[] if answer.with_pressures is None else [Informed(clinical, answer.with_pressures)],
+        informed=[]
+        if answer.with_pressures is None
+        else [PressuresPosterior(clinical, answer.with_pressures)],
         cohort_title=settings.cohort_title,
     )
 
 
-def _rows(told: Mapping[str, FloatArray]) -> FloatArray:
+def _rows(reported: Mapping[str, FloatArray]) -> FloatArray:
     """Return all that the answer tells of those of n draws that have a beat; shape (m, q)."""
-    values = np.column_stack(list(told.values()))
+    values = np.column_stack(list(reported.values()))
     return np.asarray(values[np.isfinite(values).all(axis=1)])
 
 

@@ -36,7 +36,7 @@ class WorkerKilledError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class _Raised:
+class _WorkError:
     """An error of the work itself."""
 
     error: Exception
@@ -67,7 +67,7 @@ def side_by_side(
             for connection in wait(list(busy)):
                 worker, item = busy[connection]
                 found = worker.found()
-                if isinstance(found, _Raised):
+                if isinstance(found, _WorkError):
                     raise found.error
                 del busy[connection]
                 if not isinstance(found, WorkerKilledError):
@@ -97,7 +97,7 @@ class _Worker:
             self.connection.send(item)
 
     def found(self) -> Any:  # noqa: ANN401
-        """Return what the work returned, a `_Raised`, or a `WorkerKilledError`."""
+        """Return what the work returned, a `_WorkError`, or a `WorkerKilledError`."""
         try:
             return self.connection.recv()
         except (EOFError, OSError):
@@ -129,7 +129,7 @@ def _tried(work: Callable[[Any], Any], item: object) -> Any:  # noqa: ANN401
         return work(item)
     except Exception as error:
         error.add_note(traceback.format_exc())  # which is lost on the way
-        return _Raised(error)
+        return _WorkError(error)
 
 
 def _end(workers: Sequence[_Worker]) -> None:

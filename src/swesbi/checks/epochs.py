@@ -39,7 +39,7 @@ EpochRow = dict[str, object]
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _CheckpointSettings:
     """What is asked of every checkpoint."""
 
     prior: PriorSettings
@@ -90,7 +90,7 @@ def inference_by_epoch(
         observation_model=observation_model,
         seed=seed,
     )
-    asked = _Asked(prior, forward_model, recovery, support, predictive, candidate_draws, seed)
+    asked = _CheckpointSettings(prior, forward_model, recovery, support, predictive, candidate_draws, seed)
     z = pool.standardisation.apply(raw)
     rows: list[EpochRow] = []
     progress = Progress("epochs", len(checkpoints.of_epochs), unit="checkpoint")
@@ -131,7 +131,9 @@ def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: f
     )
 
 
-def _recovery_rows(net: Checkpoint, truth: FloatArray, z: FloatArray, asked: _Asked) -> Iterator[EpochRow]:
+def _recovery_rows(
+    net: Checkpoint, truth: FloatArray, z: FloatArray, asked: _CheckpointSettings
+) -> Iterator[EpochRow]:
     """Yield the coverage of synthetic recordings at the level of the predictive interval, by parameter."""
     level = asked.predictive.interval
     at_level = asked.recovery.model_copy(update={"nominal_levels": (level,)})
@@ -159,7 +161,7 @@ def _subject_rows(
     subject: MeasuredSubject,
     readable: bool,
     z_obs: FloatArray,
-    asked: _Asked,
+    asked: _CheckpointSettings,
 ) -> Iterator[EpochRow]:
     """Yield width and predictive scores of one subject's posterior under one checkpoint."""
     name, required = subject.observation.subject, asked.support.min_in_prior_draws

@@ -35,7 +35,7 @@ PressuresTable = Annotated[pd.DataFrame, PRESSURES]
 
 
 @dataclass(frozen=True)
-class Compared:
+class PosteriorPair:
     """One subject's posteriors, without and with pressures.
 
     Attributes:
@@ -72,7 +72,7 @@ def pressures_table(
         UnfitError: A file of a subject with pressures is missing.
     """
     return pressures_table_of(  # one after the other, since posteriors of many subjects fill the memory
-        Compared(
+        PosteriorPair(
             experiment=place.experiment,
             observation=observations[place.subject],
             model=population_models[place.experiment],
@@ -83,7 +83,7 @@ def pressures_table(
     )
 
 
-def pressures_table_of(compared: Iterable[Compared]) -> pd.DataFrame:
+def pressures_table_of(compared: Iterable[PosteriorPair]) -> pd.DataFrame:
     """Return one row a subject and quantity, with the columns ``COLUMNS``.
 
     Medians and equal-tailed intervals, without pressures and with them; width_ratio, log high / low with over
@@ -94,7 +94,7 @@ def pressures_table_of(compared: Iterable[Compared]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _rows(one: Compared) -> list[dict[str, object]]:
+def _rows(one: PosteriorPair) -> list[dict[str, object]]:
     context = one.observation.context
     before = quantities(one.model, one.without.phi, one)
     after = quantities(one.model, one.with_them.phi, one)
@@ -115,7 +115,7 @@ def _rows(one: Compared) -> list[dict[str, object]]:
     ]
 
 
-def quantities(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> Mapping[str, FloatArray]:
+def quantities(model: SpeedModelSettings, phi: FloatArray, one: PosteriorPair) -> Mapping[str, FloatArray]:
     """Return draws of every quantity that a posterior reports, by name; shown stiffness of fewer draws.
 
     The parameters by their own names, the shown stiffness behind those that are reported, and the
@@ -127,7 +127,7 @@ def quantities(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> Map
     return {SHOWN.name: _shown(model, phi[:SIMULATED], one), **columns}
 
 
-def _shown(model: SpeedModelSettings, phi: FloatArray, one: Compared) -> FloatArray:
+def _shown(model: SpeedModelSettings, phi: FloatArray, one: PosteriorPair) -> FloatArray:
     """Return the largest shown active stiffness of draws in kPa; those that have no beat are left out."""
     beats = simulate_active(
         phi[:, OF_THETA], one.observation.context, model.forward_model, model.physiology(phi)

@@ -54,7 +54,7 @@ class RecoveryRow:
 
 
 @dataclass(frozen=True)
-class Recovered:
+class ScoredPosteriors:
     """Posteriors of n scored recordings: truth, mean and variance (n, 3), and ``level_of_truth`` (n, 3).
 
     ``level_of_truth`` is the share of the in-prior draws below the truth, ties counted by half.
@@ -78,7 +78,7 @@ def fresh_simulations(
 
 def recover(
     truth: FloatArray, candidates: FloatArray, prior: PriorSettings, settings: RecoverySettings
-) -> Recovered:
+) -> ScoredPosteriors:
     """Reduce the draws of each recording's posterior to what the scores need.
 
     A recording with fewer than ``min_in_prior_draws`` candidates in the prior's bounds has no posterior
@@ -102,7 +102,7 @@ def recover(
         )
     kept, known = [inside[i] for i in scored], truth[scored]
     below = [(d < t).mean(axis=0) + 0.5 * (d == t).mean(axis=0) for d, t in zip(kept, known, strict=True)]
-    return Recovered(
+    return ScoredPosteriors(
         truth=known,
         mean=np.stack([draws.mean(axis=0) for draws in kept]),
         variance=np.stack([draws.var(axis=0, ddof=1) for draws in kept]),
@@ -111,7 +111,7 @@ def recover(
 
 
 def score_recovery(
-    recovered: Recovered, prior: PriorSettings, settings: CoverageSettings
+    recovered: ScoredPosteriors, prior: PriorSettings, settings: CoverageSettings
 ) -> tuple[RecoveryRow, ...]:
     """Return one row for each parameter and nominal level."""
     bias = (recovered.mean - recovered.truth).mean(axis=0)

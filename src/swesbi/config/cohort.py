@@ -39,7 +39,7 @@ class Cohort:
         folder: The folder.
         rows: The context of each subject.
         clinical: What was measured of them beside the speeds.
-        told_visits: Whose recordings these are, by the table; also of those who are refused.
+        declared_visits: Whose recordings these are, by the table; also of those who are refused.
         layout: How the tables differ from this project's form.
         noise_groups: The group of each subject whose errors are estimated apart from those of the others.
         refused: Who cannot be used, and why; they have no row here.
@@ -50,7 +50,7 @@ class Cohort:
     folder: Path = Path()
     rows: Mapping[str, ContextRow] = field(default_factory=dict)
     clinical: Mapping[str, ClinicalRow] = field(default_factory=dict)
-    told_visits: Mapping[str, Visit] = field(default_factory=dict)
+    declared_visits: Mapping[str, Visit] = field(default_factory=dict)
     layout: TableLayout = field(default_factory=TableLayout)
     noise_groups: Mapping[str, str] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
@@ -74,7 +74,7 @@ class Cohort:
     @property
     def visits(self) -> Mapping[str, Visit]:
         """Whose recording each subject is, in the order of the table: that of the visits."""
-        told = {subject: visit for subject, visit in self.told_visits.items() if subject in self.rows}
+        told = {subject: visit for subject, visit in self.declared_visits.items() if subject in self.rows}
         return told | {subject: Visit() for subject in self.rows if subject not in told}
 
     @property
@@ -90,19 +90,19 @@ class Cohort:
         """
         return find_recording(self.folder, subject, self.layout.table.file)
 
-    def description(self, subject: str, settings: RecordingSettings, phases_said_in: str) -> Description:
+    def description(self, subject: str, settings: RecordingSettings, phases_source: str) -> Description:
         """Return what is said of how a recording was made.
 
         Args:
             subject: Whose recording it is.
             settings: Quality control of recordings that do not say otherwise.
-            phases_said_in: Where the number of phases is said, for messages.
+            phases_source: Where the number of phases is said, for messages.
 
         Raises:
             RecordingError: A file cannot be used, or says otherwise than the settings.
         """
         known = self.described.get(subject)
-        return known or description_of(self.folder, subject, settings, phases_said_in)
+        return known or description_of(self.folder, subject, settings, phases_source)
 
 
 def study_cohort(folder: Path, names: Collection[str] | None, source: str) -> tuple[Cohort, tuple[str, ...]]:

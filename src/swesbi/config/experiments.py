@@ -11,7 +11,7 @@ from swesbi.checks.calibration.settings import CalibrationSettings, PushesSettin
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.checks.settings import EpochStudySettings, PredictiveSettings, RecoverySettings
 from swesbi.measurement.settings import SpeedObservationSettings, SummarySettings
-from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings, SplineSettings
+from swesbi.networks.settings import EstimatorSettings, FlowSettings, ObservationModelSettings
 from swesbi.population.settings import (
     ConditionSettings,
     NullSettings,
@@ -77,7 +77,7 @@ class SpeedExperimentSettings(Settings):
     )
     summary: SummarySettings = Field(description="The summary S(.) of a curve.")
     observation_model: SpeedObservationSettings = Field(description="Noise on the measured speeds.")
-    estimator: SplineSettings = Field(
+    estimator: FlowSettings = Field(
         description="The network. Its architecture was chosen by held-out log-probability and importance "
         "efficiency."
     )
@@ -131,7 +131,7 @@ class PopulationExperimentSettings(Settings):
     population: PopulationSettings = Field(description="Who the network is trained for.")
     conditions: ConditionSettings = Field(description="Recordings that the network learns from.")
     simulations: PopulationSizes = Field(description="Simulations that the network learns from.")
-    estimator: SplineSettings = Field(
+    estimator: FlowSettings = Field(
         description="The network. Chosen: three minutes on one core; the held-out loss is in "
         "amortised/training.csv."
     )

@@ -12,18 +12,18 @@ from typing import Final, Literal, Self
 from pydantic import Field, model_validator
 
 from swesbi.base.settings import Settings
-from swesbi.config.beside import (
-    CmaesStudySettings,
-    NewSubjectsSettings,
-    PlanChoiceSettings,
-    ResourceSettings,
-)
 from swesbi.config.experiments import (
     AnyExperiment,
     ExperimentSettings,
     Name,
     PopulationExperimentSettings,
     SpeedExperimentSettings,
+)
+from swesbi.config.sections import (
+    CmaesStudySettings,
+    NewSubjectsSettings,
+    PlanChoiceSettings,
+    ResourceSettings,
 )
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.settings import (

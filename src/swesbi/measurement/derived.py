@@ -22,8 +22,8 @@ from swesbi.parameters import (
     HALF_ACTIVE,
     ISOMETRIC,
     PHI_NAMES,
+    REPORTED_NAMES,
     SHOWN,
-    TOLD_NAMES,
 )
 
 LATE_DIASTOLE: Final = (0.80, 0.97)
@@ -126,10 +126,10 @@ def derived(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, F
     return {name: found[name] for name in DERIVED_NAMES}
 
 
-def told(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
-    """Return all that an answer reports of n draws, by name in the order of ``TOLD``; (n,) each.
+def reported(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
+    """Return all that an answer reports of n draws, by name in the order of ``REPORTED``; (n,) each.
 
     Arguments as of :func:`derived`; NaN where a beat failed, but for the parameters themselves.
     """
     known = derived(model, phi, beats) | dict(zip(PHI_NAMES, phi.T, strict=False))
-    return {name: known[name] for name in TOLD_NAMES}
+    return {name: known[name] for name in REPORTED_NAMES}

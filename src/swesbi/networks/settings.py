@@ -22,7 +22,7 @@ class EmbeddingSettings(Settings):
     )
 
 
-class SplineSettings(Settings):
+class FlowSettings(Settings):
     """Architecture in the terms of zuko, and how the flow is trained."""
 
     transforms: int = Field(

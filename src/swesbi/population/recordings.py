@@ -23,7 +23,7 @@ from swesbi.population.synthetic import (
     own_recordings,
 )
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.neighbours import told_by_neighbours
+from swesbi.recording.neighbours import speed_by_neighbours
 from swesbi.recording.phases import cells_of, nominal_phases
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
@@ -104,7 +104,7 @@ def record_fresh(
 def in_place(recording: SpeedRecording, settings: RecordingSettings) -> BoolArray:
     """Tell which phases or pushes of a recording do not lie far outside their neighbours; shape (p,)."""
     error = recording.errors.total
-    return np.isnan(told_by_neighbours(recording.phase, recording.speed_m_s, error, settings))
+    return np.isnan(speed_by_neighbours(recording.phase, recording.speed_m_s, error, settings))
 
 
 def recorded(subject: FreshSubject, made: Synthetic) -> SpeedModel:

@@ -19,8 +19,8 @@ from swesbi.networks.flow.cells import (
     cell_inputs,
     context_inputs,
 )
-from swesbi.networks.flow.training import FlowTraining, Rows, SplineParts, TrainedWithLosses, fit_flow, single
-from swesbi.networks.settings import SplineSettings
+from swesbi.networks.flow.training import FlowParts, FlowTraining, Rows, TrainedWithLosses, fit_flow, single
+from swesbi.networks.settings import FlowSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.conditions import draw_cells
 from swesbi.population.settings import ConditionSettings
@@ -119,7 +119,7 @@ def _each(values: FloatArray, times: int) -> FloatArray:
 
 
 def train_population(
-    made: PopulationSimulations, maker: RowMaker, settings: SplineSettings, label: str = "training"
+    made: PopulationSimulations, maker: RowMaker, settings: FlowSettings, label: str = "training"
 ) -> FlowTraining:
     """Fit q(heart | z) on simulations over a population, recordings drawn anew every epoch.
 
@@ -138,7 +138,7 @@ def train_population(
     def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:
         return maker.rows(part, conditioner, eta, name, number)
 
-    parts = SplineParts(conditioner, eta, maker.model.prior.simulated)
+    parts = FlowParts(conditioner, eta, maker.model.prior.simulated)
     return fit_flow(training, held_out, rows_of, parts, settings, maker.seed, label)
 
 
@@ -149,7 +149,7 @@ def trained_over_population(
     conditions: ConditionSettings,
     acquisition: AcquisitionSettings,
     recording: RecordingSettings,
-    estimator: SplineSettings,
+    estimator: FlowSettings,
     experiment: str,
     seed: int,
 ) -> TrainedWithLosses:

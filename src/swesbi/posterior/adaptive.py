@@ -26,7 +26,7 @@ from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.posterior.diagnostics import smooth
 from swesbi.posterior.fitted import FittedProposal, PlacedDraws, fit_in_nearest, placed_in
 from swesbi.posterior.importance import (
-    Evaluated,
+    EvaluatedPoints,
     LikelihoodModel,
     NoLikelihoodError,
     Proposal,
@@ -188,7 +188,7 @@ def _log_first(
     return [of_prior] if network is None else [of_prior, network.log_density_at(placed.u, placed.log_slope)]
 
 
-def _evaluated(model: LikelihoodModel, points: FloatArray) -> Evaluated:
+def _evaluated(model: LikelihoodModel, points: FloatArray) -> EvaluatedPoints:
     """Return points (n, k) under the recording; at the faces of the prior's box the likelihood is zero too.
 
     A posterior has less than e^-30 of its mass there. But a draw from so far out is moved to the nearest
@@ -231,7 +231,7 @@ def adapted(
 
 
 def weighted_by_all(
-    drawn: Evaluated, log_parts: Sequence[FloatArray], counts: Sequence[int]
+    drawn: EvaluatedPoints, log_parts: Sequence[FloatArray], counts: Sequence[int]
 ) -> WeightedDraws:
     """Weight draws by the mixture of all that they come from.
 

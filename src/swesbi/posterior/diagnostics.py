@@ -12,7 +12,6 @@ from typing import Final
 import numpy as np
 from scipy import fft
 from scipy.special import ndtri
-from scipy.stats import rankdata
 
 from swesbi.base.arrays import FloatArray
 
@@ -138,6 +137,8 @@ def split(chains: FloatArray) -> FloatArray:
 
 def normal_scores(values: FloatArray) -> FloatArray:
     """Return the normal quantiles of the ranks of all values (Blom 1958), in their shape."""
+    from scipy.stats import rankdata  # a quarter of a second, of which importance sampling needs nothing
+
     ranks = rankdata(values, method="average").reshape(values.shape)
     return np.asarray(ndtri((ranks - 3.0 / 8.0) / (values.size + 1.0 / 4.0)))
 

@@ -35,7 +35,7 @@ class LikelihoodModel(Protocol):
 
 
 @dataclass(frozen=True)
-class Evaluated:
+class EvaluatedPoints:
     """n points of a sampler under a recording.
 
     Attributes:
@@ -48,9 +48,9 @@ class Evaluated:
     phi: FloatArray
     log_likelihood_of_phi: FloatArray
 
-    def with_more(self, more: Evaluated) -> Evaluated:
+    def with_more(self, more: EvaluatedPoints) -> EvaluatedPoints:
         """Return these and further points."""
-        return Evaluated(
+        return EvaluatedPoints(
             np.concatenate([self.log_likelihood, more.log_likelihood]),
             np.concatenate([self.phi, more.phi]),
             np.concatenate([self.log_likelihood_of_phi, more.log_likelihood_of_phi]),
@@ -68,16 +68,16 @@ class MarginalModel(LikelihoodModel, Protocol):
     def points(self, phi: FloatArray) -> FloatArray:
         """Return what a sampler sees, (n, k), of phi (n, d)."""
 
-    def evaluated(self, points: FloatArray) -> Evaluated:
+    def evaluated(self, points: FloatArray) -> EvaluatedPoints:
         """Return points (n, k) with their likelihood, and with all parameters."""
 
 
-def evaluate(model: LikelihoodModel, points: FloatArray) -> Evaluated:
+def evaluate(model: LikelihoodModel, points: FloatArray) -> EvaluatedPoints:
     """Return points of a sampler (n, k) with their likelihood, and with all parameters."""
     if isinstance(model, MarginalModel):
         return model.evaluated(points)
     log_likelihood = model.log_likelihood(points)
-    return Evaluated(log_likelihood, points, log_likelihood)
+    return EvaluatedPoints(log_likelihood, points, log_likelihood)
 
 
 def points_of(model: LikelihoodModel, phi: FloatArray) -> FloatArray:

@@ -24,7 +24,7 @@ from scipy.special import gammaincinv, gammaln, logsumexp, ndtri
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.instants import CellErrors
 from swesbi.measurement.shared_error import Errors
-from swesbi.posterior.importance import Evaluated
+from swesbi.posterior.importance import EvaluatedPoints
 
 DRAWS: Final = 4  # an integral; each has three quarters of an exact draw's worth
 SEARCH: Final = 3  # times that errors are taken at the mode so far
@@ -102,7 +102,7 @@ class Marginal(Generic[Simulated]):
         _, log_ratio, _ = self._draws(points)
         return _log_mean(log_ratio)
 
-    def evaluated(self, points: FloatArray) -> Evaluated:
+    def evaluated(self, points: FloatArray) -> EvaluatedPoints:
         """Return points (n, k) with that likelihood, and with phi (n, d).
 
         Of the draws behind the likelihood of each point one is taken by its weight. So phi has the posterior
@@ -112,7 +112,7 @@ class Marginal(Generic[Simulated]):
         gumbel = -np.log(-np.log(uniform(row_numbers(points, CHOICE), 0, DRAWS)))
         taken, rows = np.argmax(log_ratio + gumbel.T, axis=0), np.arange(len(points))
         phi = self.completed(points, scores[taken, rows])
-        return Evaluated(_log_mean(log_ratio), phi, log_likelihood[taken, rows])
+        return EvaluatedPoints(_log_mean(log_ratio), phi, log_likelihood[taken, rows])
 
     def conditional(self, points: FloatArray, simulated: Simulated) -> Conditional:
         """Return the Student distributions of the scores about their modes, given n points."""

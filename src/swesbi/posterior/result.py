@@ -28,7 +28,7 @@ from swesbi.artefacts import (
     values_of,
 )
 from swesbi.base.arrays import FloatArray
-from swesbi.parameters import NUISANCE_COLUMNS, OF_THETA, PHI_NAMES, REPORTED
+from swesbi.parameters import NUISANCE_COLUMNS, OF_INTEREST, OF_THETA, PHI_NAMES
 from swesbi.posterior import truncated
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.truncated import Posterior, summary_of
@@ -124,7 +124,7 @@ class ExactPosterior(Artefact):
         """Return the groups of the file."""
         groups = _summary(self).to_groups()
         groups["/"] = groups["/"].joined(_root(self))
-        labels = {NUISANCE: list(self.parameters[REPORTED.stop :])}
+        labels = {NUISANCE: list(self.parameters[OF_INTEREST.stop :])}
         beside = _columns(self.phi[None], SCALE_NAME)
         added = build_group(SCHEMA["posterior"], beside, labels)
         groups["posterior"] = groups["posterior"].joined(added)
@@ -203,8 +203,8 @@ def phi_of(group: Group) -> FloatArray:
 
 def _columns(phi: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
     """Return columns of phi (..., d): the last of those reported by name, and the nuisance parameters."""
-    reported = phi[..., REPORTED][..., -len(names) :]
-    return truncated.columns_of(reported, names) | {NUISANCE_PARAMETERS: phi[..., REPORTED.stop :]}
+    reported = phi[..., OF_INTEREST][..., -len(names) :]
+    return truncated.columns_of(reported, names) | {NUISANCE_PARAMETERS: phi[..., OF_INTEREST.stop :]}
 
 
 def _summary(exact: ExactPosterior) -> Posterior:

@@ -26,7 +26,7 @@ BEYOND: Final = 0.5
 """Share of the largest z-score by which a speed also lies beyond the nearer of its two neighbours."""
 
 
-def told_by_neighbours(
+def speed_by_neighbours(
     phase: FloatArray, speed_m_s: FloatArray, relative_se: FloatArray, settings: RecordingSettings
 ) -> FloatArray:
     """Return what the neighbours say of each speed that lies far outside them, in m/s; else NaN; shape (n,).

@@ -94,7 +94,7 @@ def _check_absent(phase: FloatArray, samples: Samples) -> None:
         raise RecordingError(Problem(samples.source, reason, add))
     if absent[-1] and steps[-1] < STEPS_OF_A_GAP * np.median(steps):
         reason = (
-            f"its {len(known)} phases fill the cycle, but {samples.phases_said_in} is {len(phase)}: "
+            f"its {len(known)} phases fill the cycle, but {samples.phases_source} is {len(phase)}: "
             f"phase_index {listed} has no row"
         )
         remedy = f"{add}; if {len(known)} were attempted, say so by --phases or recording.phases"

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import chdtr
 
 from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.recording.neighbours import told_by_neighbours
+from swesbi.recording.neighbours import speed_by_neighbours
 from swesbi.recording.noise.declared import DeclaredNoise, declared_noise
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import ACCEPTED, OUTLIER, Samples, sample_rejection
@@ -49,14 +49,14 @@ def rejection(samples: Samples, settings: RecordingSettings) -> IntArray:
     speed lies far outside its neighbours are outliers.
     """
     verdict = sample_rejection(samples, settings)
-    far = ~np.isnan(_phases_told(samples, verdict, settings)[1])
+    far = ~np.isnan(_phase_speeds(samples, verdict, settings)[1])
     verdict[far[samples.phase_index] & (verdict == ACCEPTED)] = OUTLIER
     return verdict
 
 
 def phases_left_out(samples: Samples, settings: RecordingSettings) -> tuple[str, ...]:
     """Name the phases that are left out as a whole, with their speed and what their neighbours say."""
-    speed, told = _phases_told(samples, sample_rejection(samples, settings), settings)
+    speed, told = _phase_speeds(samples, sample_rejection(samples, settings), settings)
     return tuple(
         f"outlier: phase_index {index} is left out: its mean speed is {speed[index]:.3g} m/s, and "
         f"{told[index]:.3g} by its neighbours"
@@ -64,7 +64,7 @@ def phases_left_out(samples: Samples, settings: RecordingSettings) -> tuple[str,
     )
 
 
-def _phases_told(
+def _phase_speeds(
     samples: Samples, verdict: IntArray, settings: RecordingSettings
 ) -> tuple[FloatArray, FloatArray]:
     """Return the mean speed of each phase, NaN where none, and what the neighbours say of far ones; (P,)."""
@@ -75,7 +75,7 @@ def _phases_told(
     means = average_speeds(samples, accepted, count)
     speed, known = means.speed_m_s, ~np.isnan(means.speed_m_s)
     error = (means.speed_se_m_s / speed)[known]
-    told[known] = told_by_neighbours(means.beat_phase[known] % 1.0, speed[known], error, settings)
+    told[known] = speed_by_neighbours(means.beat_phase[known] % 1.0, speed[known], error, settings)
     return speed, told
 
 
@@ -96,7 +96,7 @@ def push_quality(samples: Samples, settings: RecordingSettings, declared: NoiseD
     accepted = np.flatnonzero(verdict == ACCEPTED)
     noise = declared_noise(samples, verdict == ACCEPTED, declared)
     speed = samples.speed_m_s[accepted]
-    told = told_by_neighbours(samples.beat_phase[accepted], speed, noise.relative_se, settings)
+    told = speed_by_neighbours(samples.beat_phase[accepted], speed, noise.relative_se, settings)
     kept = np.isnan(told)
     verdict[accepted[~kept]] = OUTLIER
     named = tuple(_named(samples, accepted[i], told[i]) for i in np.flatnonzero(~kept))

@@ -94,7 +94,7 @@ def samples_in(
     density_kg_m3: float,
     layout: TableLayout = OWN_FORM,
     subject: str = "",
-    phases_said_in: str = CONFIGURED,
+    phases_source: str = CONFIGURED,
 ) -> Samples:
     """Read a table as it stands in its file, or in memory: gated where it has phases, else free-running.
 
@@ -107,7 +107,7 @@ def samples_in(
         density_kg_m3: Density rho behind a Young's modulus.
         layout: How the table differs from this project's form.
         subject: Whose rows are wanted of a table of several.
-        phases_said_in: Where the number of phases is said.
+        phases_source: Where the number of phases is said.
 
     Raises:
         RecordingError: The table is malformed or one of natural waves, a value is impossible, or a sample,
@@ -126,9 +126,7 @@ def samples_in(
     used = own.using(required, (*MEASURED, *optional), TEXTS)
     check_measured(used)
     _refuse_lookalikes(used, optional)
-    samples = (
-        _pushes(used, density_kg_m3) if free else samples_of(used, phases, density_kg_m3, phases_said_in)
-    )
+    samples = _pushes(used, density_kg_m3) if free else samples_of(used, phases, density_kg_m3, phases_source)
     if samples.gate is not None and samples.sample is not None:
         samples = rows_of(samples, np.lexsort((samples.sample, samples.repeat, samples.gate)))
     if not own.copies_allowed:
@@ -138,21 +136,21 @@ def samples_in(
     return replace(samples, left_out=(*used.left_out, *unused))
 
 
-def samples_of(table: Table, phases: int, density_kg_m3: float, phases_said_in: str = CONFIGURED) -> Samples:
+def samples_of(table: Table, phases: int, density_kg_m3: float, phases_source: str = CONFIGURED) -> Samples:
     """Read the columns of a gated recording cell by cell.
 
     Args:
         table: The columns in use.
         phases: Number of gated phases.
         density_kg_m3: Density rho behind a Young's modulus.
-        phases_said_in: Where the number of phases is said.
+        phases_source: Where the number of phases is said.
 
     Raises:
         RecordingError: A value is impossible, a sample is given twice, or a row lies at another gate than
             its phase.
     """
     table.unique([PHASE, "repeat", "sample"])
-    gate = _phase_index(table, phases, phases_said_in)
+    gate = _phase_index(table, phases, phases_source)
     delay = table.number(DELAY, 0, 5000, "give the delay from the R peak in ms")
     rr = _rr_ms(table)
     repeat = table.integer("repeat", 0, 10_000, "number the repeats of a phase from 0 or 1")
@@ -163,7 +161,7 @@ def samples_of(table: Table, phases: int, density_kg_m3: float, phases_said_in: 
     check_gates(table, gate, delay, rr, phases)
     return Samples(
         delay, rr, repeat, speed, status, gate, sample, fit_r2=r2, source=table.source,
-        phases_said_in=phases_said_in,
+        phases_source=phases_source,
     )  # fmt: skip
 
 
@@ -257,8 +255,8 @@ def _check_copies(samples: Samples) -> None:
     check_copies(samples.source, samples.speed_m_s, beats.of, place, names)
 
 
-def _phase_index(table: Table, phases: int, phases_said_in: str) -> IntArray:
-    agree = f"{phases_said_in} is {phases}, so phases are numbered 0 to {phases - 1}"
+def _phase_index(table: Table, phases: int, phases_source: str) -> IntArray:
+    agree = f"{phases_source} is {phases}, so phases are numbered 0 to {phases - 1}"
     index = table.cells[PHASE]
     if (index == str(phases)).any() and not np.isin(index, ("0", "0.0")).any():
         remedy = f"{agree}; number them from 0, or say `first_phase: 1` under `table` in recording.yaml"

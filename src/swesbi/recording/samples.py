@@ -43,7 +43,7 @@ class Samples:
         source: Where the samples come from, for messages.
         places: Where each stands in the file, in words; empty of samples in memory.
         left_out: What of the file is not used, though it may matter, a sentence each.
-        phases_said_in: Where the number of phases is said, for messages.
+        phases_source: Where the number of phases is said, for messages.
     """
 
     time_ms: FloatArray
@@ -60,7 +60,7 @@ class Samples:
     source: str = "samples in memory"
     places: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
-    phases_said_in: str = CONFIGURED
+    phases_source: str = CONFIGURED
 
     def __post_init__(self) -> None:
         known = np.isin(self.status, STATUSES)

@@ -20,7 +20,7 @@ from swesbi.report.tables.subjects import (
     parameters_of,
     with_mean,
 )
-from swesbi.verdict.answers import verdict_numbers
+from swesbi.verdict.summary import verdict_numbers
 from swesbi.verdict.verdict import Verdict
 
 SPECIAL: Final = str.maketrans(

@@ -11,7 +11,7 @@ import pandas as pd
 from swesbi.recording.observation import Observation
 from swesbi.report.table import MARK, MUTED
 from swesbi.report.table import STRAINED as WITH_CARE
-from swesbi.verdict.answers import LIMITS, REFUSED
+from swesbi.verdict.summary import LIMITS, REFUSED
 from swesbi.verdict.verdict import Status, Verdict
 
 PASSED: Final = (Status.NOT_CONTRADICTED, Status.PRIOR_SUPPORTED)

@@ -20,7 +20,7 @@ from swesbi.verdict.verdict import Verdict
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordingSummary:
     """What was recorded, and what quality control made of it.
 
     Attributes:
@@ -73,7 +73,7 @@ class ShownCurve:
 
 
 @dataclass(frozen=True)
-class Informed:
+class PressuresPosterior:
     """The posterior with the pressures of a cuff, and these."""
 
     clinical: ClinicalMeasures
@@ -103,7 +103,7 @@ class Sheet:
         context: Who.
         verdict: The verdict.
         result: The exact posterior.
-        values: Its draws of all that is reported, in the order of ``verdict.trust.ANSWER``; (n, q).
+        values: Its draws of all that is reported, in the order of ``answer_lines.ANSWER_LINES``; (n, q).
         recorded: The recording's quality.
         curve: The recording, and its predictive check.
         population: Whom the subject is compared with.
@@ -116,11 +116,11 @@ class Sheet:
     verdict: Verdict
     result: ExactPosterior
     values: FloatArray
-    recorded: Recorded
+    recorded: RecordingSummary
     curve: ShownCurve
     population: Population
     more: MoreRepeats | None
-    informed: Sequence[Informed]
+    informed: Sequence[PressuresPosterior]
     cohort_title: str
 
     @property
@@ -129,14 +129,14 @@ class Sheet:
         return median_and_interval(self.values, self.result.interval_mass)
 
 
-def recorded_gated(observed: Observation) -> Recorded:
+def recorded_gated(observed: Observation) -> RecordingSummary:
     """Return the quality of a gated recording."""
     rejected = observed.samples_rejected.sum(axis=1)
     repeats = (observed.samples_by_repeat > 0).sum(axis=1)[observed.measured]
     least, most = int(repeats.min()), int(repeats.max())
     each = f"{least}" if least == most else f"{least} to {most}"
     missing = [f"{phase:.3f}" for phase in observed.phase[~observed.measured]]
-    return Recorded(
+    return RecordingSummary(
         summary=f"{int(observed.measured.sum())} of {len(observed.phase)} gated phases measured, {each} "
         "repeats each" + (f"; missing at {', '.join(missing)} of the cycle" if missing else ""),
         unit="samples",
@@ -146,10 +146,10 @@ def recorded_gated(observed: Observation) -> Recorded:
     )
 
 
-def recorded_free(observed: Observation) -> Recorded:
+def recorded_free(observed: Observation) -> RecordingSummary:
     """Return the quality of a free-running recording."""
     beats = f" in {observed.beats} beats" if observed.beats > 1 else ""
-    return Recorded(
+    return RecordingSummary(
         summary=f"free-running{beats}",
         unit="pushes",
         more="pushes",

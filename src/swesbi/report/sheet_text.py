@@ -14,16 +14,16 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI
 from swesbi.posterior.result import SEPARATOR
 from swesbi.report.numbers import REJECTIONS, as_percent, digits
-from swesbi.report.sheet import Informed, Recorded, Sheet, ShownCurve
-from swesbi.verdict.answers import sampler_in_words, weights_in_words
-from swesbi.verdict.trust import ANSWER, IN_WORDS
+from swesbi.report.sheet import PressuresPosterior, RecordingSummary, Sheet, ShownCurve
+from swesbi.verdict.answer_lines import ANSWER_LINES, IN_WORDS
+from swesbi.verdict.summary import sampler_in_words, weights_in_words
 from swesbi.verdict.verdict import Status, Verdict
 
 MS_PER_S: Final = 1e3
 FEW: Final = 20
 """Fewer hearts than this have no percentiles worth the name."""
-SYMBOLS: Final = tuple(line.parameter.tex for line in ANSWER)
-UNITS: Final = tuple(line.parameter.unit for line in ANSWER)
+SYMBOLS: Final = tuple(line.parameter.tex for line in ANSWER_LINES)
+UNITS: Final = tuple(line.parameter.unit for line in ANSWER_LINES)
 CONDITIONAL: Final = (
     "All intervals assume that the model can describe the heart. Its unknown properties are integrated out "
     "within the prior."
@@ -39,7 +39,7 @@ def heart_line(context: Context) -> str:
     return f"sex {context.sex}, {', '.join(said)}"
 
 
-def quality_line(recorded: Recorded) -> str:
+def quality_line(recorded: RecordingSummary) -> str:
     """Return what was accepted and what was not, with the reasons."""
     rejected = sum(recorded.rejected.values())
     told = ", ".join(f"{in_words(reason)} {n}" for reason, n in recorded.rejected.items())
@@ -85,7 +85,7 @@ def rows(sheet: Sheet) -> list[tuple[str, ...]]:
             _percentile(sheet.population.prior[:, j], low[j], median[j], high[j]),
             *(as_percent(round(float(width[j]), 2)) for width in more),
         )
-        for j, line in enumerate(ANSWER)
+        for j, line in enumerate(ANSWER_LINES)
     ]
 
 
@@ -112,7 +112,7 @@ def conditions() -> list[str]:
         f"{IN_WORDS[trust][0].upper()}{IN_WORDS[trust][1:]}: "
         + "; ".join(f"{line.short} ({line.condition})" for line in group)
         + "."
-        for trust, group in groupby(ANSWER, lambda line: line.trust)
+        for trust, group in groupby(ANSWER_LINES, lambda line: line.trust)
     ]
 
 
@@ -140,7 +140,7 @@ def _caution(sheet: Sheet) -> list[str]:
     return said
 
 
-def _with_pressures(informed: Informed) -> str:
+def _with_pressures(informed: PressuresPosterior) -> str:
     low, median, high = median_and_interval(informed.result.phi, informed.result.interval_mass)
     told = ", ".join(
         f"{parameter.text} {digits(median[j])} [{digits(low[j])}, {digits(high[j])}] {parameter.unit}"
@@ -163,7 +163,7 @@ def _among(context: Context, hearts: Sequence[Context]) -> str:
     return f" Of {len(hearts)} hearts for comparison, so many have less: {', '.join(told)}."
 
 
-def _predictive(curve: ShownCurve, recorded: Recorded) -> str:
+def _predictive(curve: ShownCurve, recorded: RecordingSummary) -> str:
     points = "measured phases" if recorded.unit == "samples" else recorded.unit
     return (
         f"Predictive check: {curve.inside} of {len(curve.phase)} {points} lie in the "

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from swesbi.answers.answer import Answer
-from swesbi.answers.compared import JOINT, OUTPUTS, TABLE, PersonChangeSettings, save_change
-from swesbi.answers.written import OBSERVATION
+from swesbi.answers.change import JOINT, OUTPUTS, TABLE, PersonChangeSettings, save_change
+from swesbi.answers.files import OBSERVATION
 from swesbi.artefacts import Origin, Provenance, folder_made_whole
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.config.pairs import VisitPair, answered_pairs, left_out, pairs_of, refused_visits, visit_pair
@@ -30,24 +30,24 @@ from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.observation import Observation
 from swesbi.report.figures.change_groups import draw_change_groups
 from swesbi.report.figures.style import save_figure
-from swesbi.study.answering import (
+from swesbi.study.answerer import (
     EXIT_REFUSED,
     Answerer,
+    RecordingRequest,
     check_new_subject,
     experiments_to_ask,
     is_everyones,
     study_with,
 )
-from swesbi.study.answering import Asked as AskedRecording
 from swesbi.study.job import typed_settings
-from swesbi.study.results import answering
+from swesbi.study.results import experiment_files
 from swesbi.study.stage import stage_code
 
 LOGGER: Final = logging.getLogger("swesbi")
 CHANGES: Final = "change"
 """The folder of the changes, in that of an experiment; one below it for each person."""
 STAGE: Final = "person_change"
-CODE: Final = "swesbi.answers.compared:save_change"
+CODE: Final = "swesbi.answers.change:save_change"
 CODE_OF_GROUPS: Final = "swesbi.persons.change.stored_groups:change_in_groups"
 ALL_CHANGES: Final = "changes.csv"
 """The tables of all persons of a folder, one below the other."""
@@ -59,7 +59,7 @@ GROUP_OUTPUTS: Final = (
 
 
 @dataclass(frozen=True)
-class Asked:
+class ChangeRequest:
     """Whose change, by which experiment, and what answers the visits."""
 
     answerer: Answerer
@@ -88,7 +88,7 @@ def main(options: argparse.Namespace) -> int:
     experiment = experiment_with_network(study, options.experiment)
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
     _check_subjects(study, pair)
-    asked = Asked(_answerer(study, experiment, options), experiment, pair)
+    asked = ChangeRequest(_answerer(study, experiment, options), experiment, pair)
     folder = options.out or _folder_of(study, experiment) / pair.person
     _answer(folder, asked)
     return 0
@@ -111,7 +111,7 @@ def _lost_visits(study: Study) -> dict[str, list[str]]:
     """Return what is wrong with rows that cannot be used, by person; of those that name none under ''."""
     lost: dict[str, list[str]] = {}
     for subject, reason in study.outside.refused.items():
-        lost.setdefault(study.outside.told_visits.get(subject, Visit()).person, []).append(reason)
+        lost.setdefault(study.outside.declared_visits.get(subject, Visit()).person, []).append(reason)
     return lost
 
 
@@ -127,13 +127,13 @@ def experiment_with_network(study: Study, asked: str | None) -> str:
         ConfigError: The experiment cannot answer, or none can.
     """
     names = experiments_to_ask(study, asked)
-    return next((name for name in names if answering(study, name).is_there), names[0])
+    return next((name for name in names if experiment_files(study, name).is_there), names[0])
 
 
 def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Answerer:
     """Return what answers the visits, or refuse an experiment that has not been run."""
     command = snakemake_options(options.config, options.overlay)
-    answering(study, experiment).check(command)
+    experiment_files(study, experiment).check(command)
     return Answerer(study, (experiment,), command, required=True)
 
 
@@ -163,11 +163,11 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
     experiment = experiment_with_network(study, options.experiment)
     answerer = _answerer(study, experiment, options)
     folder = options.out or _folder_of(study, experiment)
-    compared: list[Asked] = []
+    compared: list[ChangeRequest] = []
     for pair in answered_pairs(study, experiment):
         if pair.person in refused:
             continue
-        asked = Asked(answerer, experiment, pair)
+        asked = ChangeRequest(answerer, experiment, pair)
         try:
             _check_subjects(study, pair)
             _answer(folder / pair.person, asked)
@@ -195,7 +195,7 @@ def _unknown_hearts(study: Study, experiment: str) -> dict[str, str]:
     return {person: "; ".join(why) for person, why in sentences.items() if why}
 
 
-def _write_groups(folder: Path, compared: Sequence[Asked], refused: Mapping[str, str]) -> str:
+def _write_groups(folder: Path, compared: Sequence[ChangeRequest], refused: Mapping[str, str]) -> str:
     """Write the table of all persons who are compared, and what has changed in groups of them.
 
     Where groups fail, none of their files is left, and the table stays.
@@ -268,7 +268,7 @@ def save_groups(found: ChangeGroups, folder: Path, made: Provenance, cohort_titl
         LOGGER.info("%s", line)
 
 
-def _answer(folder: Path, asked: Asked) -> None:
+def _answer(folder: Path, asked: ChangeRequest) -> None:
     """Answer both visits, then the pair, put all of it into ``folder``, or nothing, and print the change.
 
     Raises:
@@ -291,14 +291,14 @@ def _answer(folder: Path, asked: Asked) -> None:
     print("\n".join([*change_lines(change), f"written to {folder}: {', '.join(OUTPUTS)}, a folder a visit"]))
 
 
-def _visit(made: Path, asked: Asked, visit: str, subject: str) -> tuple[AskedRecording, Answer]:
+def _visit(made: Path, asked: ChangeRequest, visit: str, subject: str) -> tuple[RecordingRequest, Answer]:
     """Answer one visit as `infer` does.
 
     Raises:
         ValueError: It is refused; says which visit.
     """
     try:
-        recording = asked.answerer.asked(subject)
+        recording = asked.answerer.request(subject)
         return recording, recording.answer_into(made / subject)[0]
     except ValueError as error:
         if is_everyones(error):

@@ -12,7 +12,7 @@ import numpy as np
 from swesbi.config.read import CONFIGURATION, at_configuration, installation, read_merged
 from swesbi.config.study import load_study
 from swesbi.parameters import THETA, THETA_NAMES
-from swesbi.verdict.trust import ANSWER
+from swesbi.verdict.answer_lines import ANSWER_LINES
 
 if TYPE_CHECKING:
     from swesbi.report.sheet import Sheet
@@ -39,14 +39,14 @@ def main(options: argparse.Namespace) -> int:
 def demonstrated(config: Path, out: Path) -> list[str]:
     """Answer the recording into a folder, and return what came out: six lines."""
     from swesbi.checks.recovery import Truths
-    from swesbi.study.answering import Answerer, experiments_to_ask
+    from swesbi.study.answerer import Answerer, experiments_to_ask
 
     study = load_study(read_merged(config), new_cohort=Path(COHORT))
-    asked = Answerer(study, experiments_to_ask(study, None), "").asked(SUBJECT)
+    asked = Answerer(study, experiments_to_ask(study, None), "").request(SUBJECT)
     _, page = asked.answer_into(out, force=True)
     truth = Truths.read(Path(COHORT) / "truth.csv")[SUBJECT]
     low, median, high = page.limits
-    rows = {line.parameter.name: number for number, line in enumerate(ANSWER)}
+    rows = {line.parameter.name: number for number, line in enumerate(ANSWER_LINES)}
     mass = f"{100.0 * page.result.interval_mass:.0f} %"
     made = page.recorded
     lines = [f"{SUBJECT}: {made.summary}, {made.accepted} samples; errors: {made.noise}"]
@@ -66,7 +66,7 @@ def _limit(page: Sheet) -> str:
     """Return how much narrower more repeats would make the intervals, and what they would not change."""
     if page.more is None:
         return "the posterior has not converged; do not use it"
-    rows = [number for number, line in enumerate(ANSWER) if line.parameter.name in THETA_NAMES]
+    rows = [number for number, line in enumerate(ANSWER_LINES) if line.parameter.name in THETA_NAMES]
     left = float(np.mean(page.more.width[-1, rows]))
     return (
         f"with {page.more.times[-1]:g} times as many repeats the intervals would keep {100.0 * left:.0f} % "

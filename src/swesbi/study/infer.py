@@ -15,7 +15,7 @@ from swesbi.base.progress import Progress
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study
 from swesbi.recording.cohort.files import RECORDINGS, SUBJECTS
-from swesbi.study.answering import (
+from swesbi.study.answerer import (
     EXIT_REFUSED,
     Answerer,
     OtherAnswerError,
@@ -25,7 +25,7 @@ from swesbi.study.answering import (
 )
 
 if TYPE_CHECKING:
-    from swesbi.verdict.answers import Answer as Told
+    from swesbi.verdict.summary import AnswerSummary
 
 LOGGER: Final = logging.getLogger("swesbi")
 ANSWERS: Final = "answers"
@@ -50,12 +50,12 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Given:
+class FinishedAnswer:
     """An answer that was given: by which experiment, what to print, and its row of the table."""
 
     experiment: str
     text: str
-    told: Told
+    summary: AnswerSummary
     noise: str
     notes: str
 
@@ -155,18 +155,18 @@ def _subjects_in(study: Study, path: Path) -> tuple[str, ...]:
     )
 
 
-def _given(request: Request, subject: str) -> Given:
+def _given(request: Request, subject: str) -> FinishedAnswer:
     """Answer one subject by the first that can; an answer that is there, to just this, is kept."""
-    from swesbi.study.answer_text import answer_text
-    from swesbi.verdict.answers import told_of
+    from swesbi.answers.text import answer_text
+    from swesbi.verdict.summary import answer_summary
 
-    asked, folder = request.answerer.asked(subject), request.out / subject
+    asked, folder = request.answerer.request(subject), request.out / subject
     notes = "; ".join(asked.left_out)
     if not request.force and (kept := asked.kept_in(folder)) is not None:
         text = (
             f"{subject}: {kept.sentence}\nanswered before, and nothing has changed since: {folder.resolve()}"
         )
-        return Given(asked.experiment, text, told_of(kept), asked.recording.noise, notes)
+        return FinishedAnswer(asked.experiment, text, answer_summary(kept), asked.recording.noise, notes)
     answer, _ = asked.answer_into(folder, force=request.force)
     files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
     lines = [
@@ -176,7 +176,9 @@ def _given(request: Request, subject: str) -> Given:
         f"written to {folder.resolve()}: {files}",
     ]
     noise = answer.recording.noise
-    return Given(asked.experiment, "\n".join(filter(None, lines)), told_of(answer.verdict), noise, notes)
+    return FinishedAnswer(
+        asked.experiment, "\n".join(filter(None, lines)), answer_summary(answer.verdict), noise, notes
+    )
 
 
 def _answer_all(request: Request, workers: int) -> int:
@@ -185,12 +187,12 @@ def _answer_all(request: Request, workers: int) -> int:
     subjects = request.named or answerer.subjects
     if not (request.named or request.force):
         check_table(request.out, subjects)
-    given: dict[str, Given] = {}
+    given: dict[str, FinishedAnswer] = {}
     refused = {name: why for name, why in answerer.folder.refused.items() if name in subjects}
     usable = [name for name in subjects if name not in refused]
     progress = Progress("answers", len(usable), unit="recording")
     for subject, found in _found(request, usable, workers):
-        if isinstance(found, Given):
+        if isinstance(found, FinishedAnswer):
             given[subject] = found
             print(found.text, flush=True)
         elif is_everyones(found):
@@ -208,7 +210,7 @@ def _answer_all(request: Request, workers: int) -> int:
 
 def _found(
     request: Request, subjects: Sequence[str], workers: int
-) -> Iterator[tuple[str, Given | Exception]]:
+) -> Iterator[tuple[str, FinishedAnswer | Exception]]:
     """Yield the answer to each subject, or why there is none, as they are found."""
     answer = partial(_given_or_refused, request)
     if workers == 1:
@@ -220,7 +222,7 @@ def _found(
         yield subject, found
 
 
-def _given_or_refused(request: Request, subject: str) -> Given | Exception:
+def _given_or_refused(request: Request, subject: str) -> FinishedAnswer | Exception:
     try:
         return _given(request, subject)
     except (ValueError, ArithmeticError, RuntimeError, OSError) as error:
@@ -235,8 +237,8 @@ def check_table(folder: Path, subjects: Sequence[str]) -> None:
     Raises:
         OtherAnswerError: Names them.
     """
+    from swesbi.answers.table import TABLE
     from swesbi.artefacts.csv import read_csv
-    from swesbi.report.answers_table import TABLE
 
     path = folder / TABLE
     answered = list(read_csv(path)["subject"]) if path.is_file() else []
@@ -248,17 +250,17 @@ def check_table(folder: Path, subjects: Sequence[str]) -> None:
         )
 
 
-def _write_table(request: Request, given: Mapping[str, Given], refused: Mapping[str, str]) -> Path:
+def _write_table(request: Request, given: Mapping[str, FinishedAnswer], refused: Mapping[str, str]) -> Path:
     """Write the table of the answers, the subjects in the order of the folder, and return its path."""
-    from swesbi.report.answers_table import TABLE, Asked, answers_table, write_answers
+    from swesbi.answers.table import TABLE, AnswerRow, answers_table, write_answers
 
     answerer = request.answerer
     rows = []
     for subject in answerer.subjects:
         if subject in given:
             one = given[subject]
-            rows.append(Asked(subject, one.experiment, one.told, noise=one.noise, notes=one.notes))
+            rows.append(AnswerRow(subject, one.experiment, one.summary, noise=one.noise, notes=one.notes))
         else:
-            rows.append(Asked(subject, ", ".join(answerer.experiments), None, refused[subject]))
+            rows.append(AnswerRow(subject, ", ".join(answerer.experiments), None, refused[subject]))
     write_answers(answers_table(rows), request.out)
     return request.out / TABLE

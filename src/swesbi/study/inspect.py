@@ -82,7 +82,7 @@ def advised(error: Exception) -> str:
     if not isinstance(error, DamagedArtefactError):
         return str(error)
     # they take seconds to import, and a file that is whole needs none of it
-    from swesbi.answers.written import OBSERVATION
+    from swesbi.answers.files import OBSERVATION
     from swesbi.study.compare import CHANGES
 
     path, again = error.path.absolute(), ""

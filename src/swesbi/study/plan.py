@@ -23,23 +23,23 @@ from swesbi.config.read import (
 )
 from swesbi.config.study import Study, load_study
 from swesbi.config.view import View
-from swesbi.persons.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
+from swesbi.persons.planning.effect import Effect, check_effect, parse_effect, parse_percent, parse_repeats
 from swesbi.study.other_network import check_network
-from swesbi.study.results import Answering, answering
+from swesbi.study.results import ExperimentFiles, experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 
 if TYPE_CHECKING:
     from swesbi.persons.planning.bank import Bank, BankPerson
-    from swesbi.persons.planning.words import Planned
+    from swesbi.persons.planning.words import Plan
 
 LOGGER = logging.getLogger("swesbi")
-CODE: Final = "swesbi.persons.planning.answered:answered_bank"
+CODE: Final = "swesbi.persons.planning.simulation:answered_bank"
 TABLE, TEXT = "plan.csv", "plan.txt"
 FIGURES: Final = ("plan.pdf", "plan.png")
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlanRequest:
     """What is planned, checked.
 
     Attributes:
@@ -80,7 +80,7 @@ def main(options: argparse.Namespace) -> int:
         raise ConfigError(
             f"--experiment {experiment!r}: simulated persons need a network of a population: {known}"
         )
-    finished = answering(study, experiment)
+    finished = experiment_files(study, experiment)
     finished.check(snakemake_options(options.config, options.overlay))
     folder = (
         options.out
@@ -95,7 +95,7 @@ def main(options: argparse.Namespace) -> int:
     return 0
 
 
-def asked_for(options: argparse.Namespace, study: Study) -> Asked:
+def asked_for(options: argparse.Namespace, study: Study) -> PlanRequest:
     """Return what the options ask for.
 
     Raises:
@@ -121,7 +121,7 @@ def asked_for(options: argparse.Namespace, study: Study) -> Asked:
         raise ValueError(
             f"--persons {options.persons}: outside {sizes[0]} to {sizes[-1]}, plan.studies.sizes"
         )
-    return Asked(effect, options.design, repeats, noise, power, options.persons)
+    return PlanRequest(effect, options.design, repeats, noise, power, options.persons)
 
 
 def _check_noise(noise: float, repeats: int, study: Study, trained: tuple[float, float]) -> None:
@@ -144,10 +144,10 @@ def _check_noise(noise: float, repeats: int, study: Study, trained: tuple[float,
         )
 
 
-def bank_settings(study: Study, experiment: str, asked: Asked, repeats: int) -> dict[str, Any]:
+def bank_settings(study: Study, experiment: str, asked: PlanRequest, repeats: int) -> dict[str, Any]:
     """Return the plain settings of the bank of a number of repeats."""
     config, view = study.config, View(study, {"experiment": experiment})
-    trained = plain_settings(answering(study, experiment).trained_by, view)
+    trained = plain_settings(experiment_files(study, experiment).trained_by, view)
     shared = ("model", "exact", "changes", "acquisition", "recording", "population")
     return view.together(*shared, "grid_points", "lvesv_fraction") | {
         "design": asked.design,
@@ -162,7 +162,7 @@ def bank_settings(study: Study, experiment: str, asked: Asked, repeats: int) -> 
 
 
 def _bank(
-    study: Study, experiment: str, asked: Asked, repeats: int, finished: Answering, processes: int
+    study: Study, experiment: str, asked: PlanRequest, repeats: int, finished: ExperimentFiles, processes: int
 ) -> Bank:
     """Make the bank of a number of repeats, or go on with one that is there.
 
@@ -173,8 +173,8 @@ def _bank(
         ValueError: Nobody takes part, nobody could be answered, or the process of a person was killed.
     """
     from swesbi.networks.flow.trained import TrainedFlow
-    from swesbi.persons.planning.answered import BankSettings, answered_bank
     from swesbi.persons.planning.bank import Bank
+    from swesbi.persons.planning.simulation import BankSettings, answered_bank
 
     settings = BankSettings.from_plain(bank_settings(study, experiment, asked, repeats))
     check_network(finished.network, settings.train_population)
@@ -204,25 +204,25 @@ def kept_persons(path: Path, wanted: Provenance) -> Sequence[BankPerson]:
     return [person for person in bank.persons if person.number < persons["number"]]
 
 
-def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Bank]) -> Planned:
+def _planned(study: Study, experiment: str, asked: PlanRequest, banks: Mapping[int, Bank]) -> Plan:
     """Simulate the studies of every bank."""
     # scikit-learn and scipy take seconds to import; what is refused above should not wait for them
-    from swesbi.persons.planning.hyperdraws import Recycling, evaluate_bank
-    from swesbi.persons.planning.luck import luck_of
+    from swesbi.persons.planning.chance import chance_of
+    from swesbi.persons.planning.hyperdraws import StudyAnalysis, evaluate_bank
     from swesbi.persons.planning.power import one_person_power, power_curve
-    from swesbi.persons.planning.words import Planned
+    from swesbi.persons.planning.words import Plan
 
     config, plan = study.config, study.config.plan
     speeds = config.speed_experiments[config.base_of(experiment)]
-    by = Recycling(config.priors[speeds.prior], config.cohort_posterior, config.change_groups)
+    by = StudyAnalysis(config.priors[speeds.prior], config.cohort_posterior, config.change_groups)
     rule = (plan.probability, asked.power)
     curves, individuals = [], {}
     for repeats, bank in banks.items():
         found = evaluate_bank(bank, asked.design, plan.studies, by, config.seed)
-        luck = luck_of(bank, asked.design, asked.effect, by)
-        curves.append(power_curve(found, luck, asked.effect, repeats, plan.studies, rule, config.seed))
+        chance = chance_of(bank, asked.design, asked.effect, by)
+        curves.append(power_curve(found, chance, asked.effect, repeats, plan.studies, rule, config.seed))
         individuals[repeats] = one_person_power(bank, asked.effect, config.changes.rule.probability)
-    return Planned(
+    return Plan(
         effect=asked.effect,
         design=asked.design,
         power=asked.power,
@@ -235,7 +235,7 @@ def _planned(study: Study, experiment: str, asked: Asked, banks: Mapping[int, Ba
     )
 
 
-def _written(planned: Planned, folder: Path) -> str:
+def _written(planned: Plan, folder: Path) -> str:
     """Write table, text and figure; return what is printed."""
     from swesbi.artefacts.csv import write_csv
     from swesbi.persons.planning.words import plan_lines, plan_table

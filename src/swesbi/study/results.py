@@ -74,7 +74,7 @@ class Results:
 
 
 @dataclass(frozen=True)
-class Answering:
+class ExperimentFiles:
     """What an experiment leaves for subjects outside its cohort.
 
     Attributes:
@@ -131,7 +131,7 @@ class Answering:
             )
 
 
-def answering(study: Study, experiment: str) -> Answering:
+def experiment_files(study: Study, experiment: str) -> ExperimentFiles:
     """Return what an experiment leaves for subjects outside its cohort, on the cohort or over a population.
 
     Raises:
@@ -139,12 +139,12 @@ def answering(study: Study, experiment: str) -> Answering:
     """
     results, null = Results(Path(study.config.results)), nulls_of(study, experiment)
     if experiment in study.config.population_experiments:
-        return answering_population(results, experiment, null)
+        return population_files(results, experiment, null)
     observations = tuple(map(results.observation_file, study.subjects_of(experiment)))
-    return Answering(results.network(experiment), null, observations, results.noise_file)
+    return ExperimentFiles(results.network(experiment), null, observations, results.noise_file)
 
 
-def answering_population(results: Results, experiment: str, null: Path = SHIPPED_NULLS) -> Answering:
+def population_files(results: Results, experiment: str, null: Path = SHIPPED_NULLS) -> ExperimentFiles:
     """Return what an experiment over a population leaves.
 
     Where the study has not been run, the network of the package answers, if it is of the same model.
@@ -155,4 +155,4 @@ def answering_population(results: Results, experiment: str, null: Path = SHIPPED
         null: Null recordings: those of the package are of the model of its network.
     """
     own = results.network(experiment)
-    return Answering(SHIPPED_NETWORK if null == SHIPPED_NULLS and not own.is_file() else own, null)
+    return ExperimentFiles(SHIPPED_NETWORK if null == SHIPPED_NULLS and not own.is_file() else own, null)

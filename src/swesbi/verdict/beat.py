@@ -34,7 +34,7 @@ THICK_CM: Final = 1.0
 
 
 @dataclass(frozen=True)
-class Predicted:
+class BeatQuantity:
     """One quantity of the beat, all in its own unit, or all in its logarithm.
 
     Attributes:
@@ -99,7 +99,7 @@ def ejection_tests(
         return ()
     works = beats.status == Status.PERIODIC
     lvet_ms = np.nan_to_num(1e3 * systolic_intervals(beats, period_s).ejection_s[works])
-    predicted = Predicted(lvet_ms, settings.model_sd_ms, clinical.lvet_ms, lvet_sd_ms)
+    predicted = BeatQuantity(lvet_ms, settings.model_sd_ms, clinical.lvet_ms, lvet_sd_ms)
     limit = settings.strained_abs_z
     said = in_words("LVET", lvet_ms, clinical.lvet_ms, "ms")
     return (predicted.test("ejection_time", limit, f"{said}, {limit * predicted.sd:.0f} ms tolerated"),)
@@ -129,7 +129,7 @@ def volume_tests(
     asked = zip(VOLUMES, volumes_ml, measured_ml, fractions, moved, strict=True)
     tests = []
     for (name, short), volume_ml, listed_ml, fraction, of_wall in asked:
-        predicted = Predicted(np.log(volume_ml), of_wall, float(np.log(listed_ml)), fraction)
+        predicted = BeatQuantity(np.log(volume_ml), of_wall, float(np.log(listed_ml)), fraction)
         said = in_words(short, volume_ml, listed_ml, "mL")
         factor = np.exp(settings.strained_abs_z * predicted.sd)
         detail = f"{said}, a factor of {factor:.2f} tolerated"

@@ -13,13 +13,13 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.parameters import THETA, TOLD
+from swesbi.parameters import REPORTED, THETA
 from swesbi.verdict.settings import UninformativeSettings
 from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 
 CONTRACTION: Final = "contraction_"
 """Before a quantity: the name of its entry in ``verdict.json``."""
-IN_WORDS: Final = {quantity.name: quantity.meaning for quantity in TOLD} | {
+IN_WORDS: Final = {quantity.name: quantity.meaning for quantity in REPORTED} | {
     parameter.name: parameter.text for parameter in THETA
 }
 

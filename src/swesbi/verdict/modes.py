@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
-from scipy.stats import gaussian_kde
 
 from swesbi.base.arrays import FloatArray
-from swesbi.verdict.trust import ANSWER
+from swesbi.verdict.answer_lines import ANSWER_LINES
 
 POINTS: Final = 200
 TAILS: Final = 0.005  # left out on either side: single draws there are no modes
@@ -33,6 +32,8 @@ def two_modes(values: FloatArray) -> tuple[float, float] | None:
         return None
     width = 0.9 * spread * len(known) ** -0.2 / known.std(ddof=1)
     at = np.linspace(low, high, POINTS)
+    from scipy.stats import gaussian_kde  # a quarter of a second, which no other verdict need wait for
+
     density = gaussian_kde(known, bw_method=width)(at)
     before, after = np.maximum.accumulate(density), np.maximum.accumulate(density[::-1])[::-1]
     below = np.searchsorted(np.sort(known), at) / len(known)
@@ -46,9 +47,9 @@ def two_modes(values: FloatArray) -> tuple[float, float] | None:
     return float(at[density[:valley].argmax()]), float(at[valley + density[valley:].argmax()])
 
 
-def modes_in_words(told: Mapping[str, FloatArray]) -> tuple[str, ...]:
+def modes_in_words(reported: Mapping[str, FloatArray]) -> tuple[str, ...]:
     """Return a sentence for each quantity of an answer, by name, whose draws (n,) have two modes."""
-    found = ((line.parameter, two_modes(told[line.parameter.name])) for line in ANSWER)
+    found = ((line.parameter, two_modes(reported[line.parameter.name])) for line in ANSWER_LINES)
     return tuple(
         f"{parameter.meaning} has two modes, about {modes[0]:.3g} and {modes[1]:.3g}"
         f"{'' if parameter.unit == '1' else f' {parameter.unit}'}"

@@ -19,7 +19,7 @@ from swesbi.verdict.verdict import Verdict
 LOGGER = logging.getLogger("swesbi")
 
 
-class Judged(NamedTuple):
+class PosteriorVerdict(NamedTuple):
     """The posterior of a subject, and the verdict on its prior support."""
 
     posterior: Posterior
@@ -35,7 +35,7 @@ def judged_posterior(
     support: SupportSettings,
     posterior: PosteriorSettings,
     seed: int,
-) -> Judged:
+) -> PosteriorVerdict:
     """Draw candidates for a subject, judge its prior support, keep the draws within the prior.
 
     A subject that is not prior-supported keeps its draws, if it has any, and its verdict.
@@ -50,4 +50,4 @@ def judged_posterior(
     candidates = draw_candidates(estimator, z_obs[None], support.candidate_draws, drawn_by)[0]
     verdict = diagnose(z_obs, names, candidates, prior, support)
     LOGGER.info("subject %s: %s", subject, verdict.sentence)
-    return Judged(summarise_posterior(candidates, z_obs, names, prior, posterior), verdict)
+    return PosteriorVerdict(summarise_posterior(candidates, z_obs, names, prior, posterior), verdict)

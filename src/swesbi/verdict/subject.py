@@ -11,9 +11,9 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Contexts, Observation
 from swesbi.verdict.null_recordings import NullRecordings
+from swesbi.verdict.recording import VerdictSettings, judge
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
 from swesbi.verdict.verdict import Verdict
-from swesbi.verdict.with_null import VerdictSettings, judge
 
 LOGGER = logging.getLogger("swesbi")
 

@@ -81,7 +81,7 @@ _PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
 
 
 @dataclass(frozen=True)
-class Shown:
+class ReadmeColumn:
     """How the cohort's README shows a parameter: heading, format, and the value of one unit."""
 
     head: str
@@ -117,24 +117,24 @@ class Volunteer:
 
     context: Context
     theta: tuple[float, ...]
-    passive_exponent_b: Annotated[float, Shown("b")]
+    passive_exponent_b: Annotated[float, ReadmeColumn("b")]
     late_diastolic_kpa: float
-    sigma_0_kpa: Annotated[float, Shown("sigma_0 (kPa)")]
-    destruction_alpha: Annotated[float, Shown("alpha")]
-    wall_stiffness: Annotated[float, Shown("wall")]
-    distal_resistance_pa_s_m3: Annotated[float, Shown("R_d (1e8 Pa s/m3)", ".2f", 1e8)]
-    systemic_capacitance_m3_pa: Annotated[float, Shown("C_s (1e-8 m3/Pa)", ".2f", 1e-8)]
-    activation_onset_s: Annotated[float, Shown("onset (ms)", "g", 1e-3)]
-    activation_duration_s: Annotated[float, Shown("duration (ms)", "g", 1e-3)]
+    sigma_0_kpa: Annotated[float, ReadmeColumn("sigma_0 (kPa)")]
+    destruction_alpha: Annotated[float, ReadmeColumn("alpha")]
+    wall_stiffness: Annotated[float, ReadmeColumn("wall")]
+    distal_resistance_pa_s_m3: Annotated[float, ReadmeColumn("R_d (1e8 Pa s/m3)", ".2f", 1e8)]
+    systemic_capacitance_m3_pa: Annotated[float, ReadmeColumn("C_s (1e-8 m3/Pa)", ".2f", 1e-8)]
+    activation_onset_s: Annotated[float, ReadmeColumn("onset (ms)", "g", 1e-3)]
+    activation_duration_s: Annotated[float, ReadmeColumn("duration (ms)", "g", 1e-3)]
     acquisition: AcquisitionSettings
     design: str
-    activation_ramp_s: Annotated[float, Shown("ramp (ms)", "g", 1e-3)] = ACTIVATION_RAMP_S
+    activation_ramp_s: Annotated[float, ReadmeColumn("ramp (ms)", "g", 1e-3)] = ACTIVATION_RAMP_S
     model_version: Literal[3, 4] = 3
 
 
 OWN_PARAMETERS: Final = tuple(name for name, kind in get_type_hints(Volunteer).items() if kind is float)
 """The physiology in which volunteers differ, in the order of the columns of ``truth.csv``."""
-SHOWN: Final[Mapping[str, Shown]] = {
+SHOWN: Final[Mapping[str, ReadmeColumn]] = {
     name: mark
     for name, kind in get_type_hints(Volunteer, include_extras=True).items()
     for mark in getattr(kind, "__metadata__", ())

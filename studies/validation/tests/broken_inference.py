@@ -33,7 +33,7 @@ from swesbi.verdict.verdict import Status
 from swesbi.virtual.generated import Volunteer
 from swesbi.virtual.hearts.heart import Generator
 from swesbi.virtual.hearts.hearts import SimulatedHearts, Structure
-from swesbi.virtual.hearts.recorded import RecordedHeart, record_heart
+from swesbi.virtual.hearts.recording import RecordedHeart, record_heart
 
 Inference = Literal["intact", "fixed wall", "no length dependence", "wrong nuisances", "hidden scale"]
 Hearts = Sequence[tuple[str, int]]

@@ -35,12 +35,12 @@ from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
 from swesbi.study.job import run_stage
-from swesbi.study.results import OF_POPULATION, Results, answering_population
+from swesbi.study.results import OF_POPULATION, Results, population_files
 from swesbi.study.stage import plain_settings
 from swesbi.verdict.verdict import Verdict
 from swesbi.virtual.generated import PHYSIOLOGY
 from swesbi.virtual.hearts import ranges
-from swesbi.virtual.hearts.recorded import DEVELOPMENT, VALIDATION_STREAM, RecordedHeart
+from swesbi.virtual.hearts.recording import DEVELOPMENT, VALIDATION_STREAM, RecordedHeart
 
 FOLDER = Path(__file__).parents[1]
 STREAM = "development"
@@ -167,7 +167,7 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
     accepted = rejection(made.samples, settings.recording) == ACCEPTED
     # `infer` knows the noise of a folder of one from this recording and what is expected
     noise = folder_noise([SweepLevels.of(made.samples, accepted)], loaded.config.new_subjects.noise_prior)
-    knowledge = answering_population(Results(finished.results), "amortised").knowledge()
+    knowledge = population_files(Results(finished.results), "amortised").knowledge()
     found = Questioner(knowledge, noise.components, settings, seed).answer(0)
     check_answer(found, made, finished.config, tmp_path)
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Final
 
 import pandas as pd
-from scipy.stats import binomtest
 
 from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import BoolArray
@@ -70,6 +69,8 @@ def alarms(checks: Checks, null: Checks, rule: RuleSettings) -> dict[str, BoolAr
 
 
 def _row(kind: str, alarm: str, raised: BoolArray) -> AlarmRow:
+    from scipy.stats import binomtest
+
     interval = binomtest(int(raised.sum()), len(raised)).proportion_ci(CONFIDENCE, method="exact")
     low, high = float(interval.low), float(interval.high)
     return AlarmRow(kind, alarm, float(raised.mean()), low, high, len(raised))

@@ -10,8 +10,8 @@ from swesbi.artefacts import Artefact, Group, Part, Provenance, build_group, fro
 from swesbi.artefacts.schema import Labels, Schema
 from swesbi.artefacts.stored import labels_of
 from swesbi.base.arrays import below_each_other
-from swesbi.checks.calibration.fresh import FreshInferred
-from swesbi.checks.calibration.ranks import Inferred, Ranked, TwoSamples
+from swesbi.checks.calibration.fresh import FreshRecordings
+from swesbi.checks.calibration.ranks import InferredRecordings, RankedRecordings, TwoSamples
 from swesbi.context import Context
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.verdict.checks import STRIP_LABELS
@@ -25,8 +25,8 @@ REFUSED: Final = "refused"
 class CalibrationRecordings(Artefact, kind="calibration_recordings"):
     """Recordings of known parameters: under the model's own noise, and acquired sample by sample."""
 
-    own: Annotated[Inferred, Part(group="own")]
-    acquired: Annotated[Inferred, Part(group="acquired")]
+    own: Annotated[InferredRecordings, Part(group="own")]
+    acquired: Annotated[InferredRecordings, Part(group="acquired")]
 
     labels = STRIP_LABELS
 
@@ -35,7 +35,7 @@ class CalibrationRecordings(Artefact, kind="calibration_recordings"):
 class CalibrationLocal(Artefact, kind="calibration_local"):
     """Calibration at subjects' own data, and their samplers beside each other."""
 
-    local: Annotated[Ranked, Part(group="local")]
+    local: Annotated[RankedRecordings, Part(group="local")]
     two_samples: Annotated[TwoSamples, Part(group="two_samples")]
 
 
@@ -60,18 +60,18 @@ class Calibration(CalibrationLocal, CalibrationRecordings, kind="calibration"):
 class PopulationCalibration(Artefact, kind="population_calibration"):
     """Recordings of fresh contexts: under the model's own noise, and acquired sample by sample."""
 
-    own: FreshInferred
-    acquired: FreshInferred
+    own: FreshRecordings
+    acquired: FreshRecordings
 
     @classmethod
     def schema(cls) -> Schema:
         """Return groups and datasets of the file."""
-        return {field.name: schema_of(FreshInferred)["/"] | OF_CONTEXTS for field in fields(cls)}
+        return {field.name: schema_of(FreshRecordings)["/"] | OF_CONTEXTS for field in fields(cls)}
 
     @classmethod
     def required_labels(cls) -> tuple[Labels, ...]:
         """Return the labels of quantities and strips, and the names of the contexts."""
-        return (*map(Labels, STRIP_LABELS), *labels_of(FreshInferred))
+        return (*map(Labels, STRIP_LABELS), *labels_of(FreshRecordings))
 
     def to_groups(self) -> dict[str, Group]:
         """Return the content of the file."""
@@ -86,15 +86,15 @@ class PopulationCalibration(Artefact, kind="population_calibration"):
     def joined(cls, parts: Sequence[PopulationCalibration]) -> PopulationCalibration:
         """Return the parts together, in the order given."""
         own, acquired = [part.own for part in parts], [part.acquired for part in parts]
-        return cls(FreshInferred.joined(own), FreshInferred.joined(acquired))
+        return cls(FreshRecordings.joined(own), FreshRecordings.joined(acquired))
 
 
-def _fresh_dataset(fresh: FreshInferred) -> Group:
+def _fresh_dataset(fresh: FreshRecordings) -> Group:
     contexts = build_group(OF_CONTEXTS, context_values(fresh.contexts))
     inferred = to_group(fresh, STRIP_LABELS)
     return replace(inferred.joined(contexts), attrs={REFUSED: fresh.refused})
 
 
-def _fresh_of(dataset: Group) -> FreshInferred:
+def _fresh_of(dataset: Group) -> FreshRecordings:
     refused = int(dataset.attrs[REFUSED])
-    return from_group(FreshInferred, dataset, contexts=contexts_of(dataset, ALONG), refused=refused)
+    return from_group(FreshRecordings, dataset, contexts=contexts_of(dataset, ALONG), refused=refused)

@@ -29,7 +29,7 @@ ALL: Final = "all"
 
 
 @dataclass(frozen=True)
-class FreshInferred:
+class FreshRecordings:
     """Recordings of n fresh contexts, one each, with what was inferred.
 
     Attributes:
@@ -45,11 +45,11 @@ class FreshInferred:
             "recording", "1", "standard error of the mean speed of a phase without failed samples, over it"
         ),
     ]
-    inferred: Annotated[ranks.Inferred, Part()]
+    inferred: Annotated[ranks.InferredRecordings, Part()]
     refused: int
 
     @classmethod
-    def joined(cls, parts: Sequence[FreshInferred]) -> FreshInferred:
+    def joined(cls, parts: Sequence[FreshRecordings]) -> FreshRecordings:
         """Return several, in the order given."""
         contexts = tuple(context for part in parts for context in part.contexts)
         refused = sum(part.refused for part in parts)
@@ -64,7 +64,7 @@ def infer_fresh(
     settings: RecordingsSettings,
     exact: ExactSettings,
     seed: int,
-) -> FreshInferred:
+) -> FreshRecordings:
     """Record the numbered fresh contexts once each, and infer every recording by both samplers.
 
     Args:
@@ -96,7 +96,9 @@ def infer_fresh(
         raise ValueError(
             f"all {len(index)} {kind} recordings were refused; check the experiment's conditions"
         )
-    return FreshInferred(tuple(contexts), np.array(levels), below_each_other(parts), len(index) - len(parts))
+    return FreshRecordings(
+        tuple(contexts), np.array(levels), below_each_other(parts), len(index) - len(parts)
+    )
 
 
 def strata(
@@ -125,7 +127,7 @@ def _between(low: str, high: str) -> str:
 
 
 def by_stratum(
-    fresh: FreshInferred,
+    fresh: FreshRecordings,
     raised: BoolArray,
     prior: PriorSettings,
     judgement: JudgementSettings,
@@ -158,7 +160,7 @@ def by_stratum(
     return pd.DataFrame(rows)
 
 
-def checks_of(fresh: dict[str, FreshInferred], judgement: JudgementSettings) -> pd.DataFrame:
+def checks_of(fresh: dict[str, FreshRecordings], judgement: JudgementSettings) -> pd.DataFrame:
     """Return one row a check over all fresh contexts, by kind of recording and sampler."""
     rows: list[dict[str, object]] = []
     for kind, part in fresh.items():

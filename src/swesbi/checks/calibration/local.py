@@ -179,7 +179,7 @@ def calibrate_locally(
     sizes: LocalSettings,
     exact: ExactSettings,
     seed: int,
-) -> ranks.Ranked:
+) -> ranks.RankedRecordings:
     """Rank draws of the network's and of the reported posterior of a subject, as many of each.
 
     Args:
@@ -199,7 +199,7 @@ def calibrate_locally(
         name: local_scores(*given, phi[:count], phi[count : 2 * count], seed, name)
         for name, phi in ((ranks.NETWORK, posterior.npe_phi), (ranks.WEIGHTED, posterior.phi))
     }
-    return ranks.Ranked(
+    return ranks.RankedRecordings(
         names=ranks.quantity_names(model.settings.prior),
         subject=np.full(count, model.recording.subject),
         truth=by_sampler[ranks.WEIGHTED][0],

@@ -12,7 +12,7 @@ import pandas as pd
 from swesbi.artefacts.csv import PlainTable, WholeTable
 from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, alarm_rows, alarms
 from swesbi.checks.calibration.dataset import PopulationCalibration
-from swesbi.checks.calibration.fresh import FreshInferred, by_stratum, checks_of, infer_fresh
+from swesbi.checks.calibration.fresh import FreshRecordings, by_stratum, checks_of, infer_fresh
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
 from swesbi.checks.recovery import score_recovery
 from swesbi.networks.flow.trained import TrainedFlow
@@ -114,7 +114,7 @@ def scores_on_fresh(
     )
 
 
-def _report(inferred: dict[str, FreshInferred]) -> None:
+def _report(inferred: dict[str, FreshRecordings]) -> None:
     for kind, recordings in inferred.items():
         diagnostics = recordings.inferred.diagnostics
         LOGGER.info(

@@ -17,7 +17,7 @@ from swesbi.base.arrays import BoolArray, FloatArray, below_each_other, rows_of
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, alarms
 from swesbi.checks.calibration.ranks import (
-    Ranked,
+    RankedRecordings,
     prior_variance,
     ranked,
     reference_points,
@@ -57,7 +57,7 @@ class InferredPushes(artefacts.Artefact, kind="pushes_calibration"):
         FloatArray, artefacts.Variable("recording", "1", "effective share of the weighted draws")
     ]
     by_mcmc: Annotated[BoolArray, artefacts.Variable("recording", "1", "1 where MCMC took over")]
-    ranked: Annotated[Ranked, artefacts.Part()]
+    ranked: Annotated[RankedRecordings, artefacts.Part()]
 
     labels = STRIP_LABELS
 

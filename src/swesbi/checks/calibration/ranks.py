@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Labels, Part, Variable
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.checks.recovery import Recovered
+from swesbi.checks.recovery import ScoredPosteriors
 from swesbi.draws import effective_draws, equal_weights
 from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import ISOMETRIC, PHI_NAMES, REPORTED, THETA_NAMES
+from swesbi.parameters import ISOMETRIC, OF_INTEREST, PHI_NAMES, THETA_NAMES
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
 from swesbi.prior import prior_variance as prior_variance_of
@@ -93,7 +93,7 @@ def quantities(phi: FloatArray, log_likelihood: FloatArray, duration_s: FloatArr
         duration_s: Duration D_T of the activation, of each draw or of all.
     """
     isometric = isometric_stiffness_kpa(phi, duration_s)
-    return np.column_stack([phi[:, REPORTED], isometric, log_likelihood, phi[:, REPORTED.stop :]])
+    return np.column_stack([phi[:, OF_INTEREST], isometric, log_likelihood, phi[:, OF_INTEREST.stop :]])
 
 
 def prior_variance(model: SpeedModel) -> FloatArray:
@@ -101,7 +101,7 @@ def prior_variance(model: SpeedModel) -> FloatArray:
     prior = model.settings.prior
     phi, of_phi = spread_points(prior), prior_variance_of(prior)
     isometric = isometric_stiffness_kpa(phi, model.activation_duration_s(phi)).var()
-    return np.array([*of_phi[REPORTED], isometric, np.nan, *of_phi[REPORTED.stop :]])
+    return np.array([*of_phi[OF_INTEREST], isometric, np.nan, *of_phi[OF_INTEREST.stop :]])
 
 
 def standardised(phi: FloatArray, prior: BoxPrior) -> FloatArray:
@@ -160,7 +160,7 @@ def score(
         reference: Standardised reference point of the joint coverage; shape (d,).
         prior: Prior of the d parameters.
     """
-    of_phi = [*range(REPORTED.stop), *range(len(QUANTITY_NAMES), len(truth))]
+    of_phi = [*range(OF_INTEREST.stop), *range(len(QUANTITY_NAMES), len(truth))]
     mean, sd = moments(draws, weight)
     tarp = tarp_level(truth[of_phi], draws[:, of_phi], weight, reference, prior)
     level, number = level_of_truth(truth, draws, weight), effective_draws(weight)
@@ -168,7 +168,7 @@ def score(
 
 
 @dataclass(frozen=True)
-class Ranked:
+class RankedRecordings:
     """n recordings, q quantities, with the context and protocol of ``subject``; no prior variance is NaN."""
 
     names: Annotated[tuple[str, ...], Labels("quantity")]
@@ -184,10 +184,10 @@ class Ranked:
         """Return the scores of a sampler of ``SAMPLERS``."""
         return {NETWORK: self.network, WEIGHTED: self.weighted}[sampler]
 
-    def recovered(self, sampler: str = WEIGHTED) -> Recovered:
+    def recovered(self, sampler: str = WEIGHTED) -> ScoredPosteriors:
         """Return the posteriors of theta, which come first among the quantities, as they are scored."""
         columns, scores = slice(0, len(THETA_NAMES)), self.of(sampler)
-        return Recovered(
+        return ScoredPosteriors(
             truth=self.truth[:, columns],
             mean=scores.mean[:, columns],
             variance=scores.sd[:, columns] ** 2,
@@ -203,7 +203,7 @@ def ranked(
     drawn: WeightedDraws,
     reference: FloatArray,
     variance: FloatArray,
-) -> Ranked:
+) -> RankedRecordings:
     """Rank the true phi of one recording among the network's draws, and among weighted ones.
 
     Args:
@@ -218,7 +218,7 @@ def ranked(
     prior, both = model.settings.prior, np.concatenate([phi[None], network])
     truth, *rest = quantities(both, log_likelihood(both), model.activation_duration_s(both))
     values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
-    return Ranked(
+    return RankedRecordings(
         names=quantity_names(prior),
         subject=np.array([model.recording.subject]),
         truth=truth[None],
@@ -241,10 +241,10 @@ class Diagnostics:
 
 
 @dataclass(frozen=True)
-class Inferred:
+class InferredRecordings:
     """Recordings with scores, what else their exact posteriors say, and what the verdict sees."""
 
-    ranked: Annotated[Ranked, Part()]
+    ranked: Annotated[RankedRecordings, Part()]
     diagnostics: Annotated[Diagnostics, Part()]
     checks: Annotated[Checks, Part()]
 

@@ -10,7 +10,7 @@ from swesbi.base.arrays import below_each_other
 from swesbi.base.progress import Progress
 from swesbi.checks.calibration.ranks import (
     Diagnostics,
-    Inferred,
+    InferredRecordings,
     prior_variance,
     ranked,
     reference_points,
@@ -36,7 +36,7 @@ def infer_recordings(
     exact: ExactSettings,
     seed: int,
     name: str,
-) -> Inferred:
+) -> InferredRecordings:
     """Infer every recording by both samplers.
 
     Args:
@@ -73,7 +73,7 @@ def infer_recordings(
             by_mcmc=np.array([by_mcmc]),
         )
         checks = check_recording(own, drawn.phi, drawn.weight, predicted, rng)
-        parts.append(Inferred(scores, diagnostics, checks))
+        parts.append(InferredRecordings(scores, diagnostics, checks))
         if progress:
             progress.step()
     return below_each_other(parts)

@@ -11,7 +11,7 @@ from swesbi.artefacts import UnfitError
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.dataset import CalibrationLocal, CalibrationRecordings
 from swesbi.checks.calibration.local import calibrate_locally, classifier_accuracy
-from swesbi.checks.calibration.ranks import NETWORK, WEIGHTED, Inferred, TwoSamples
+from swesbi.checks.calibration.ranks import NETWORK, WEIGHTED, InferredRecordings, TwoSamples
 from swesbi.checks.calibration.recordings import infer_recordings
 from swesbi.checks.calibration.settings import LocalSettings, RecordingsSettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
@@ -90,7 +90,7 @@ def acquisition_of(
     return Acquisition(acquisition.model_copy(update=errors), recording, measurement, noise, missing)
 
 
-def _account(inferred: Inferred) -> str:
+def _account(inferred: InferredRecordings) -> str:
     diagnostics = inferred.diagnostics
     return (
         f"efficiency {np.median(diagnostics.efficiency):.0%} (median), "

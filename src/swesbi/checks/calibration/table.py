@@ -22,7 +22,7 @@ from swesbi.base.arrays import FloatArray, IntArray, rows_of
 from swesbi.checks.calibration.ranks import (
     QUANTITY_NAMES,
     SAMPLERS,
-    Ranked,
+    RankedRecordings,
     RankScores,
     TwoSamples,
     central_level,
@@ -219,7 +219,7 @@ def _uniform(
 
 
 def calibration_table(
-    ranked: Mapping[str, Ranked], two_samples: TwoSamples, settings: JudgementSettings
+    ranked: Mapping[str, RankedRecordings], two_samples: TwoSamples, settings: JudgementSettings
 ) -> pd.DataFrame:
     """Return one row a check.
 
@@ -238,7 +238,9 @@ def calibration_table(
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _of_recordings(name: str, ranked: Ranked, settings: JudgementSettings) -> Iterator[dict[str, object]]:
+def _of_recordings(
+    name: str, ranked: RankedRecordings, settings: JudgementSettings
+) -> Iterator[dict[str, object]]:
     subjects = list(dict.fromkeys(ranked.subject.tolist()))
     parts = {subject: rows_of(ranked, ranked.subject == subject) for subject in subjects}
     for sampler in SAMPLERS:
@@ -252,7 +254,7 @@ def _of_recordings(name: str, ranked: Ranked, settings: JudgementSettings) -> It
 
 
 def _checks(
-    ranked: Ranked, sampler: str, settings: JudgementSettings, least: float, groups: int
+    ranked: RankedRecordings, sampler: str, settings: JudgementSettings, least: float, groups: int
 ) -> tuple[Check, ...]:
     return check_scores(
         ranked.of(sampler), ranked.prior_variance, ranked.names, settings.alpha, least, groups

@@ -28,7 +28,7 @@ from swesbi.checks.identifiability.likelihood import (
 from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, log_speed_sd
-from swesbi.parameters import ISOMETRIC, K_0, K_ATP, PHI_NAMES, REPORTED
+from swesbi.parameters import ISOMETRIC, K_0, K_ATP, OF_INTEREST, PHI_NAMES
 from swesbi.posterior.diagnostics import smooth
 from swesbi.prior import BoxPrior, from_logit, sample, spread_points, to_logit
 from swesbi.seeds import generator
@@ -40,7 +40,9 @@ LOGIT_REACH: Final = 8.0
 
 def quantities(model: SpeedModel, phi: FloatArray) -> FloatArray:
     """Return the reported part of phi (n, d) and k_0 (1 - exp(-k_ATP D_T)); shape (n, 5)."""
-    return np.column_stack([phi[:, REPORTED], isometric_stiffness_kpa(phi, model.activation_duration_s(phi))])
+    return np.column_stack(
+        [phi[:, OF_INTEREST], isometric_stiffness_kpa(phi, model.activation_duration_s(phi))]
+    )
 
 
 def log_gradient(model: SpeedModel, phi: FloatArray) -> FloatArray:
@@ -135,12 +137,12 @@ def in_logit(model: SpeedModel, step: float) -> NormalProblem:
     centre, with the prior's log sd. Without it no recording could hold them.
     """
     prior = model.settings.prior
-    known = prior.parameters[REPORTED.stop :]
+    known = prior.parameters[OF_INTEREST.stop :]
     log_sd = np.log([parameter.log_sd for parameter in known])
 
     def moments(eta: FloatArray) -> Moments:
         phi = from_logit(eta, prior)
-        of_speeds, nuisances = moments_of_phi(model, phi), np.log(phi[:, REPORTED.stop :])
+        of_speeds, nuisances = moments_of_phi(model, phi), np.log(phi[:, OF_INTEREST.stop :])
         spread = np.broadcast_to(log_sd, nuisances.shape)
         return Moments(
             np.hstack([of_speeds.mean, nuisances]),

@@ -58,7 +58,7 @@ MomentFunction = Callable[[FloatArray], Moments]
 
 
 @dataclass(frozen=True)
-class Differentiated:
+class MomentDerivatives:
     """Moments at n parameters with their derivatives along f coordinates.
 
     Attributes:
@@ -74,7 +74,7 @@ class Differentiated:
 
 def differentiate(
     function: MomentFunction, x: FloatArray, step: float, along: Sequence[int] | None = None
-) -> Differentiated:
+) -> MomentDerivatives:
     """Differentiate by central differences, all points in one call of ``function``.
 
     Args:
@@ -88,7 +88,7 @@ def differentiate(
     mean, log_sd = (
         values.reshape(-1, *x.shape[:1], values.shape[1]) for values in (moments.mean, moments.log_sd)
     )
-    return Differentiated(
+    return MomentDerivatives(
         Moments(mean[0], log_sd[0], moments.shared),
         central_difference(mean, step),
         central_difference(log_sd, step),
@@ -131,7 +131,7 @@ def log_likelihood(moments: Moments, observed: FloatArray) -> FloatArray:
     return innovations(observed - moments.mean, np.exp(moments.log_sd), moments.shared).log_density
 
 
-def score(at: Differentiated, observed: FloatArray) -> FloatArray:
+def score(at: MomentDerivatives, observed: FloatArray) -> FloatArray:
     """Return the gradient of the log likelihood, (n, f)."""
     distance = observed - at.moments.mean
     if at.moments.independent:
@@ -146,7 +146,7 @@ def score(at: Differentiated, observed: FloatArray) -> FloatArray:
     return np.asarray(by_mean + np.einsum("np,njp->nj", by_spread, at.log_sd_by))
 
 
-def expected_information(at: Differentiated) -> FloatArray:
+def expected_information(at: MomentDerivatives) -> FloatArray:
     """Return the expected information of all data, (n, f, f)."""
     if at.moments.independent:
         return np.asarray(information_by_datum(at).sum(axis=1))
@@ -155,7 +155,7 @@ def expected_information(at: Differentiated) -> FloatArray:
     return np.asarray(from_mean + 2.0 * spread @ whole**2 @ np.swapaxes(spread, 1, 2))
 
 
-def information_by_datum(at: Differentiated) -> FloatArray:
+def information_by_datum(at: MomentDerivatives) -> FloatArray:
     """Return what each datum adds to the expected information of the others, (n, p, f, f).
 
     What independent data add is the information of all. Without datum i, the precision of the others is
@@ -168,7 +168,7 @@ def information_by_datum(at: Differentiated) -> FloatArray:
     return np.asarray(from_mean + 2.0 * np.einsum("njp,nkp->npjk", at.log_sd_by, at.log_sd_by))
 
 
-def _added_by_datum(at: Differentiated) -> FloatArray:
+def _added_by_datum(at: MomentDerivatives) -> FloatArray:
     whole, spread = at.moments.precision, _spread_by(at)
     own = np.diagonal(whole, axis1=1, axis2=2)
     pull = at.mean_by @ whole / np.sqrt(own)[:, None]
@@ -178,7 +178,7 @@ def _added_by_datum(at: Differentiated) -> FloatArray:
     return np.asarray(np.einsum("njp,nkp->npjk", pull, pull) + 2.0 * from_spread)
 
 
-def _spread_by(at: Differentiated) -> FloatArray:
+def _spread_by(at: MomentDerivatives) -> FloatArray:
     """Return s^2 d log s / d x_j, half the change of C's diagonal; (n, f, p)."""
     return np.asarray(at.log_sd_by * np.exp(2.0 * at.moments.log_sd)[:, None])
 

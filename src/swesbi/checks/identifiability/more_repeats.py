@@ -23,7 +23,7 @@ from swesbi.checks.identifiability.information import (
 )
 from swesbi.checks.identifiability.likelihood import central_difference
 from swesbi.checks.identifiability.noise import MeanNoise
-from swesbi.measurement.derived import told
+from swesbi.measurement.derived import reported
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 
@@ -58,7 +58,7 @@ def more_repeats(model: SpeedModel, phi: FloatArray, step: float) -> MoreRepeats
     """
     simulated = simulate_stencil(model, phi, step)
     at = derivatives_at(model, simulated, model.recording.phase)
-    gradient = told_gradient(model, simulated)
+    gradient = reported_gradient(model, simulated)
     works = np.all(
         [np.isfinite(each).all(axis=(1, 2)) for each in (at.log_speed_by, at.slope_by, gradient)], axis=0
     )
@@ -75,10 +75,10 @@ def more_repeats(model: SpeedModel, phi: FloatArray, step: float) -> MoreRepeats
     return MoreRepeats(TIMES, sd[1:] / sd[0])
 
 
-def told_gradient(model: SpeedModel, simulated: SimulatedStencil) -> FloatArray:
+def reported_gradient(model: SpeedModel, simulated: SimulatedStencil) -> FloatArray:
     """Return d log quantity / d log phi of all that an answer reports, at n phi; shape (n, q, d)."""
     shape, d = simulated.log_phi.shape[:2], simulated.log_phi.shape[-1]
-    quantities = told(model, np.exp(simulated.log_phi).reshape(-1, d), simulated.beats)
+    quantities = reported(model, np.exp(simulated.log_phi).reshape(-1, d), simulated.beats)
     log_quantity = np.log(np.stack(list(quantities.values()), axis=-1)).reshape(*shape, -1)
     return np.asarray(central_difference(log_quantity, simulated.step).swapaxes(1, 2))
 

@@ -23,7 +23,7 @@ from swesbi.checks.identifiability.information import in_logit, maximum_likeliho
 from swesbi.checks.identifiability.likelihood import Maxima, NormalProblem, maximise
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import K_0, K_ATP, PHI_COLUMNS, PHI_NAMES, REPORTED
+from swesbi.parameters import K_0, K_ATP, OF_INTEREST, PHI_COLUMNS, PHI_NAMES
 from swesbi.prior import JointPriorSettings, bounds, from_logit
 
 CLOSING_ROUNDS: Final = 8
@@ -216,7 +216,7 @@ def profiles_of(model: SpeedModel, settings: IdentifiabilitySettings, seed: int)
     )
     ends, closed = _intervals(single, best, highest, settings.interval, prior)
     return Profiles(
-        maximum_phi=from_logit(best, prior)[REPORTED],
+        maximum_phi=from_logit(best, prior)[OF_INTEREST],
         log_likelihood=float(highest),
         value=np.stack([_phi_of(profiled.axes[0], j, prior) for j, profiled in enumerate(single)]),
         deviance=np.stack([profiled.deviance(highest) for profiled in single]),
@@ -234,7 +234,7 @@ def _intervals(
     crossings = np.array([interval(profiled, best, maximum, level) for profiled in single])
     ends = np.stack([_phi_of(row, j, prior) for j, row in enumerate(crossings)])
     closed = np.isfinite(crossings)
-    return np.where(closed, ends, np.column_stack(bounds(prior))[REPORTED]), closed
+    return np.where(closed, ends, np.column_stack(bounds(prior))[OF_INTEREST]), closed
 
 
 def _phi_of(eta: FloatArray, parameter: int, prior: JointPriorSettings) -> FloatArray:

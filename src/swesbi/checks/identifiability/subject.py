@@ -35,7 +35,7 @@ from swesbi.checks.identifiability.information import (
     simulate_stencil,
 )
 from swesbi.checks.identifiability.likelihood import (
-    Differentiated,
+    MomentDerivatives,
     differentiate,
     expected_information,
     information_by_datum,
@@ -45,7 +45,7 @@ from swesbi.checks.identifiability.noise import MeanNoise
 from swesbi.checks.identifiability.profiles import Profiles, profiles_of
 from swesbi.checks.identifiability.settings import IdentifiabilitySettings
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import PHI_COLUMNS, REPORTED
+from swesbi.parameters import OF_INTEREST, PHI_COLUMNS
 from swesbi.seeds import generator
 
 QUANTITY_COLUMNS: Final = f"{PHI_COLUMNS}, kPa"
@@ -163,13 +163,13 @@ def identify(
             np.log(values), log_likelihood_terms(moments, np.log(model.recording.speed_m_s))
         ),
         designs=expected_of_designs(model, simulated, recorded.repeat, settings.design),
-        shown=drawn(recorded, settings.shown_draws, seed, "shown")[:, REPORTED],
+        shown=drawn(recorded, settings.shown_draws, seed, "shown")[:, OF_INTEREST],
     )
 
 
 def _expected(
     recorded: RecordedSubject, phi: FloatArray, step: float
-) -> tuple[Differentiated, FloatArray, FloatArray]:
+) -> tuple[MomentDerivatives, FloatArray, FloatArray]:
     """Return derivatives of the measured log speeds' moments by log phi (n, d), the information, and sd."""
     at = differentiate(in_log(recorded.model), np.log(phi), step)
     precision, information = prior_precision(recorded.model.settings.prior), expected_information(at)

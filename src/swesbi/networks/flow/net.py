@@ -11,7 +11,7 @@ from zuko.flows.autoregressive import MaskedAutoregressiveTransform
 from zuko.nn import MLP, Linear, MaskedLinear
 
 from swesbi.networks.flow.arrays import PARAMETERS, FlowArrays, Layer, MaskedTransform, SingleArray
-from swesbi.networks.settings import SplineSettings
+from swesbi.networks.settings import FlowSettings
 
 
 class ConditionalFlow(zuko.flows.Flow):  # type: ignore[misc]  # zuko is not typed
@@ -42,7 +42,7 @@ class ConditionalFlow(zuko.flows.Flow):  # type: ignore[misc]  # zuko is not typ
         return self.of_embedded(self.embed(c))
 
 
-def build_net(settings: SplineSettings, parameters: int, components: int) -> ConditionalFlow:
+def build_net(settings: FlowSettings, parameters: int, components: int) -> ConditionalFlow:
     """Build an untrained flow of so many parameters, conditioned on ``components`` numbers."""
     embedding, outputs = None, 0
     if settings.embedding is not None:

@@ -24,7 +24,7 @@ from swesbi.artefacts.schema import Schema
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.flow import cells, conditioning
 from swesbi.networks.flow.arrays import PARAMETERS, FlowArrays, Layer, MaskedTransform, SingleArray
-from swesbi.networks.settings import SplineSettings
+from swesbi.networks.settings import FlowSettings
 from swesbi.networks.standardisation import Standardisation
 from swesbi.prior import SimulatedPrior
 
@@ -64,7 +64,7 @@ class TrainedFlow(Artefact, kind="flow"):
     """
 
     net: FlowArrays
-    settings: SplineSettings
+    settings: FlowSettings
     prior: SimulatedPrior
     conditioner: cells.AnyConditioner
     eta: Standardisation
@@ -131,7 +131,7 @@ class TrainedFlow(Artefact, kind="flow"):
             ValueError: Its weights are not those of the net that it describes.
         """
         stored = groups["/"]
-        settings = SplineSettings.model_validate_json(stored["architecture"].item())
+        settings = FlowSettings.model_validate_json(stored["architecture"].item())
         parameters, components = stored.sizes["heart_parameter"], stored.sizes["component"]
         return cls(
             net=_from_one_row(stored["weight"].to_numpy(), settings, parameters, components),
@@ -146,7 +146,7 @@ class TrainedFlow(Artefact, kind="flow"):
 
 
 def _from_one_row(
-    weight: SingleArray, settings: SplineSettings, parameters: int, components: int
+    weight: SingleArray, settings: FlowSettings, parameters: int, components: int
 ) -> FlowArrays:
     """Return the net of these weights.
 

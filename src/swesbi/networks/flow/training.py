@@ -30,7 +30,7 @@ from swesbi.networks.flow.conditioning import (
 from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
 from swesbi.networks.flow.pool import SpeedPool, SubjectSimulations, noisy_speeds
 from swesbi.networks.flow.trained import TrainedFlow
-from swesbi.networks.settings import SplineSettings
+from swesbi.networks.settings import FlowSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.networks.training_tables import Epoch, TrainingTable, losses_table
 from swesbi.prior import SimulatedPrior, to_logit
@@ -122,7 +122,7 @@ class TrainingDivergedError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class SplineEpoch(Epoch):
+class FlowEpoch(Epoch):
     """One epoch, with the number of batches that were left out."""
 
     skipped_batches: int
@@ -133,7 +133,7 @@ class FlowTraining:
     """The trained flow and every epoch in order."""
 
     flow: TrainedFlow
-    epochs: tuple[SplineEpoch, ...]
+    epochs: tuple[FlowEpoch, ...]
 
     @property
     def outputs(self) -> TrainedWithLosses:
@@ -155,7 +155,7 @@ def trained_on_subjects(
     *,
     model: SpeedModelSettings,
     summary: SummarySettings,
-    estimator: SplineSettings,
+    estimator: FlowSettings,
     experiment: str,
     seed: int,
 ) -> TrainedWithLosses:
@@ -190,7 +190,7 @@ def trained_on_subjects(
 def train_over_subjects(
     subjects: Sequence[SubjectSimulations],
     conditioning: ConditioningSettings,
-    settings: SplineSettings,
+    settings: FlowSettings,
     seed: int,
     label: str = "training",
 ) -> FlowTraining:
@@ -216,12 +216,12 @@ def train_over_subjects(
     def rows_of(part: Sequence[SubjectSimulations], name: str, number: int) -> Rows:
         return make_rows(part, conditioner, eta, seed, name, number)
 
-    parts = SplineParts(conditioner, eta, subjects[0].model.settings.prior.simulated)
+    parts = FlowParts(conditioner, eta, subjects[0].model.settings.prior.simulated)
     return fit_flow(training, held_out, rows_of, parts, settings, seed, label)
 
 
 @dataclass(frozen=True)
-class SplineParts:
+class FlowParts:
     """What a flow has beside its net: how it sees recordings, and the parameters that it is a density of.
 
     Attributes:
@@ -239,8 +239,8 @@ def fit_flow(
     training: Part,
     held_out: Part,
     rows_of: Callable[[Part, str, int], Rows],
-    parts: SplineParts,
-    settings: SplineSettings,
+    parts: FlowParts,
+    settings: FlowSettings,
     seed: int,
     label: str,
 ) -> FlowTraining:
@@ -285,8 +285,8 @@ def fit_flow(
 class _Trainer:
     """Trains one network: its optimiser, its schedule, and the epochs so far."""
 
-    def __init__(self, settings: SplineSettings, rows: Rows, label: str) -> None:
-        self.epochs: list[SplineEpoch] = []
+    def __init__(self, settings: FlowSettings, rows: Rows, label: str) -> None:
+        self.epochs: list[FlowEpoch] = []
         self.best_loss = float("inf")
         self._settings = settings
         self._net = build_net(settings, rows.eta.shape[1], rows.z.shape[1])
@@ -310,7 +310,7 @@ class _Trainer:
         improved = loss < self.best_loss
         if improved:
             self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
-        self.epochs.append(SplineEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
+        self.epochs.append(FlowEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
         note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
         self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
 

@@ -23,7 +23,7 @@ from swesbi.persons.change.settings import ChangeGroupsSettings, RatioHyperprior
 from swesbi.persons.change.stored import StoredChange
 from swesbi.persons.cohort.cohort import Design, Member, design_of, make_member
 from swesbi.persons.cohort.hyperprior import FACTOR, MEDIAN, SPREAD, Hyperprior
-from swesbi.persons.cohort.infer import Inferred, Posed, infer_population
+from swesbi.persons.cohort.infer import CohortQuestion, CohortResult, infer_population
 from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.prior import PriorSettings
@@ -68,7 +68,7 @@ def infer_change_groups(
     settings: ChangeGroupsSettings,
     effort: HierarchySettings,
     seed: int,
-) -> Inferred:
+) -> CohortResult:
     """Infer mean and spread of what has changed in some persons, and how groups differ in it.
 
     Args:
@@ -84,8 +84,8 @@ def infer_change_groups(
     if not members:
         raise ValueError("nobody has a change: groups need at least one person with two answered visits")
     design = design_of(members, covariates=())
-    posed = Posed(design, ratio_hyperprior(design, settings.hyperprior), RatioPrior(theta))
-    return infer_population(members, posed, effort, None, seed)
+    question = CohortQuestion(design, ratio_hyperprior(design, settings.hyperprior), RatioPrior(theta))
+    return infer_population(members, question, effort, None, seed)
 
 
 def ratio_hyperprior(design: Design, settings: RatioHyperpriorSettings) -> Hyperprior:
@@ -98,9 +98,9 @@ def ratio_hyperprior(design: Design, settings: RatioHyperpriorSettings) -> Hyper
     )
 
 
-def lacking_draws(inferred: Inferred, least: float) -> tuple[str, ...]:
+def lacking_draws(inferred: CohortResult, least: float) -> tuple[str, ...]:
     """Return a sentence on the persons of whom too few draws lie where the population does, if any."""
-    effective = inferred.shrunken.effective
+    effective = inferred.shrinkage.effective
     few = [
         f"{member.subject} ({number:.0f})"
         for member, number in zip(inferred.members, effective, strict=True)

@@ -17,7 +17,7 @@ from swesbi.persons.change.groups import infer_change_groups, lacking_draws, mem
 from swesbi.persons.change.settings import ChangeGroupsSettings
 from swesbi.persons.change.stored import StoredChange
 from swesbi.persons.cohort.hyperprior import in_rows
-from swesbi.persons.cohort.infer import Inferred
+from swesbi.persons.cohort.infer import CohortResult
 from swesbi.persons.cohort.result import StoredPopulation
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.persons.cohort.stored import drawn_within, of_any_population, of_members
@@ -159,7 +159,7 @@ def change_in_groups(
     return stored_groups(inferred, (*left_out, *unlike_pairs(changes), *few))
 
 
-def stored_groups(inferred: Inferred, notes: Sequence[str]) -> ChangeGroups:
+def stored_groups(inferred: CohortResult, notes: Sequence[str]) -> ChangeGroups:
     """Return what is stored of the change in groups; ``notes`` are put before those of its design."""
     rows = in_rows(inferred.eta)[None]
     return ChangeGroups(
@@ -167,7 +167,7 @@ def stored_groups(inferred: Inferred, notes: Sequence[str]) -> ChangeGroups:
         person=tuple(member.subject for member in inferred.members),
         population=GroupDraws(rows[:, :, 0], rows[:, :, 1], rows[:, :, 2:], drawn_within(inferred)[None]),
         persons=PersonRatios(**of_members(inferred)),
-        log_likelihood=inferred.shrunken.log_likelihood[None],
+        log_likelihood=inferred.shrinkage.log_likelihood[None],
     )
 
 

@@ -15,7 +15,7 @@ from swesbi.persons.cohort.model import CohortModel, PriorAlone
 from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.cohort.refresh import DrawSet, combined, shrunken_prior
 from swesbi.persons.cohort.settings import HierarchySettings
-from swesbi.persons.cohort.shrinkage import Shrunken, shrink
+from swesbi.persons.cohort.shrinkage import Shrinkage, shrink
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.importance import resample
@@ -28,14 +28,14 @@ from swesbi.seeds import generator, integer_seed
 MANY: Final = 100
 """Subjects from which the way from the hyperprior is sought by a rough likelihood first, to save time."""
 STREAM: Final = "cohort posterior"
-GLANCE: Final = 400
+PILOT_DRAWS: Final = 400
 """Draws of the population, effective ones too, by which subjects are found that lack draws."""
 Redraw = Callable[[str, PriorSettings, int], FloatArray]
 """Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
 
 
 @dataclass(frozen=True)
-class Posed:
+class CohortQuestion:
     """A question about some subjects.
 
     Attributes:
@@ -50,7 +50,7 @@ class Posed:
 
 
 @dataclass(frozen=True)
-class Inferred:
+class CohortResult:
     """The posterior of a cohort.
 
     Attributes:
@@ -60,7 +60,7 @@ class Inferred:
         model: The model, with the draws that were recycled in the end.
         exact: Posterior of the population.
         eta: Draws of it that are shown; shape (m, k).
-        shrunken: What it makes of the subjects.
+        shrinkage: What it makes of the subjects.
         refreshed: How often each subject was drawn anew; shape (d,).
         interval: Mass of the credible intervals.
     """
@@ -71,7 +71,7 @@ class Inferred:
     model: CohortModel
     exact: ExactPosterior
     eta: FloatArray
-    shrunken: Shrunken
+    shrinkage: Shrinkage
     refreshed: tuple[int, ...]
     interval: float
 
@@ -82,7 +82,7 @@ def infer_cohort(
     settings: HierarchySettings,
     redraw: Redraw | None,
     seed: int,
-) -> Inferred:
+) -> CohortResult:
     """Infer what the population of some subjects is like, and each subject within it.
 
     Args:
@@ -99,23 +99,27 @@ def infer_cohort(
         raise ValueError("no subject has a posterior: a cohort needs at least one")
     design = design_of(members)
     prior = hyperprior_of(design, theta_prior, settings.hyperprior)
-    return infer_population(members, Posed(design, prior, theta_prior), settings, redraw, seed)
+    return infer_population(members, CohortQuestion(design, prior, theta_prior), settings, redraw, seed)
 
 
 def infer_population(
-    members: Sequence[Member], posed: Posed, settings: HierarchySettings, redraw: Redraw | None, seed: int
-) -> Inferred:
+    members: Sequence[Member],
+    question: CohortQuestion,
+    settings: HierarchySettings,
+    redraw: Redraw | None,
+    seed: int,
+) -> CohortResult:
     """Infer the answer for some subjects, each person once; arguments as of :func:`infer_cohort`."""
-    sets = [[DrawSet(member.theta, posed.quantity)] for member in members]
-    model = _model(members, posed, sets, settings)
+    sets = [[DrawSet(member.theta, question.quantity)] for member in members]
+    model = _model(members, question, sets, settings)
     first: PlacedProposal | None = None
     if len(members) >= MANY:
-        rough, few = model.thinned(settings.rough_draws), asking(settings.exact, GLANCE)
+        rough, few = model.thinned(settings.rough_draws), asking(settings.exact, PILOT_DRAWS)
         first = adapted(rough, few, integer_seed(seed, STREAM, "rough")).proposal()
     for number in range(settings.refreshes if redraw is not None else 0):
         stream = integer_seed(seed, STREAM, "glance", number)
-        glance = adapted(model, asking(settings.exact, GLANCE), stream, first)
-        eta = resample(glance.weighted, GLANCE, np.random.default_rng(stream))
+        pilot = adapted(model, asking(settings.exact, PILOT_DRAWS), stream, first)
+        eta = resample(pilot.weighted, PILOT_DRAWS, np.random.default_rng(stream))
         lacking = _lacking(model, eta, settings, seed)
         if redraw is None or not lacking:
             break
@@ -123,17 +127,17 @@ def infer_population(
             narrower, name = shrunken_prior(model, eta, subject), members[subject].subject
             anew = redraw(name, narrower, integer_seed(seed, STREAM, "anew", name, number))
             sets[subject].append(DrawSet(anew[: settings.draws], narrower))
-        model, first = _model(members, posed, sets, settings), glance.proposal()
+        model, first = _model(members, question, sets, settings), pilot.proposal()
     exact, _ = exact_posterior(model, first, settings.exact, seed, STREAM)
     eta = exact.phi[: settings.shown_draws]
-    return Inferred(
+    return CohortResult(
         members=tuple(members),
-        design=posed.design,
-        prior=posed.prior,
+        design=question.design,
+        prior=question.prior,
         model=model,
         exact=exact,
         eta=eta,
-        shrunken=shrink(model, eta, generator(seed, STREAM, "shrinkage")),
+        shrinkage=shrink(model, eta, generator(seed, STREAM, "shrinkage")),
         refreshed=tuple(len(one) - 1 for one in sets),
         interval=settings.exact.interval,
     )
@@ -147,14 +151,14 @@ def _lacking(model: CohortModel, eta: FloatArray, settings: HierarchySettings, s
 
 def _model(
     members: Sequence[Member],
-    posed: Posed,
+    question: CohortQuestion,
     sets: Sequence[Sequence[DrawSet]],
     settings: HierarchySettings,
 ) -> CohortModel:
     return CohortModel(
-        settings=PriorAlone(posed.prior),
+        settings=PriorAlone(question.prior),
         recycled=tuple(combined(one) for one in sets),
-        design=posed.design.matrix,
+        design=question.design.matrix,
         outlier=np.array([settings.outliers.of(member.status) for member in members]),
-        theta_prior=posed.quantity,
+        theta_prior=question.quantity,
     )

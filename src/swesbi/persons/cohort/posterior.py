@@ -15,9 +15,9 @@ from swesbi.base.progress import Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.parameters import OF_THETA
-from swesbi.persons.cohort.anew import drawn_anew, weighted_draws
 from swesbi.persons.cohort.cohort import make_member
 from swesbi.persons.cohort.infer import infer_cohort
+from swesbi.persons.cohort.redraw import redraw_theta, weighted_draws
 from swesbi.persons.cohort.result import CohortPosterior
 from swesbi.persons.cohort.settings import HierarchySettings
 from swesbi.persons.cohort.stored import stored_form
@@ -102,7 +102,7 @@ def posterior_of_cohort(
     def redraw(subject: str, prior: PriorSettings, seed: int) -> FloatArray:
         LOGGER.info("subject %s: too few recycled draws lie where the population does; drawn anew", subject)
         recorded = speed_model(observations[subject], noise, model)
-        return drawn_anew(recorded, weighted_draws(posteriors[subject]), prior, exact, seed)
+        return redraw_theta(recorded, weighted_draws(posteriors[subject]), prior, exact, seed)
 
     inferred = infer_cohort(members, model.prior.theta, cohort_posterior, redraw, seed)
     stored = stored_form(inferred, notes)

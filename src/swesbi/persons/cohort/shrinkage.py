@@ -15,7 +15,7 @@ IntArray = NDArray[np.int_]
 
 
 @dataclass(frozen=True)
-class Shrunken:
+class Shrinkage:
     """What the population makes of the subjects.
 
     Attributes:
@@ -33,7 +33,7 @@ class Shrunken:
     log_likelihood: FloatArray
 
 
-def shrink(model: CohortModel, eta: FloatArray, rng: np.random.Generator) -> Shrunken:
+def shrink(model: CohortModel, eta: FloatArray, rng: np.random.Generator) -> Shrinkage:
     """Reweight the recycled draws of every subject by draws eta (m, k) of the population's posterior.
 
     Given eta, a draw weighs w_n ((1 - p) p(theta_n | eta) / pi(theta_n) + p), over the sum of all, which is
@@ -50,7 +50,7 @@ def shrink(model: CohortModel, eta: FloatArray, rng: np.random.Generator) -> Shr
     by_subject = [zip(*parts, strict=True) for parts in zip(*blocks, strict=True)]
     joined = [(np.sum(weight, axis=0), *map(np.concatenate, rest)) for weight, *rest in by_subject]
     weights, rows, effective, outlier, log_likelihood = zip(*joined, strict=True)
-    return Shrunken(
+    return Shrinkage(
         weights=tuple(weight / len(eta) for weight in weights),
         rows=np.stack(rows, axis=1),
         effective=np.array([one.mean() for one in effective]),

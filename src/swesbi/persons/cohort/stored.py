@@ -11,15 +11,15 @@ from swesbi.base.arrays import FloatArray
 from swesbi.draws import interval_levels
 from swesbi.persons.cohort.cohort import weighted_quantiles
 from swesbi.persons.cohort.hyperprior import in_rows
-from swesbi.persons.cohort.infer import Inferred
+from swesbi.persons.cohort.infer import CohortResult
 from swesbi.persons.cohort.result import NOTE_SEPARATOR, CohortPosterior, Population, Subjects
 from swesbi.posterior.space import log_posterior_of_logit
 from swesbi.prior import to_logit
 
 
-def stored_form(inferred: Inferred, notes: tuple[str, ...] = ()) -> CohortPosterior:
+def stored_form(inferred: CohortResult, notes: tuple[str, ...] = ()) -> CohortPosterior:
     """Return what is stored of the posterior of a cohort; ``notes`` are put before its own."""
-    design, shrunken, rows = inferred.design, inferred.shrunken, in_rows(inferred.eta)[None]
+    design, shrinkage, rows = inferred.design, inferred.shrinkage, in_rows(inferred.eta)[None]
     first_group = 2 + len(design.covariates)
     return CohortPosterior(
         **of_any_population(inferred, notes),
@@ -35,11 +35,11 @@ def stored_form(inferred: Inferred, notes: tuple[str, ...] = ()) -> CohortPoster
             theta=drawn_within(inferred)[None],
         ),
         subjects=Subjects(refreshed=np.array(inferred.refreshed), **of_members(inferred)),
-        log_likelihood=shrunken.log_likelihood[None],
+        log_likelihood=shrinkage.log_likelihood[None],
     )
 
 
-def of_any_population(inferred: Inferred, notes: Sequence[str]) -> dict[str, Any]:
+def of_any_population(inferred: CohortResult, notes: Sequence[str]) -> dict[str, Any]:
     """Return the fields that what is stored of theta and of its ratios have in common, but the members."""
     design, exact = inferred.design, inferred.exact
     log_posterior = log_posterior_of_logit(inferred.model, to_logit(inferred.eta, inferred.prior))
@@ -62,23 +62,23 @@ def of_any_population(inferred: Inferred, notes: Sequence[str]) -> dict[str, Any
     }
 
 
-def drawn_within(inferred: Inferred) -> FloatArray:
+def drawn_within(inferred: CohortResult) -> FloatArray:
     """Return draws of each member's quantity within the population; shape (m, d, 3)."""
-    rows = inferred.shrunken.rows
+    rows = inferred.shrinkage.rows
     drawn = [draws.theta[rows[:, d]] for d, draws in enumerate(inferred.model.recycled)]
     return np.stack(drawn, axis=1)
 
 
-def of_members(inferred: Inferred) -> dict[str, FloatArray]:
+def of_members(inferred: CohortResult) -> dict[str, FloatArray]:
     """Return the members before and after the population is taken into account."""
     low, high = interval_levels(inferred.interval)
     levels = np.array([low, 0.5, high])
-    shrunken = inferred.shrunken
-    after = zip(inferred.model.recycled, shrunken.weights, strict=True)
+    shrinkage = inferred.shrinkage
+    after = zip(inferred.model.recycled, shrinkage.weights, strict=True)
     return {
         "before": np.stack([one.alone for one in inferred.members]),
         "after": np.stack([weighted_quantiles(draws.theta, weight, levels) for draws, weight in after]),
-        "effective_draws": shrunken.effective,
+        "effective_draws": shrinkage.effective,
         "outlier_prior": inferred.model.outlier,
-        "outlier_posterior": shrunken.outlier,
+        "outlier_posterior": shrinkage.outlier,
     }

@@ -46,7 +46,7 @@ TREATED: Final = "treated"
 
 
 @dataclass(frozen=True)
-class Recycling:
+class StudyAnalysis:
     """By what settings a study is analysed: hyperpriors and effort of the posterior of a cohort.
 
     Attributes:
@@ -68,7 +68,7 @@ class Likelihoods:
         eta: Shape (m, k).
         prior: p(eta).
         log_drawn: log q(eta), of what they were drawn from; shape (m,).
-        told_by: Columns of eta that the effect is told by, one a parameter.
+        effect_columns: Columns of eta that the effect is told by, one a parameter.
         changing: Of each person as one who has the effect or, in the arm without, as one of whom it is asked;
             by arm, (m, N) each. Ratios without an effect come twice, (m, 2 N): as they are, and with both
             visits the other way round.
@@ -78,7 +78,7 @@ class Likelihoods:
     eta: FloatArray
     prior: Hyperprior
     log_drawn: FloatArray
-    told_by: range
+    effect_columns: range
     changing: dict[str, FloatArray]
     control: FloatArray
 
@@ -96,7 +96,7 @@ class Likelihoods:
         Returns:
             Logarithm of what the effect is told by, and log p - log q; shape (m,) each.
         """
-        column = self.told_by[number]
+        column = self.effect_columns[number]
         moved = self.eta.copy()
         moved[:, column] *= np.exp(by)
         # densities are per unit of eta, which stretches as it moves: by one factor, that weights do not show
@@ -104,7 +104,7 @@ class Likelihoods:
 
 
 def evaluate_bank(
-    bank: Bank, design: str, settings: PlannedStudiesSettings, by: Recycling, seed: int
+    bank: Bank, design: str, settings: PlannedStudiesSettings, by: StudyAnalysis, seed: int
 ) -> Likelihoods:
     """Draw the common hyperparameters, and evaluate every person of a bank there.
 
@@ -130,7 +130,7 @@ def evaluate_bank(
         eta=eta,
         prior=prior,
         log_drawn=log_drawn,
-        told_by=range(3) if design == PAIRED else range(6, 9),
+        effect_columns=range(3) if design == PAIRED else range(6, 9),
         changing={arm: evaluated(arm, treated=True) for arm in ARMS},
         control=evaluated(NONE, treated=False) if design == GROUPS else np.empty((len(eta), 0)),
     )
@@ -148,7 +148,7 @@ def planned_design(design: str, treated: Sequence[bool]) -> Design:
     return Design((), np.empty(0), groups, column[:, : max(len(groups) - 1, 0)], ())
 
 
-def _hyperprior(design: str, by: Recycling) -> Hyperprior:
+def _hyperprior(design: str, by: StudyAnalysis) -> Hyperprior:
     planned = planned_design(design, [False])
     if design == PAIRED:
         return ratio_hyperprior(planned, by.changes.hyperprior)
@@ -156,7 +156,7 @@ def _hyperprior(design: str, by: Recycling) -> Hyperprior:
 
 
 def _model(
-    values: FloatArray, treated: Sequence[bool], design: str, prior: Hyperprior, by: Recycling
+    values: FloatArray, treated: Sequence[bool], design: str, prior: Hyperprior, by: StudyAnalysis
 ) -> CohortModel:
     """Return the model of persons with draws (N, n, 3), none of whose recordings is contradicted."""
     return CohortModel(
@@ -184,7 +184,7 @@ class _Tempered:
 
 
 def _proposals(
-    bank: Bank, design: str, prior: Hyperprior, settings: PlannedStudiesSettings, by: Recycling, seed: int
+    bank: Bank, design: str, prior: Hyperprior, settings: PlannedStudiesSettings, by: StudyAnalysis, seed: int
 ) -> list[Proposal]:
     """Return a proposal for each size of study, with the effect and without."""
     found: list[Proposal] = []
@@ -202,7 +202,7 @@ def _proposals(
     return found
 
 
-def _whole(bank: Bank, arm: str, design: str, prior: Hyperprior, by: Recycling) -> CohortModel:
+def _whole(bank: Bank, arm: str, design: str, prior: Hyperprior, by: StudyAnalysis) -> CohortModel:
     """Return the model of the whole bank: of one group, or of everyone in both groups."""
     if design == PAIRED:
         draws = _balanced(bank.of_arm(arm)) if arm == NONE else bank.of_arm(arm)

@@ -1,11 +1,11 @@
 """Power by the number of persons: many studies drawn from a bank, each analysed at common hyperparameters.
 
 Persons of a study are drawn from the bank with replacement: the bank's persons stand for the population, also
-where a study has more of them. What is known of the bank's luck is taken off (``planning.luck``). How much
-is left the same studies of resampled banks say, each with its own luck taken off (bootstrap): its variance is
-added to that of the number of studies. A bank without an effect would by its luck have one; it is made to
-have none: visits are alike there, so that each person counts a second time with the visits the other way
-round, and of two groups both are drawn from the same persons.
+where a study has more of them. What is known of the bank's chance variation is taken off
+(``planning.chance``). How much is left the same studies of resampled banks say, each with its own chance
+variation taken off (bootstrap): its variance is added to that of the number of studies. A bank without an
+effect would by chance have one; it is made to have none: visits are alike there, so that each person counts a
+second time with the visits the other way round, and of two groups both are drawn from the same persons.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from swesbi.base.arrays import BoolArray, FloatArray, below_each_other
 from swesbi.base.progress import Progress
 from swesbi.persons.cohort.model import thread_pools
-from swesbi.persons.planning.asked import Effect
 from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
+from swesbi.persons.planning.chance import Chance
+from swesbi.persons.planning.effect import Effect
 from swesbi.persons.planning.hyperdraws import STREAM, Likelihoods
-from swesbi.persons.planning.luck import Luck
 from swesbi.persons.planning.settings import PlannedStudiesSettings
 from swesbi.seeds import generator
 
@@ -33,7 +33,7 @@ NINETY: Final = 1.645
 
 
 @dataclass(frozen=True)
-class Judged:
+class StudyProbabilities:
     """What some studies of one size say, one each.
 
     Attributes:
@@ -81,7 +81,7 @@ def judge_studies(
     arm: str,
     effect: Effect,
     displacement: float = 0.0,
-) -> Judged:
+) -> StudyProbabilities:
     """Analyse studies.
 
     Args:
@@ -94,7 +94,7 @@ def judge_studies(
     """
     log_effect, log_base = likelihoods.displaced(effect.number, displacement)
     side = log_effect > 0.0 if effect.rises else log_effect < 0.0
-    parts: list[Judged] = []
+    parts: list[StudyProbabilities] = []
     for start in range(0, counts.shape[1], AT_ONCE):
         of = slice(start, start + AT_ONCE)
         with thread_pools().limit(limits=1):  # sums split over threads differ in the last bit
@@ -105,12 +105,12 @@ def judge_studies(
     return below_each_other(parts)
 
 
-def _judged(log_weight: FloatArray, side: BoolArray) -> Judged:
+def _judged(log_weight: FloatArray, side: BoolArray) -> StudyProbabilities:
     """Return what weights (m, s), not normalised, say; they are changed."""
     log_weight -= log_weight.max(axis=0)
     weight = np.exp(log_weight, out=log_weight)
     weight /= weight.sum(axis=0)
-    return Judged(side.astype(float) @ weight, 1.0 / (weight**2).sum(axis=0))
+    return StudyProbabilities(side.astype(float) @ weight, 1.0 / (weight**2).sum(axis=0))
 
 
 def draw_counts(
@@ -133,7 +133,7 @@ def draw_counts(
 
 def power_curve(
     likelihoods: Likelihoods,
-    luck: Luck,
+    chance: Chance,
     effect: Effect,
     repeats: int,
     settings: PlannedStudiesSettings,
@@ -144,7 +144,7 @@ def power_curve(
 
     Args:
         likelihoods: Of the bank's persons.
-        luck: Theirs.
+        chance: Theirs.
         effect: To be found.
         repeats: Of the bank's recordings.
         settings: Sizes, studies.
@@ -153,7 +153,7 @@ def power_curve(
     """
     probability, power = rule
     everyone, without = (np.arange(likelihoods.changing[arm].shape[1]) for arm in (EFFECT, NONE))
-    moved = luck.displacement(everyone)
+    moved = chance.displacement(everyone)
     rows = []
     progress = Progress(f"studies with {repeats} repeats", len(settings.sizes), unit="size")
     for size in settings.sizes:
@@ -163,7 +163,7 @@ def power_curve(
         ]
         found = _drawn(likelihoods, EFFECT, effect, size, settings.studies, everyone, rng[0], moved)
         none = _drawn(likelihoods, NONE, effect, size, settings.studies, without, rng[1])
-        resampled = _resampled(likelihoods, luck, effect, size, settings, rng[2])
+        resampled = _resampled(likelihoods, chance, effect, size, settings, rng[2])
         called = found.probability > probability
         rows.append(
             (
@@ -191,7 +191,7 @@ def _drawn(
     bank: NDArray[np.int_],
     rng: np.random.Generator,
     displacement: float = 0.0,
-) -> Judged:
+) -> StudyProbabilities:
     """Draw studies of a bank's persons and analyse them; other arguments as of :func:`judge_studies`."""
     persons = likelihoods.changing[arm].shape[1]
     counts, control = (draw_counts(bank, persons, size, studies, rng) for _ in range(2))
@@ -200,18 +200,18 @@ def _drawn(
 
 def _resampled(
     likelihoods: Likelihoods,
-    luck: Luck,
+    chance: Chance,
     effect: Effect,
     size: int,
     settings: PlannedStudiesSettings,
     rng: np.random.Generator,
-) -> Judged:
+) -> StudyProbabilities:
     """Analyse studies with the effect in equal parts, each of a bank drawn from the bank with replacement."""
-    persons, each = len(luck.weight), max(1, settings.studies // settings.resamples)
+    persons, each = len(chance.weight), max(1, settings.studies // settings.resamples)
     parts = []
     for _ in range(settings.resamples):
         bank = rng.integers(persons, size=persons)
-        moved = luck.displacement(bank)
+        moved = chance.displacement(bank)
         parts.append(_drawn(likelihoods, EFFECT, effect, size, each, bank, rng, moved))
     return below_each_other(parts)
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.persons.planning.asked import Effect
+from swesbi.persons.planning.effect import Effect
 from swesbi.persons.planning.power import OnePersonPower, PowerCurve
 from swesbi.persons.planning.settings import PAIRED, PlanSettings
 
@@ -17,7 +17,7 @@ ROUGH_SHARE: Final = 0.05
 
 
 @dataclass(frozen=True)
-class Planned:
+class Plan:
     """The answer to what was asked.
 
     Attributes:
@@ -48,7 +48,7 @@ class Planned:
         return "persons, each recorded twice" if self.design == PAIRED else "persons in each of two groups"
 
 
-def plan_lines(planned: Planned) -> list[str]:
+def plan_lines(planned: Plan) -> list[str]:
     """Return what is needed for each number of repeats, and what all of it assumes."""
     head = f"{planned.effect.words}, {planned.design}, repeats with errors of {planned.noise:.1%}:"
     return [
@@ -58,7 +58,7 @@ def plan_lines(planned: Planned) -> list[str]:
     ]
 
 
-def curve_lines(planned: Planned, curve: PowerCurve) -> list[str]:
+def curve_lines(planned: Plan, curve: PowerCurve) -> list[str]:
     """Return what one number of repeats needs and promises."""
     lines = [f"  {curve.repeats} repeats: {_needed(planned, curve)}"]
     if planned.persons is not None:
@@ -84,7 +84,7 @@ def curve_lines(planned: Planned, curve: PowerCurve) -> list[str]:
     return lines
 
 
-def _needed(planned: Planned, curve: PowerCurve) -> str:
+def _needed(planned: Plan, curve: PowerCurve) -> str:
     number, fewest, most = curve.needed
     if number is None:
         return (
@@ -100,7 +100,7 @@ def _needed(planned: Planned, curve: PowerCurve) -> str:
     )
 
 
-def assumption_lines(planned: Planned) -> list[str]:
+def assumption_lines(planned: Plan) -> list[str]:
     """Return what the answer assumes, in sentences."""
     persons, studies = planned.settings.persons, planned.settings.studies
     paired = planned.design == PAIRED
@@ -124,12 +124,12 @@ def assumption_lines(planned: Planned) -> list[str]:
     ]
 
 
-def plan_table(planned: Planned) -> pd.DataFrame:
+def plan_table(planned: Plan) -> pd.DataFrame:
     """Return a row a number of repeats and persons."""
     return pd.concat([_rows(planned, curve) for curve in planned.curves], ignore_index=True)
 
 
-def _rows(planned: Planned, curve: PowerCurve) -> pd.DataFrame:
+def _rows(planned: Plan, curve: PowerCurve) -> pd.DataFrame:
     own = planned.individuals.get(curve.repeats)
     return pd.DataFrame(
         {

@@ -10,8 +10,8 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from swesbi.recording.cohort.checked import Checked, ingested, read_raw, twins_among
 from swesbi.recording.cohort.files import PROTOCOL, RECORDINGS, SUBJECTS, check_file
+from swesbi.recording.cohort.recording import UsableRecording, ingested, read_raw, twins_among
 from swesbi.recording.cohort.recording_file import (
     Description,
     RecordingFile,
@@ -68,7 +68,7 @@ class CohortReport:
         visits: Whose recordings those of the table without a problem are, by subject.
     """
 
-    subjects: tuple[Checked, ...]
+    subjects: tuple[UsableRecording, ...]
     origin: str
     problems: tuple[Problem, ...]
     notes: tuple[str, ...]
@@ -86,7 +86,7 @@ class CohortReport:
 
 
 def examine_cohort(
-    cohort: Path, settings: RecordingSettings, grid_points: int, phases_said_in: str = CONFIGURED
+    cohort: Path, settings: RecordingSettings, grid_points: int, phases_source: str = CONFIGURED
 ) -> CohortReport:
     """Check every file of a cohort, and ingest every recording, without writing anything.
 
@@ -94,7 +94,7 @@ def examine_cohort(
         cohort: Folder with ``subjects.csv``, ``recording.yaml`` and ``swe/``.
         settings: Quality control and completeness.
         grid_points: Number of points of the analysis grid.
-        phases_said_in: Where their number of phases is said.
+        phases_source: Where their number of phases is said.
     """
     if not cohort.is_dir():
         absent = Problem(str(cohort), "is no folder", "correct the path; `template` starts a new cohort")
@@ -102,10 +102,8 @@ def examine_cohort(
     problems: list[Problem] = []
     table = _collect(problems, partial(_subjects, cohort)) or SubjectTable(_recorded(cohort), {}, {}, {}, ())
     problems.extend(table.problems)
-    described = partial(description_of, cohort, settings=settings, phases_said_in=phases_said_in)
-    said = _collect(problems, partial(described, "")) or Description(
-        settings, RecordingFile(), phases_said_in
-    )
+    described = partial(description_of, cohort, settings=settings, phases_source=phases_source)
+    said = _collect(problems, partial(described, "")) or Description(settings, RecordingFile(), phases_source)
     _collect(problems, partial(noise_groups_of, said.file, cohort / PROTOCOL, table.names))
     check = partial(_check, cohort, said, described, table=table, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
@@ -139,7 +137,7 @@ def _check(
     name: str,
     table: SubjectTable,
     grid_points: int,
-) -> Checked | None:
+) -> UsableRecording | None:
     """Read and ingest one recording; a subject whose row is wrong has its recording read all the same.
 
     What is wrong with the cohort's own file is said once, and not here.

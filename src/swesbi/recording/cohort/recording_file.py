@@ -29,7 +29,7 @@ Fact = str | int | float | None
 SEE_TEMPLATE: Final = "`swesbi template FOLDER` writes one to start from"
 OWN_FACTS: Final = "remove it; facts of your own go under the key `sources`"
 IN_MEMORY: Final = "the table in memory"
-Said = TypeVar("Said", bound=Settings)
+Section = TypeVar("Section", bound=Settings)
 
 
 class MadeBy(Settings):
@@ -91,16 +91,16 @@ class Description:
     Attributes:
         settings: Quality control, with as many gated phases as the recording has.
         file: All that is said.
-        phases_said_in: Where the number of phases is said, for messages.
+        phases_source: Where the number of phases is said, for messages.
     """
 
     settings: RecordingSettings
     file: RecordingFile
-    phases_said_in: str = CONFIGURED
+    phases_source: str = CONFIGURED
 
 
 def description_of(
-    cohort: Path, subject: str, settings: RecordingSettings, phases_said_in: str = CONFIGURED
+    cohort: Path, subject: str, settings: RecordingSettings, phases_source: str = CONFIGURED
 ) -> Description:
     """Return what is said of a recording, which must agree with the settings where both say the same.
 
@@ -108,7 +108,7 @@ def description_of(
         cohort: Its folder.
         subject: Whose recording it is; empty: what is said of all.
         settings: Of the cohort.
-        phases_said_in: Where their number of phases is said.
+        phases_source: Where their number of phases is said.
 
     Raises:
         RecordingError: A file is missing, no YAML mapping, lacks ``origin``, says what is not known, or
@@ -117,9 +117,9 @@ def description_of(
     file, own = read_recording_file(cohort, subject), _own(cohort, subject)
     path = own_file(cohort, subject)
     if (own.get("protocol") or {}).get("phases") is not None:
-        settings, phases_said_in = _with_phases(settings, file, path), f"protocol.phases in {path}"
-    _check_agreement(cohort / PROTOCOL, file, settings, phases_said_in)
-    return Description(settings, file.model_copy(update={"origin": in_one_line(file.origin)}), phases_said_in)
+        settings, phases_source = _with_phases(settings, file, path), f"protocol.phases in {path}"
+    _check_agreement(cohort / PROTOCOL, file, settings, phases_source)
+    return Description(settings, file.model_copy(update={"origin": in_one_line(file.origin)}), phases_source)
 
 
 def described_in_memory(said: Mapping[str, Any], settings: RecordingSettings) -> Description:
@@ -147,7 +147,7 @@ def _with_phases(settings: RecordingSettings, file: RecordingFile, path: Path) -
 
 
 def _check_agreement(
-    path: Path, file: RecordingFile, settings: RecordingSettings, phases_said_in: str
+    path: Path, file: RecordingFile, settings: RecordingSettings, phases_source: str
 ) -> None:
     """Refuse a file without an origin that can be seen, or one that disagrees with the settings."""
     problems = []
@@ -160,7 +160,7 @@ def _check_agreement(
     density = "recording.density_kg_m3 in config.yaml"
     said = {
         "density_kg_m3": (file.density_kg_m3, settings.density_kg_m3, density),
-        "protocol.phases": (file.protocol.phases, settings.phases, phases_said_in),
+        "protocol.phases": (file.protocol.phases, settings.phases, phases_source),
     }
     for key, (here, there, where_said) in said.items():
         if here is not None and here != there:
@@ -246,7 +246,7 @@ def layout_of(plain: Mapping[str, Any], path: Path) -> TableLayout:
     return _validated(TableLayout, plain, path)
 
 
-def _validated(model: type[Said], plain: Mapping[str, Any], path: Path) -> Said:
+def _validated(model: type[Section], plain: Mapping[str, Any], path: Path) -> Section:
     try:
         return model.from_plain(_said(plain, model))
     except ValidationError as error:

@@ -21,7 +21,7 @@ from swesbi.checks.calibration.ranks import (
     QUANTITY_NAMES,
     WEIGHTED,
     Diagnostics,
-    Ranked,
+    RankedRecordings,
     central_level,
 )
 from swesbi.checks.calibration.settings import JudgementSettings
@@ -78,7 +78,7 @@ class CalibrationCase:
         max_k_hat: Pareto shape above which weights are not used.
     """
 
-    ranked: Mapping[str, Ranked]
+    ranked: Mapping[str, RankedRecordings]
     diagnostics: Diagnostics
     table: pd.DataFrame
     settings: JudgementSettings

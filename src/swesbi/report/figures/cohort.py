@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from swesbi.artefacts import UnfitError
 from swesbi.artefacts.typed import BySubject
 from swesbi.checks.recovery import Truths
-from swesbi.parameters import PHI_LABELS, PHI_NAMES, REPORTED, THETA_NAMES
+from swesbi.parameters import OF_INTEREST, PHI_LABELS, PHI_NAMES, THETA_NAMES
 from swesbi.prior import JointPriorSettings, quantile
 from swesbi.recording.settings import ContextRow
 from swesbi.report.figures.style import (
@@ -34,7 +34,15 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent, fixed, share
-from swesbi.verdict.answers import OUTCOMES, REFUSED, SEPARATOR, CohortTable, cohort_table, is_exact, told_of
+from swesbi.verdict.summary import (
+    OUTCOMES,
+    REFUSED,
+    SEPARATOR,
+    CohortTable,
+    answer_summary,
+    cohort_table,
+    is_exact,
+)
 from swesbi.verdict.verdict import STATUSES, Verdict
 
 LOGGER = logging.getLogger("swesbi")
@@ -81,10 +89,10 @@ class Overview:
     def prior_band(self) -> FloatArray:
         """The prior's central 90 % of each parameter that is reported; shape (2, 4)."""
         levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(self.prior.names), axis=1)
-        return quantile(levels, self.prior)[:, REPORTED]
+        return quantile(levels, self.prior)[:, OF_INTEREST]
 
 
-class CohortShown(NamedTuple):
+class CohortOutputs(NamedTuple):
     """Every subject of a cohort, in one table and one figure."""
 
     cohort: CohortTable
@@ -101,7 +109,7 @@ def population_cohort(
     interval: float,
     cohort_title: str,
     experiment: str,
-) -> CohortShown:
+) -> CohortOutputs:
     """Tabulate and draw every subject of a cohort as a population's network answers it.
 
     Args:
@@ -122,12 +130,12 @@ def population_cohort(
     for subject, verdict in verdicts.items():
         if not is_exact(verdict):
             raise UnfitError("verdicts", f"that of {subject} is not of an experiment on speeds")
-        answers[subject] = told_of(verdict)
+        answers[subject] = answer_summary(verdict)
     table = cohort_table([row.to_context() for row in cohort_contexts], answers, refused)
     overview = Overview(table, truth or {}, joint_prior, interval)
     counts = table["status"].value_counts()
     LOGGER.info("%s", ", ".join(f"{counts[name]} {name}" for name in OUTCOMES if name in counts))
-    return CohortShown(table, draw_cohort(overview, cohort_title, experiment))
+    return CohortOutputs(table, draw_cohort(overview, cohort_title, experiment))
 
 
 def draw_cohort(overview: Overview, cohort_title: str, experiment: str) -> Figure:

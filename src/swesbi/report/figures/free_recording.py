@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.recording.cohort.checked import Checked
+from swesbi.recording.cohort.recording import UsableRecording
 from swesbi.recording.observation import SOURCES
 from swesbi.recording.samples import REASONS
 from swesbi.report.figures.recording import COLOURS, MARKS, MEAN, ORIGIN_WIDTH, WITHOUT_SPEED
@@ -18,7 +18,7 @@ from swesbi.report.figures.style import PRIOR, new_figure, plain, style
 INSTANT: Final = "instant, fraction of the push's own beat"
 
 
-def draw_free_sheet(subject: Checked, origin: str) -> Figure:
+def draw_free_sheet(subject: UsableRecording, origin: str) -> Figure:
     """Draw one subject's free-running recording; ``origin`` says where it comes from."""
     observed = subject.observation
     with style():
@@ -39,7 +39,7 @@ def draw_free_sheet(subject: Checked, origin: str) -> Figure:
     return figure
 
 
-def _draw_pushes(axes: Axes, subject: Checked) -> None:
+def _draw_pushes(axes: Axes, subject: UsableRecording) -> None:
     samples, observed = subject.samples, subject.observation
     pushes = (observed.phase, observed.speed_m_s, observed.speed_se_m_s)
     axes.errorbar(*pushes, label="accepted push ± SE", **MEAN)

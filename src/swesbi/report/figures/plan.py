@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.persons.planning.power import NINETY, PowerCurve
-from swesbi.persons.planning.words import Planned
+from swesbi.persons.planning.words import Plan
 from swesbi.report.figures.style import (
     CMAES,
     NETWORK,
@@ -27,7 +27,7 @@ HEIGHT_IN: Final = 3.2
 COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, STRAINED)
 
 
-def draw_plan(planned: Planned) -> Figure:
+def draw_plan(planned: Plan) -> Figure:
     """Draw power with its Monte Carlo band, what is found without an effect, and the persons needed."""
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)

@@ -24,8 +24,8 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.verdict.answers import verdict_numbers
 from swesbi.verdict.prior_support import support_numbers
+from swesbi.verdict.summary import verdict_numbers
 
 FloatArray = NDArray[np.float64]
 

@@ -34,7 +34,7 @@ from swesbi.report.figures.style import (
     titled,
 )
 from swesbi.report.numbers import as_percent, digits, feature_label
-from swesbi.verdict.answers import is_exact, sampler_in_words, verdict_numbers, weights_in_words
+from swesbi.verdict.summary import is_exact, sampler_in_words, verdict_numbers, weights_in_words
 from swesbi.verdict.verdict import Verdict
 
 FloatArray = NDArray[np.float64]

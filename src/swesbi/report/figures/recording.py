@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.recording.cohort.checked import Checked
+from swesbi.recording.cohort.recording import UsableRecording
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.noise.components import ComponentEstimate
 from swesbi.recording.samples import ACCEPTED, REASONS
@@ -114,7 +114,7 @@ def _panel(axes: Axes, noise: CohortNoise, name: str) -> None:
     in_percent(axes.yaxis)
 
 
-def draw_recording_sheet(subject: Checked, origin: str) -> Figure:
+def draw_recording_sheet(subject: UsableRecording, origin: str) -> Figure:
     """Draw one subject's recording; ``origin`` says where it comes from."""
     with style():
         figure = new_figure(6.4, 6.6)
@@ -129,7 +129,7 @@ def draw_recording_sheet(subject: Checked, origin: str) -> Figure:
     return figure
 
 
-def _draw_samples(axes: Axes, subject: Checked) -> None:
+def _draw_samples(axes: Axes, subject: UsableRecording) -> None:
     samples, verdict, observed = subject.samples, subject.verdict, subject.observation
     phase = samples.beat_phase % 1.0
     kept = verdict == ACCEPTED
@@ -147,7 +147,7 @@ def _draw_samples(axes: Axes, subject: Checked) -> None:
     axes.set(ylabel="shear-wave speed (m/s); below 0: no speed", xlim=(-0.01, 1.01))
 
 
-def _draw_curve(axes: Axes, subject: Checked) -> None:
+def _draw_curve(axes: Axes, subject: UsableRecording) -> None:
     observed = subject.observation
     axes.plot(observed.grid, observed.curve_kpa, color=POSTERIOR, lw=1.0, label="curve on the analysis grid")
     axes.errorbar(observed.phase, observed.stiffness_kpa, observed.stiffness_se_kpa, **MEAN)
@@ -157,7 +157,7 @@ def _draw_curve(axes: Axes, subject: Checked) -> None:
     axes.set(ylabel="$E = 3\\rho c_s^2$ (kPa)")
 
 
-def _draw_counts(axes: Axes, subject: Checked) -> None:
+def _draw_counts(axes: Axes, subject: UsableRecording) -> None:
     observed = subject.observation
     width = 0.6 / len(observed.phase)
     rejected = observed.samples_rejected.sum(axis=0)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 from scipy.stats import gaussian_kde
 
 from swesbi.base.arrays import FloatArray
-from swesbi.parameters import TOLD_NAMES
+from swesbi.parameters import REPORTED_NAMES
 from swesbi.report.figures.recording import MEAN
 from swesbi.report.figures.style import (
     CMAES,
@@ -26,7 +26,7 @@ from swesbi.report.figures.style import (
     style,
 )
 from swesbi.report.numbers import as_percent
-from swesbi.report.sheet import Recorded, Sheet, ShownCurve
+from swesbi.report.sheet import RecordingSummary, Sheet, ShownCurve
 from swesbi.report.sheet_text import (
     SYMBOLS,
     UNITS,
@@ -116,7 +116,7 @@ def _draw_curve(axes: Axes, curve: ShownCurve, colour: str) -> None:
     axes.set(xlim=(0.0, 1.0), ylim=(0.0, HEAD_ROOM * top), title="The recording, and what is predicted of it")
 
 
-def _draw_counts(axes: Axes, recorded: Recorded) -> None:
+def _draw_counts(axes: Axes, recorded: RecordingSummary) -> None:
     """Draw how many were accepted, and how many rejected for which reason."""
     rejected = {in_words(reason): n for reason, n in recorded.rejected.items()}
     counts = {"accepted": recorded.accepted} | rejected
@@ -136,7 +136,7 @@ def _draw_densities(axes: Sequence[Axes], sheet: Sheet) -> None:
     low, median, high = sheet.limits
     colour = STATUS_COLORS[sheet.verdict.status]
     for panel, name in zip(axes, DRAWN, strict=True):
-        j = TOLD_NAMES.index(name)
+        j = REPORTED_NAMES.index(name)
         prior, draws = sheet.population.prior[:, j], sheet.values[:, j]
         ends = np.log([np.percentile(prior, SHOWN), np.percentile(draws, SHOWN)])
         ends = np.array([ends[:, 0].min(), ends[:, 1].max()])

@@ -26,7 +26,7 @@ from swesbi.report.results import Experiment, Results, columns_of, is_true, reco
 from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.exact import VERDICT, Exact
 from swesbi.report.tables.subjects import SUBJECT, beside_the_measured
-from swesbi.verdict.answers import LIMITS, label_of_test
+from swesbi.verdict.summary import LIMITS, label_of_test
 from swesbi.verdict.verdict import PAPER_STATUSES, STATUSES, Status
 
 EJECTION: Final = "ejection_fraction"

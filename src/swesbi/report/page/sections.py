@@ -26,10 +26,10 @@ from swesbi.report.tables.exact import (
     verdicts_table,
 )
 from swesbi.report.tables.experiments import PAIRS, correlations
-from swesbi.report.tables.population import OverPopulation, cohort_table, range_in_words, strata_table
+from swesbi.report.tables.population import PopulationSection, cohort_table, range_in_words, strata_table
 from swesbi.report.tables.pressures import in_words, pressures_table, subjects_table
 from swesbi.report.tables.subjects import derived_table, feature_table, score_table
-from swesbi.verdict.answers import OUTCOMES
+from swesbi.verdict.summary import OUTCOMES
 from swesbi.verdict.verdict import STATUSES, Verdict
 
 Facts = Mapping[str, str]
@@ -202,7 +202,7 @@ def _exact_facts(exact: Exact) -> Iterator[tuple[str, str]]:
 
 
 def make_population_section(
-    shown: OverPopulation,
+    shown: PopulationSection,
     figures: Mapping[str, Figure],
     cohort_title: str,
     cohort: CohortSection | None = None,
@@ -217,7 +217,7 @@ def make_population_section(
     return Section(shown.name, facts, tables, figures, cohort, base=base, declared=declared)
 
 
-def _population_facts(shown: OverPopulation) -> Iterator[tuple[str, str]]:
+def _population_facts(shown: PopulationSection) -> Iterator[tuple[str, str]]:
     """Yield what an abstract would say."""
     simulations: Any = shown.settings["simulations"]
     drawn = count(simulations["contexts"] * simulations["draws_per_context"])

@@ -42,10 +42,10 @@ from swesbi.report.paper.comparison import ComparisonTable, StatementsTable
 from swesbi.report.results import Experiment, Recovery, Results
 from swesbi.report.tables.cohort_posterior import cohort_section
 from swesbi.report.tables.exact import Exact
-from swesbi.report.tables.population import OverPopulation
+from swesbi.report.tables.population import PopulationSection
 from swesbi.report.tables.pressures import pressures_of
 from swesbi.report.tables.validation import SittingsTable, shown_validation
-from swesbi.verdict.answers import CohortTable
+from swesbi.verdict.summary import CohortTable
 from swesbi.verdict.verdict import Verdict
 
 Sections = dict[str, dict[str, JsonValue]]
@@ -210,12 +210,12 @@ def _over_populations(
     cohorts: Mapping[str, pd.DataFrame],
     strata: Mapping[str, pd.DataFrame],
     pressures: pd.DataFrame | None,
-) -> Iterator[OverPopulation]:
+) -> Iterator[PopulationSection]:
     """Yield the experiments over a population, in the order of their sections."""
     for name, plain in sections.items():
         mass = float(str(plain["interval"]))
         own = pressures_of(pressures, name)
-        yield OverPopulation(name, plain, mass, cohorts[name], strata[name], own)
+        yield PopulationSection(name, plain, mass, cohorts[name], strata[name], own)
 
 
 def _of_experiment(files: ByPlace[Item], experiment: str) -> dict[str, Item]:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from swesbi.artefacts.csv import Table
 from swesbi.report.paper import design, measures
-from swesbi.report.paper.measured import Findings, Measure, Measured, StudyResults, differ, shown
+from swesbi.report.paper.study_values import Findings, Measure, StudyResults, StudyValue, differ, shown
 from swesbi.report.paper.values import PaperNumber
 
 PAPER_RECORDINGS: Final = 400
@@ -52,10 +52,10 @@ class Difference:
     words: str
 
 
-Reading = Callable[[PaperNumber, Measured, str], Difference]
+Reading = Callable[[PaperNumber, StudyValue, str], Difference]
 
 
-def read_difference(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def read_difference(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     """Return the reading of one row, its remark included where there is a value; none agrees with nothing.
 
     Args:
@@ -93,27 +93,27 @@ def origin(paper: PaperNumber, main: str) -> str:
     return f"{DESIGNED} (config.yaml: {owner}{within})"
 
 
-def _configured(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _configured(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     same = _same(paper, measured)
     return Difference(same, "same by configuration" if same else "configured otherwise here")
 
 
-def _identity(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _identity(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     same = _same(paper, measured)
     return Difference(same, "same definition" if same else "another definition here")
 
 
-def _protocol(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _protocol(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     same = _same(paper, measured)
     return Difference(same, f"{'same' if same else 'another'} protocol ({cohort_title})")
 
 
-def _count(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _count(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     same = _same(paper, measured)
     return Difference(same, "the same number" if same else _difference(paper, measured))
 
 
-def _spread(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _spread(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     """Say whether the mean lies within the paper's mean ± sd, else by how much it does not."""
     if abs(measured.value - paper.value) <= paper.sd:
         return Difference(True, "within the paper's spread")
@@ -122,7 +122,7 @@ def _spread(paper: PaperNumber, measured: Measured, cohort_title: str) -> Differ
     return Difference(False, words)
 
 
-def _case(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _case(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     """Compare a number of one case, who is another person than the paper's."""
     above = paper.printed.startswith(">") and measured.value > paper.value
     difference = (
@@ -132,14 +132,14 @@ def _case(paper: PaperNumber, measured: Measured, cohort_title: str) -> Differen
     return Difference(same, f"{difference}; another subject than the paper's")
 
 
-def _phase(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _phase(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     """Say whether a coverage lies within one phase of the paper's; ">0.99" begins at 0.99."""
     off = measured.value - paper.value
     near = off >= -ONE_PHASE and (off <= ONE_PHASE or paper.printed.startswith(">"))
     return Difference(near, _case(paper, measured, cohort_title).words)
 
 
-def _side(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _side(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     """Say whether both values lie on one side of a bound."""
     bound = float(paper.row.of["bound"])
     same = (measured.value > bound) == (paper.value > bound)
@@ -147,14 +147,14 @@ def _side(paper: PaperNumber, measured: Measured, cohort_title: str) -> Differen
     return Difference(same, f"{where} {shown(bound, 0)}, {'as' if same else 'unlike'} in the paper")
 
 
-def _all_inside(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _all_inside(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     of = f"{shown(measured.value, 0)} of {measured.n} supported cases"
     if measured.value == measured.n == paper.value:
         return Difference(True, f"holds in {of}, as in the paper")
     return Difference(False, f"holds in {of}, in the paper in all {shown(paper.value, 0)}")
 
 
-def _binomial(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _binomial(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     """Say whether two frequencies differ beyond the 95 % interval of their difference."""
     if not differ(paper.value / 100.0, PAPER_RECORDINGS, measured.value / 100.0, measured.n):
         return Difference(True, "no difference beyond binomial error")
@@ -162,7 +162,7 @@ def _binomial(paper: PaperNumber, measured: Measured, cohort_title: str) -> Diff
     return Difference(False, words)
 
 
-def _words(paper: PaperNumber, measured: Measured, cohort_title: str) -> Difference:
+def _words(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
     """Compare what stands before the details of this study's value."""
     said = measured.text.split(" (")[0].split(":")[0]
     if said == paper.printed:
@@ -171,11 +171,11 @@ def _words(paper: PaperNumber, measured: Measured, cohort_title: str) -> Differe
     return Difference(False, "holds in part of the subjects" if partly else "differs from the paper")
 
 
-def _same(paper: PaperNumber, measured: Measured) -> bool:
+def _same(paper: PaperNumber, measured: StudyValue) -> bool:
     return abs(measured.value - paper.value) <= 1e-9 * max(abs(paper.value), 1e-12)
 
 
-def _difference(paper: PaperNumber, measured: Measured) -> str:
+def _difference(paper: PaperNumber, measured: StudyValue) -> str:
     """Say which value is higher, by the decimals that are shown."""
     digits = paper.row.digits
     difference = round(measured.value, digits) - round(paper.value, digits)
@@ -255,7 +255,7 @@ def score_in_words(statements: pd.DataFrame) -> str:
 
 def _compared(
     paper: Sequence[PaperNumber], study: Findings
-) -> Iterator[tuple[PaperNumber, Measured, Difference]]:
+) -> Iterator[tuple[PaperNumber, StudyValue, Difference]]:
     for printed in paper:
         row = printed.row
         if row.measure not in MEASURES:

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
-from swesbi.report.paper.measured import (
+from swesbi.report.paper.study_values import (
     Findings,
-    Measured,
+    StudyValue,
     absent,
     differ,
     number,
@@ -28,19 +28,19 @@ EXCLUDED_CASES: Final = {"first": 0, "second": -1}
 """Places of the paper's two excluded cases among those of this study, by their max |z|."""
 
 
-def supported_count(study: Findings, asked: PaperNumber) -> Measured:
+def supported_count(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return how many subjects the prior supports, and their names."""
     names = [name for name, verdict in study.verdicts.items() if verdict.may_be_read]
     return _named_share(names, len(study.verdicts))
 
 
-def excluded_count(study: Findings, asked: PaperNumber) -> Measured:
+def excluded_count(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return how many subjects the prior does not support, and their names."""
     names = list(_excluded(study))
-    return Measured(f"{len(names)}{_listed(names)}", len(names), n=len(study.verdicts))
+    return StudyValue(f"{len(names)}{_listed(names)}", len(names), n=len(study.verdicts))
 
 
-def excluded(study: Findings, asked: PaperNumber) -> Measured:
+def excluded(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return a diagnostic of the first or the second excluded case.
 
     The paper has two. Its first has the smaller max |z|, its second the larger; so have those of this study.
@@ -52,17 +52,17 @@ def excluded(study: Findings, asked: PaperNumber) -> Measured:
     what = asked.option("what")
     if what == "worst_component":
         is_named = verdict.worst_component.endswith(asked.option("ends"))
-        return Measured(f"{asked.printed if is_named else verdict.worst_component} ({subject})")
+        return StudyValue(f"{asked.printed if is_named else verdict.worst_component} ({subject})")
     numbers = {"max_abs_z": verdict.max_abs_z, "in_prior_draws": float(verdict.in_prior_draws)}
     return number((numbers | verdict.unfiltered_median)[what], asked, f" ({subject})")
 
 
-def score_mean(study: Findings, asked: PaperNumber) -> Measured:
+def score_mean(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return mean and sd of a score over the prior-supported subjects."""
     return spread(study.scores()[asked.option("column")].tolist(), asked)
 
 
-def score(study: Findings, asked: PaperNumber) -> Measured:
+def score(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return a score of the subject that bears the name of the paper's case."""
     table, column = study.scores(readable=False), asked.option("column")
     if asked.case not in table.index:
@@ -74,16 +74,16 @@ def score(study: Findings, asked: PaperNumber) -> Measured:
     return number(value, asked)
 
 
-def extreme_case(study: Findings, asked: PaperNumber) -> Measured:
+def extreme_case(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return the prior-supported subject with the largest (or smallest) score, and that score."""
     values = study.scores()[asked.option("column")]
     if values.empty:
         return absent("no subject is prior-supported")
     name = str(values.idxmax() if asked.row.of["largest"] else values.idxmin())
-    return Measured(f"{name} ({shown(float(values[name]), asked.row.digits)})")
+    return StudyValue(f"{name} ({shown(float(values[name]), asked.row.digits)})")
 
 
-def features_inside(study: Findings, asked: PaperNumber) -> Measured:
+def features_inside(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return in how many prior-supported subjects every checked feature is inside, and which do not."""
     table = study.features[study.features["experiment"] == study.main]
     table = table[table["may_be_read"].astype(bool)]
@@ -94,29 +94,29 @@ def features_inside(study: Findings, asked: PaperNumber) -> Measured:
     if counted.missing:
         return counted
     text = f"{int(inside.sum())} of {len(inside)}" + (f"; outside {', '.join(outside)}" if outside else "")
-    return Measured(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
+    return StudyValue(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
 
 
-def peak_underestimated(study: Findings, asked: PaperNumber) -> Measured:
+def peak_underestimated(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return in how many prior-supported subjects the prior predictive median of the maximum is too low."""
     table = study.features[study.features["experiment"] == study.main]
     table = table[table["may_be_read"].astype(bool) & (table["feature"] == "maximum_kpa")]
     return share(int((table["prior_median"] < table["observed"]).sum()), len(table))
 
 
-def sbi_below_cmaes(study: Findings, asked: PaperNumber) -> Measured:
+def sbi_below_cmaes(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return in how many prior-supported subjects the posterior predictive median has the lower RMSE."""
     table = study.scores()
     return share(int((table["rmse_kpa"] < table["rmse_cmaes_kpa"]).sum()), len(table))
 
 
-def correlation_mean(study: Findings, asked: PaperNumber) -> Measured:
+def correlation_mean(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return mean and sd of a posterior correlation over the prior-supported subjects."""
     table = study.parameter(asked.option("parameter"))
     return spread(table[f"correlation_{asked.option('other')}"].tolist(), asked)
 
 
-def recovery_level(study: Findings, asked: PaperNumber) -> Measured:
+def recovery_level(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return the nominal level of the recovery in percent."""
     levels = study.recoveries[study.main]["nominal"]
     if not (levels == asked.row.of["nominal"]).any():
@@ -124,7 +124,7 @@ def recovery_level(study: Findings, asked: PaperNumber) -> Measured:
     return number(100.0 * float(asked.row.of["nominal"]), asked)
 
 
-def recovery(study: Findings, asked: PaperNumber) -> Measured:
+def recovery(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return the coverage of a parameter in percent, with its binomial interval."""
     table = study.recoveries[study.main]
     row = table[
@@ -137,22 +137,22 @@ def recovery(study: Findings, asked: PaperNumber) -> Measured:
     if not scored:
         return absent("no recording was scored")
     covered, *ends = (shown(each, asked.row.digits) for each in (value, low, high))
-    return Measured(f"{covered} [{', '.join(ends)}], {scored} scored", value, n=scored)
+    return StudyValue(f"{covered} [{', '.join(ends)}], {scored} scored", value, n=scored)
 
 
 def _excluded(study: Findings) -> dict[str, Verdict]:
     return {name: verdict for name, verdict in study.verdicts.items() if not verdict.may_be_read}
 
 
-def _named_share(names: list[str], total: int) -> Measured:
-    return Measured(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
+def _named_share(names: list[str], total: int) -> StudyValue:
+    return StudyValue(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
 
 
 def _listed(names: list[str]) -> str:
     return f" ({', '.join(names)})" if names else ""
 
 
-def scalar_only_degrades(study: Findings, asked: PaperNumber) -> Measured:
+def scalar_only_degrades(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether the mean RMSE is higher in the other experiment, over the subjects supported in both."""
     if missing := _not_run(study, asked):
         return missing
@@ -162,10 +162,10 @@ def scalar_only_degrades(study: Findings, asked: PaperNumber) -> Measured:
     means = both[["rmse_kpa", "rmse_kpa_other"]].mean().to_frame("mean").T
     worse = bool(means["rmse_kpa_other"].iloc[0] > means["rmse_kpa"].iloc[0])
     changes = _changes(pd.concat([means, both]), "rmse_kpa", asked)
-    return Measured(f"{'yes' if worse else 'no'}: RMSE {changes} kPa")
+    return StudyValue(f"{'yes' if worse else 'no'}: RMSE {changes} kPa")
 
 
-def k_atp_shift(study: Findings, asked: PaperNumber) -> Measured:
+def k_atp_shift(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether the credible intervals of k_ATP are apart, over the subjects prior-supported in both."""
     if missing := _not_run(study, asked):
         return missing
@@ -174,10 +174,10 @@ def k_atp_shift(study: Findings, asked: PaperNumber) -> Measured:
     if both.empty:
         return absent("no subject is prior-supported in both experiments")
     apart = (both["ci_low_other"] > both["ci_high"]) | (both["ci_high_other"] < both["ci_low"])
-    return Measured(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
+    return StudyValue(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
 
 
-def coverage_degrades(study: Findings, asked: PaperNumber) -> Measured:
+def coverage_degrades(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether a coverage of the other experiment is below nominal and lower, beyond binomial error."""
     if missing := _not_run(study, asked):
         return missing
@@ -191,10 +191,10 @@ def coverage_degrades(study: Findings, asked: PaperNumber) -> Measured:
     rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
     worse = any(row[2] < min(row[0], nominal) and differ(*map(float, row)) for row in rows)
     percent = both.assign(coverage=100 * both["coverage"], coverage_other=100 * both["coverage_other"])
-    return Measured(f"{'yes' if worse else 'no'}: {_changes(percent, 'coverage', asked)} %")
+    return StudyValue(f"{'yes' if worse else 'no'}: {_changes(percent, 'coverage', asked)} %")
 
 
-def constraint_order(study: Findings, asked: PaperNumber) -> Measured:
+def constraint_order(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether k_0 has a narrower credible interval, relative to its median, than k_SR."""
     widths = []
     for name in THETA_NAMES:
@@ -205,10 +205,10 @@ def constraint_order(study: Findings, asked: PaperNumber) -> Measured:
     named = ", ".join(
         f"{name} {shown(width, asked.row.digits)}" for name, width in zip(THETA_NAMES, widths, strict=True)
     )
-    return Measured(f"{'yes' if widths[0] < widths[-1] else 'no'}: {named} % of the median")
+    return StudyValue(f"{'yes' if widths[0] < widths[-1] else 'no'}: {named} % of the median")
 
 
-def _not_run(study: Findings, asked: PaperNumber) -> Measured | None:
+def _not_run(study: Findings, asked: PaperNumber) -> StudyValue | None:
     experiment = asked.option("experiment")
     if experiment == study.main or experiment not in study.recoveries:
         return absent(f"the experiment '{experiment}' was not run beside '{study.main}'")

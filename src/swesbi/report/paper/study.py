@@ -27,7 +27,7 @@ from swesbi.report.paper.comparison import (
     score_in_words,
     statements_table,
 )
-from swesbi.report.paper.measured import StudyResults, pool_size
+from swesbi.report.paper.study_values import StudyResults, pool_size
 from swesbi.report.paper.values import read_paper
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import Verdict
@@ -35,7 +35,7 @@ from swesbi.verdict.verdict import Verdict
 LOGGER = logging.getLogger("swesbi")
 
 
-class BesideThePaper(NamedTuple):
+class PaperComparison(NamedTuple):
     """One row for every number that the paper prints, and one for every statement on its results."""
 
     comparison_csv: ComparisonTable
@@ -65,7 +65,7 @@ def beside_the_paper(
     recovery: RecoverySettings,
     search: CmaesSettings,
     recording: RecordingSettings,
-) -> BesideThePaper:
+) -> PaperComparison:
     """Compare the paper with a study.
 
     ``protocol`` is the cohort's ``recording.yaml``; tables and recoveries are of all experiments, and what
@@ -100,7 +100,7 @@ def beside_the_paper(
     )  # fmt: skip
     table, statements = comparison_table(numbers, study), statements_table(numbers, study)
     LOGGER.info(score_in_words(statements))
-    return BesideThePaper(table, comparison_latex(numbers, table, cohort_title), statements)
+    return PaperComparison(table, comparison_latex(numbers, table, cohort_title), statements)
 
 
 def _plain(**settings: Settings) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from swesbi.report.results import wide
 from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.exact import Exact
 from swesbi.report.tables.subjects import SUBJECT
-from swesbi.verdict.answers import ANSWERS, POOLED, RECORDINGS
+from swesbi.verdict.summary import ANSWERS, POOLED, RECORDINGS
 
 MADE = words("recordings", "Recordings", RECORDINGS)
 ANSWER = words("sampler", "Answer", ANSWERS)

@@ -32,7 +32,7 @@ from swesbi.report.numbers import (
 from swesbi.report.results import columns_of, marked, records, wide
 from swesbi.report.table import Column, Table, words
 from swesbi.report.tables.subjects import SUBJECT
-from swesbi.verdict.answers import LIMITS
+from swesbi.verdict.summary import LIMITS
 
 SURE: Final = 0.95
 """Probability from which a sentence calls a difference one."""

@@ -31,7 +31,7 @@ from swesbi.report.numbers import (
 from swesbi.report.results import Experiment, is_true
 from swesbi.report.table import Cell, Column, Strong, Table, words
 from swesbi.report.tables.subjects import PARAMETER, SUBJECT, UNIT
-from swesbi.verdict.answers import label_of_test, sampler_in_words
+from swesbi.verdict.summary import label_of_test, sampler_in_words
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
 PASSIVE: Final = "passive_stiffness_kpa"

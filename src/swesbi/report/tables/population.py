@@ -19,13 +19,13 @@ from swesbi.report.table import MARK, SUMMARY, Column, Table, words
 from swesbi.report.tables.exact import SYMBOLS, UNITS, VERDICT, shape
 from swesbi.report.tables.experiments import COVERAGE
 from swesbi.report.tables.subjects import SUBJECT
-from swesbi.verdict.answers import ANSWERS, OUTCOMES, REFUSED
+from swesbi.verdict.summary import ANSWERS, OUTCOMES, REFUSED
 
 SAMPLER_NAMES: Final = {"importance": "importance weights", "mcmc": "MCMC"}
 
 
 @dataclass(frozen=True)
-class OverPopulation:
+class PopulationSection:
     """What is shown of one experiment over a population.
 
     Attributes:
@@ -55,7 +55,7 @@ class OverPopulation:
         return self.strata[np.isclose(self.strata["nominal"], self.interval)]
 
 
-def strata_table(shown: OverPopulation) -> Table:
+def strata_table(shown: PopulationSection) -> Table:
     """Return coverage of both answers by stratum, with the efficiency of the weights."""
     columns = (
         words("stratum", "Stratum", stratum_label),
@@ -79,13 +79,13 @@ def strata_table(shown: OverPopulation) -> Table:
     return Table(f"Coverage of {level} % intervals by stratum, on fresh contexts.", frame, columns, note)
 
 
-def cohort_table(shown: OverPopulation, cohort_title: str) -> Table:
+def cohort_table(shown: PopulationSection, cohort_title: str) -> Table:
     """Return a row a subject of a small cohort, counts of a large one."""
     small = len(shown.cohort) <= MOST_SHOWN
     return _subjects(shown, cohort_title) if small else counts_table(shown, cohort_title)
 
 
-def counts_table(shown: OverPopulation, cohort_title: str, most_reasons: int | None = 3) -> Table:
+def counts_table(shown: PopulationSection, cohort_title: str, most_reasons: int | None = 3) -> Table:
     """Return how many subjects have which verdict, with the commonest reasons, or all where None is given."""
     columns = (
         words("status", "Verdict"),
@@ -110,7 +110,7 @@ def counts_table(shown: OverPopulation, cohort_title: str, most_reasons: int | N
     return Table(f"Verdicts over the cohort ({cohort_title}).", pd.DataFrame(rows), columns, note)
 
 
-def _subjects(shown: OverPopulation, cohort_title: str) -> Table:
+def _subjects(shown: PopulationSection, cohort_title: str) -> Table:
     columns = (
         SUBJECT,
         VERDICT,

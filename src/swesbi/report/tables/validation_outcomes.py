@@ -64,7 +64,7 @@ POOLED_ALL: Final = f"{POOLED}: all"
 """What the table calls the hearts of several generators together."""
 COVERED: Final = "coverage_not_contradicted"
 MISSED: Final = "missed_not_contradicted"
-Found = tuple[bool, str, str]
+Outcome = tuple[bool, str, str]
 """Whether something is reached, what is asked, and what came out; clauses."""
 
 
@@ -142,7 +142,7 @@ def in_brief(table: pd.DataFrame, former_width: float | None = None) -> tuple[st
     )
 
 
-def _of_each(rows: pd.DataFrame) -> Iterator[Found]:
+def _of_each(rows: pd.DataFrame) -> Iterator[Outcome]:
     covered = rows[rows["asked"] & rows["letter"].isin(EACH)].sort_values("letter", kind="stable")
     if covered.empty:
         return
@@ -167,7 +167,7 @@ def _of_each(rows: pd.DataFrame) -> Iterator[Found]:
     )
 
 
-def _of_all(rows: pd.DataFrame) -> Iterator[Found]:
+def _of_all(rows: pd.DataFrame) -> Iterator[Outcome]:
     own = rows[rows["generator"] == POOLED_TOGETHER]
     covered = own[own["asked"]].sort_values(COVERED, kind="stable")
     if covered.empty:
@@ -186,14 +186,14 @@ def _of_all(rows: pd.DataFrame) -> Iterator[Found]:
     )
 
 
-def _of_strangers(rows: pd.DataFrame) -> Iterator[Found]:
+def _of_strangers(rows: pd.DataFrame) -> Iterator[Outcome]:
     for _, row in rows[rows["first"] & (rows["letter"] == STRANGER)].iterrows():
         asked = f"of {row['label']} at most {share(MOST_STRANGERS, 0)} are not contradicted"
         good = float(row["not_contradicted"])
         yield good <= MOST_STRANGERS, asked, f"Found: {share(good)}"
 
 
-def _of_width(rows: pd.DataFrame, former: float | None) -> Iterator[Found]:
+def _of_width(rows: pd.DataFrame, former: float | None) -> Iterator[Outcome]:
     widths = rows.loc[(rows["letter"] == "a") & (rows["quantity"] == K_SR), "width_log"]
     if former is None or widths.empty:
         return

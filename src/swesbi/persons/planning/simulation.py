@@ -21,9 +21,9 @@ from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.persons.change.joint import OwnPosterior, both_visits, infer_change, own_posterior
 from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.planning.asked import Effect
 from swesbi.persons.planning.bank import ARMS, Bank, BankPerson, bank_of
-from swesbi.persons.planning.planned import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
+from swesbi.persons.planning.effect import Effect
+from swesbi.persons.planning.persons import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
 from swesbi.persons.planning.settings import Design, PlannedPersonsSettings
 from swesbi.population.settings import PopulationSettings, of_group
 from swesbi.posterior.exact import exact_posterior
@@ -118,12 +118,12 @@ def answered_bank(
     Raises:
         ValueError: Nobody takes part, nobody could be answered, or the process of a person was killed.
     """
-    answering = Answering(network, settings, seed)
+    simulator = BankSimulator(network, settings, seed)
     done = {person.number: person for person in kept if person.number < settings.persons.number}
     missing = [number for number in range(settings.persons.number) if number not in done]
     label = f"persons of the bank, {settings.repeats} repeats"
     progress = Progress(label, len(missing), unit="person")
-    for number, person in side_by_side(answering.person, missing, processes):
+    for number, person in side_by_side(simulator.person, missing, processes):
         killed = isinstance(person, WorkerKilledError)
         if isinstance(person, BankPerson):
             done[number] = person
@@ -140,7 +140,7 @@ def answered_bank(
 
 
 @dataclass(frozen=True)
-class Answering:
+class BankSimulator:
     """Draws the persons of a bank and answers them.
 
     Attributes:

@@ -1,13 +1,13 @@
-"""The luck of a bank's persons, and how far their likelihoods are moved to undo it.
+"""Chance variation of a bank's persons, and how far their likelihoods are moved to undo it.
 
 By chance a bank's persons respond a little more or less than the population, and their recordings err a
 little to one side. What all persons have in common of that does not average out over the studies drawn from
-them: where a study of n persons just has its power, luck of the bank of N moves the middle of its test by
-sqrt(n / N) standard errors. Two things are known of it and are taken off, as control variates are:
+them: where a study of n persons just has its power, chance variation of the bank of N moves the middle of its
+test by sqrt(n / N) standard errors. Two things are known of it and are taken off, as control variates are:
 
 - each person's true response r, whose mean in the population is the logarithm of the effect;
 - of pairs the person's answer x without the effect, whose mean is 0 since visits nothing lies between may be
-  exchanged. Both arms are recorded with the same errors (``virtual_trial.planned``), so that a bank errs in
+  exchanged. Both arms are recorded with the same errors (``planning.persons``), so that a bank errs in
   both alike; groups are both drawn from the bank, where such errors cancel by themselves.
 
 With y the answer with the effect, likelihoods with the effect are moved along the log parameter by
@@ -29,18 +29,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.planning.asked import Effect, log_factor
 from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
-from swesbi.persons.planning.hyperdraws import Recycling
+from swesbi.persons.planning.effect import Effect, log_factor
+from swesbi.persons.planning.hyperdraws import StudyAnalysis
 from swesbi.persons.planning.settings import PAIRED
 from swesbi.prior import even_quantiles
 
-LEAST_TOLD: Final = 0.2
+LEAST_CONTRACTION: Final = 0.2
 """Of k: a posterior as wide as the prior has no likelihood whose middle could be told."""
 
 
 @dataclass(frozen=True)
-class Luck:
+class Chance:
     """What a bank's persons show beside what the population would; in logarithms, shape (N,) each.
 
     Attributes:
@@ -72,8 +72,8 @@ def _slope(x: FloatArray, y: FloatArray, weight: FloatArray) -> float:
     return float(np.clip(weight @ (about * y) / variance, 0.0, 1.0)) if variance > 0.0 else 0.0
 
 
-def luck_of(bank: Bank, design: str, effect: Effect, by: Recycling) -> Luck:
-    """Return the luck of a bank's persons.
+def chance_of(bank: Bank, design: str, effect: Effect, by: StudyAnalysis) -> Chance:
+    """Return the chance variation of a bank's persons.
 
     Args:
         bank: The persons.
@@ -87,7 +87,7 @@ def luck_of(bank: Bank, design: str, effect: Effect, by: Recycling) -> Luck:
     middle, variance = _likelihoods(np.log(bank.values[..., number]), design, log_prior)
     truth = np.log(bank.truth[..., number])
     response = truth[with_effect] - truth[without]
-    return Luck(
+    return Chance(
         response=response - log_factor(effect),
         treated=middle[with_effect] - response,
         untreated=middle[without] if design == PAIRED else None,
@@ -100,5 +100,5 @@ def _likelihoods(log_draws: FloatArray, design: str, log_prior: FloatArray) -> t
     of_visit = float(log_prior.var())
     mean, variance = (0.0, 2.0 * of_visit) if design == PAIRED else (float(log_prior.mean()), of_visit)
     spread = log_draws.var(axis=-1)
-    told = np.clip(1.0 - spread / variance, LEAST_TOLD, 1.0)
+    told = np.clip(1.0 - spread / variance, LEAST_CONTRACTION, 1.0)
     return mean + (log_draws.mean(axis=-1) - mean) / told, spread / told

@@ -13,7 +13,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
-from swesbi.parameters import TOLD_NAMES
+from swesbi.parameters import REPORTED_NAMES
 from swesbi.verdict.prior_support import support_numbers
 from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest
 
@@ -82,7 +82,7 @@ def _short(test: VerdictTest) -> str:
 
 
 @dataclass(frozen=True)
-class Answer:
+class AnswerSummary:
     """The answer to one recording.
 
     Attributes:
@@ -104,10 +104,10 @@ class Answer:
     sampler: str
 
 
-def told_of(judged: Verdict) -> Answer:
+def answer_summary(judged: Verdict) -> AnswerSummary:
     """Return what is reported of a subject by a verdict of an experiment on speeds."""
-    told = [judged.answer[name] for name in TOLD_NAMES]
-    return Answer(
+    told = [judged.answer[name] for name in REPORTED_NAMES]
+    return AnswerSummary(
         status=judged.status,
         reason=SEPARATOR.join(label_of_test(test.name) for test in judged.tests if test.flagged),
         limits=np.array([[float(each[limit]) for limit in LIMITS] for each in told]),
@@ -119,7 +119,7 @@ def told_of(judged: Verdict) -> Answer:
 
 
 def cohort_table(
-    contexts: Sequence[Context], answers: Mapping[str, Answer], refused: Mapping[str, str]
+    contexts: Sequence[Context], answers: Mapping[str, AnswerSummary], refused: Mapping[str, str]
 ) -> pd.DataFrame:
     """Return context, verdict and answer of every subject; a refused one has its reason and no answer.
 
@@ -136,7 +136,9 @@ def cohort_table(
     )
 
 
-def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, str]) -> dict[str, object]:
+def _outcome(
+    subject: str, answers: Mapping[str, AnswerSummary], refused: Mapping[str, str]
+) -> dict[str, object]:
     if subject in refused:
         return {"status": REFUSED, "reason": refused[subject]} | dict.fromkeys(answer_columns(), np.nan)
     if subject not in answers:
@@ -149,7 +151,7 @@ def _outcome(subject: str, answers: Mapping[str, Answer], refused: Mapping[str, 
 
 def answer_columns() -> tuple[str, ...]:
     """Return the columns of an answer: limits of each quantity, then how the draws were obtained."""
-    limits = [f"{name}_{limit}" for name in TOLD_NAMES for limit in LIMITS]
+    limits = [f"{name}_{limit}" for name in REPORTED_NAMES for limit in LIMITS]
     return (*limits, "k_hat", "efficiency", "sampler")
 
 

@@ -21,13 +21,14 @@ from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
-from swesbi.measurement.derived import told
+from swesbi.measurement.derived import reported
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.seeds import generator
+from swesbi.verdict.answer_lines import ANSWER_LINES
 from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.checks import BOUNDS, TESTS, WITH_STRIPS, Checks, check_recording
 from swesbi.verdict.context import context_tests
@@ -35,7 +36,6 @@ from swesbi.verdict.modes import modes_in_words
 from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.nulls import Grade, grade_of, nearest, overall_p, p_values, single_level
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
-from swesbi.verdict.trust import ANSWER
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
 KNOWN_EFFICIENCY: Final = 0.3
@@ -70,7 +70,7 @@ class VerdictSettings(Settings):
 
 
 @dataclass(frozen=True)
-class ByNull:
+class NullTests:
     """What the tests with a null distribution amount to.
 
     Attributes:
@@ -115,14 +115,14 @@ def judge(
     predicted = model.predict_from(exact.phi, beats).rows(np.flatnonzero(works))
     rng = generator(seed, "verdict", context.subject)
     checks = check_recording(model, exact.phi, works / works.sum(), predicted, rng)
-    by_null = by_nulls(nulls.gated if model.recording.cell is None else nulls.pushes, checks, rule)
+    by_null = null_tests(nulls.gated if model.recording.cell is None else nulls.pushes, checks, rule)
     volumes = volume_tests(model, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
     contextual = (*ejection, *context_tests(context, others, nulls.contexts, rule.context_level), *further)
     status = grade(by_null.status, volumes, contextual, rule.volumes.contradicted_abs_z)
     tests = (*by_null.tests, *volumes, *contextual)
     farthest = _farthest(model, predicted)
-    answered = told(model, exact.phi, beats)
+    answered = reported(model, exact.phi, beats)
     verdict = make_verdict(status, by_null.overall_p, tests, exact, farthest, answered)
     if not by_null.beyond:
         return verdict
@@ -135,7 +135,7 @@ def _farthest(model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, str
     return float(z.max()), f"speed at {model.recording.phase[int(np.argmax(z))]:.3f} of the cycle"
 
 
-def by_nulls(null: Checks, checks: Checks, rule: RuleSettings) -> ByNull:
+def null_tests(null: Checks, checks: Checks, rule: RuleSettings) -> NullTests:
     """Return what the tests of one recording (a row) amount to among null recordings.
 
     A test is flagged where its p-value alone brings the overall one to the level of "strained".
@@ -156,7 +156,7 @@ def by_nulls(null: Checks, checks: Checks, rule: RuleSettings) -> ByNull:
     beyond = ""
     if not alike.min() <= points <= alike.max():
         beyond = f"among null recordings of {alike.min()} to {alike.max()} speeds, as none has its {points}"
-    return ByNull(grade_of(overall, rule), overall, tests, beyond)
+    return NullTests(grade_of(overall, rule), overall, tests, beyond)
 
 
 def grade(
@@ -209,11 +209,11 @@ def make_verdict(
     )
 
 
-def answer_of(told: Mapping[str, FloatArray], mass: float) -> dict[str, dict[str, float | str]]:
-    """Return what an answer reports, by name in the order of ``trust.ANSWER``.
+def answer_of(reported: Mapping[str, FloatArray], mass: float) -> dict[str, dict[str, float | str]]:
+    """Return what an answer reports, by name in the order of ``answer_lines.ANSWER_LINES``.
 
     Args:
-        told: Draws of each quantity; (n,) each, NaN where a beat failed.
+        reported: Draws of each quantity; (n,) each, NaN where a beat failed.
         mass: Mass of the credible intervals.
 
     Returns:
@@ -221,8 +221,8 @@ def answer_of(told: Mapping[str, FloatArray], mass: float) -> dict[str, dict[str
         what it is conditional on.
     """
     answer: dict[str, dict[str, float | str]] = {}
-    for line in ANSWER:
-        name, draws = line.parameter.name, told[line.parameter.name]
+    for line in ANSWER_LINES:
+        name, draws = line.parameter.name, reported[line.parameter.name]
         low, median, high = median_and_interval(draws[np.isfinite(draws)], mass)
         numbers = {"median": float(median), "low": float(low), "high": float(high), "interval_mass": mass}
         answer[name] = numbers | {

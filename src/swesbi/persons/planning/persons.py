@@ -1,7 +1,7 @@
 """Persons of a planned study: drawn as those of the virtual trial, recorded with the effect and without.
 
 Both recordings have the same heart rate, errors of clinical measures and noise of repeats and samples: nobody
-is ever in one study twice, and what both have in common says how a bank errs (``planning.luck``).
+is ever in one study twice, and what both have in common says how a bank errs (``planning.chance``).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import THETA_NAMES
-from swesbi.persons.planning.asked import Effect
+from swesbi.persons.planning.effect import Effect
 from swesbi.persons.planning.settings import PAIRED, PlannedPersonsSettings
 from swesbi.population.contexts import draw_one
 from swesbi.prior import sample

@@ -12,15 +12,15 @@ import pandas as pd
 from swesbi import __version__
 from swesbi.artefacts.csv import write_csv
 from swesbi.report.workbook import write_workbook
-from swesbi.verdict.answers import LIMITS, REFUSED, Answer, answer_columns
-from swesbi.verdict.trust import ANSWER, IN_WORDS
+from swesbi.verdict.answer_lines import ANSWER_LINES, IN_WORDS
+from swesbi.verdict.summary import LIMITS, REFUSED, AnswerSummary, answer_columns
 from swesbi.verdict.verdict import STATUSES
 
 TABLE: Final = "answers.csv"
 COLUMNS: Final = "answers_columns.csv"
 """What the columns of the table mean."""
 WORKBOOK: Final = "answers.xlsx"
-SAID: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
+LIMIT_NAMES: Final = {"median": "posterior median", "low": "lower end", "high": "upper end"}
 FIRST: Final = {
     "subject": "name in subjects.csv",
     "experiment": "its prior was used, and its network where a study has trained one",
@@ -41,7 +41,7 @@ COLUMNS_VERSION: Final = 1
 
 
 @dataclass(frozen=True)
-class Asked:
+class AnswerRow:
     """One subject and one experiment: the answer, or why there is none.
 
     Attributes:
@@ -55,7 +55,7 @@ class Asked:
 
     subject: str
     experiment: str
-    answer: Answer | None
+    answer: AnswerSummary | None
     refused: str = ""
     noise: str = ""
     notes: str = ""
@@ -64,21 +64,22 @@ class Asked:
 def explanations() -> dict[str, str]:
     """Return what each column of the table means, with its unit, by its name."""
     limits = {
-        f"{line.parameter.name}_{limit}": f"{SAID[limit]} of {line.parameter.meaning} {line.parameter.text}"
+        f"{line.parameter.name}_{limit}": f"{LIMIT_NAMES[limit]} of {line.parameter.meaning} "
+        f"{line.parameter.text}"
         f"{'' if limit == 'median' else ', credible interval'}; {line.parameter.unit}; "
         f"{IN_WORDS[line.trust]}: {line.condition}"
-        for line in ANSWER
+        for line in ANSWER_LINES
         for limit in LIMITS
     }
     return FIRST | limits | LAST
 
 
-def answers_table(asked: Sequence[Asked]) -> pd.DataFrame:
+def answers_table(asked: Sequence[AnswerRow]) -> pd.DataFrame:
     """Return a row for each subject asked, in the columns of :func:`explanations`."""
     return pd.DataFrame([_row(one) for one in asked], columns=list(explanations()))
 
 
-def _row(asked: Asked) -> Mapping[str, object]:
+def _row(asked: AnswerRow) -> Mapping[str, object]:
     row: dict[str, object] = {"subject": asked.subject, "experiment": asked.experiment}
     row |= {"swesbi_version": __version__, "columns_version": COLUMNS_VERSION}
     if asked.answer is None:

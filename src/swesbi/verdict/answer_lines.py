@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from swesbi.parameters import ISOMETRIC, TOLD, Parameter
+from swesbi.parameters import ISOMETRIC, REPORTED, Parameter
 
 Trust = Literal["over structures", "conditional"]
 IN_WORDS: Final[Mapping[Trust, str]] = {
@@ -21,7 +21,7 @@ IN_WORDS: Final[Mapping[Trust, str]] = {
 
 
 @dataclass(frozen=True)
-class Told:
+class AnswerLine:
     """One line of an answer.
 
     Attributes:
@@ -63,5 +63,5 @@ _CONDITIONS: Final[Mapping[str, tuple[Trust, str]]] = {
     ),
     "k_atp_per_s": ("conditional", "bonds and activation are the model's"),
 }
-ANSWER: Final = tuple(Told(parameter, *_CONDITIONS[parameter.name]) for parameter in TOLD)
+ANSWER_LINES: Final = tuple(AnswerLine(parameter, *_CONDITIONS[parameter.name]) for parameter in REPORTED)
 """The lines of an answer, in their order."""

@@ -12,8 +12,8 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import ParameterPrior
 from swesbi.recording.cohort.clinical import ClinicalMeasures
-from swesbi.verdict.answers import sampler_in_words, weights_in_words
-from swesbi.verdict.trust import ANSWER, IN_WORDS
+from swesbi.verdict.answer_lines import ANSWER_LINES, IN_WORDS
+from swesbi.verdict.summary import sampler_in_words, weights_in_words
 
 WIDTH: Final = 24
 
@@ -26,7 +26,7 @@ def answer_text(answer: Answer) -> str:
     mass = f"{100.0 * exact.interval_mass:.0f} % interval"
     bounds = dict(zip(PHI_NAMES, prior.parameters, strict=False))
     lines = [f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds"]
-    for trust, group in groupby(ANSWER, lambda line: line.trust):
+    for trust, group in groupby(ANSWER_LINES, lambda line: line.trust):
         where = " (each condition is in verdict.json)" if trust == "conditional" else ""
         lines.append(f"{IN_WORDS[trust]}{where}:")
         for line in group:

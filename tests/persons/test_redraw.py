@@ -9,7 +9,7 @@ import numpy as np
 import speed_case
 
 from swesbi.parameters import OF_THETA, THETA_NAMES
-from swesbi.persons.cohort.anew import drawn_anew
+from swesbi.persons.cohort.redraw import redraw_theta
 from swesbi.prior import ParameterPrior
 
 NARROW = 0.15
@@ -35,7 +35,7 @@ def test_draws_follow_the_likelihood_under_the_other_prior() -> None:
         case.weigh(each, case.fitted(each), WEIGHTED, 0.1, seed)
         for seed, each in enumerate((model, narrowed), start=1)
     )
-    anew = np.log(drawn_anew(model, (stored.phi, stored.log_weight), narrower, case.SETTINGS, 3))
+    anew = np.log(redraw_theta(model, (stored.phi, stored.log_weight), narrower, case.SETTINGS, 3))
     log_theta = np.log(known.phi[:, OF_THETA])
     mean = known.weight @ log_theta
     sd = np.sqrt(known.weight @ (log_theta - mean) ** 2)

@@ -10,7 +10,7 @@ import pytest
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.persons.planning.asked import Effect, check_effect, parse_effect, parse_percent, parse_repeats
+from swesbi.persons.planning.effect import Effect, check_effect, parse_effect, parse_percent, parse_repeats
 
 
 def test_effects_are_read_by_short_names_and_whole_ones() -> None:

@@ -10,10 +10,10 @@ from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.checks.predictive import PredictiveCheck
-from swesbi.measurement.derived import told
+from swesbi.measurement.derived import reported
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.prior import draw_prior
-from swesbi.report.sheet import Recorded, ShownCurve
+from swesbi.report.sheet import RecordingSummary, ShownCurve
 from swesbi.seeds import generator
 
 if TYPE_CHECKING:
@@ -21,40 +21,40 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Shown:
+class PredictiveOutput:
     """A predictive check as it is kept and shown.
 
     Attributes:
-        kept: What ``predictive.h5`` holds.
+        check: What ``predictive.h5`` holds.
         draw: Draws its figure; the title of the cohort is its argument.
         recorded: The recording's quality, for the page.
         curve: Recording and predictive check, for the page.
     """
 
-    kept: PredictiveCheck | FreePredictiveCheck
+    check: PredictiveCheck | FreePredictiveCheck
     draw: Callable[[str], Figure]
-    recorded: Recorded
+    recorded: RecordingSummary
     curve: ShownCurve
 
 
 @dataclass(frozen=True)
-class PriorBeside:
+class PriorDraws:
     """Draws of the prior that an answer is compared with.
 
     Attributes:
         phi: The parameters; shape (n, d).
-        told: All that an answer reports of each, by name; (n,) each.
+        reported: All that an answer reports of each, by name; (n,) each.
     """
 
     phi: FloatArray
-    told: Mapping[str, FloatArray]
+    reported: Mapping[str, FloatArray]
 
 
-def prior_beside(model: SpeedModel, settings: AnswerSettings, seed: int, stream: str) -> PriorBeside:
+def prior_draws(model: SpeedModel, settings: AnswerSettings, seed: int, stream: str) -> PriorDraws:
     """Draw the prior that an answer is compared with.
 
     What the posterior began with may be a network's, so these are drawn anew.
     """
     count, subject = settings.predictive.draws, model.recording.context.subject
     phi = draw_prior(model.settings.prior, count, generator(seed, stream, subject, "prior curves"))
-    return PriorBeside(phi, told(model, phi, model.simulate(phi)))
+    return PriorDraws(phi, reported(model, phi, model.simulate(phi)))

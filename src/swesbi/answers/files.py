@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.answer import Answer, shown_of
+from swesbi.answers.answer import Answer, predictive_output
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import OneAnswerSettings
@@ -111,8 +111,8 @@ def save_answer(
     write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: digest, NOTES: list(notes)})
     if answer.with_pressures is not None:
         answer.with_pressures.write(folder / WITH_PRESSURES, made)
-    shown = shown_of(answer, settings, origin.seed)
-    shown.kept.write(folder / "predictive.h5", made)
+    shown = predictive_output(answer, settings, origin.seed)
+    shown.check.write(folder / "predictive.h5", made)
     save_figure(shown.draw(title), folder / "ppc.png")
     began = PRIOR_DRAWS if knowledge.flow is None else NETWORK_ALONE
     panel = ExactPanel(origin.subject, exact, None, answer.verdict, None, began)

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.answers.answer import Answer, answered
+from swesbi.answers.files import OBSERVATION, VERDICT, kept_verdict, made_from, save_answer
+from swesbi.answers.folder import Folder, observe_folder
 from swesbi.answers.knowledge import Knowledge, knowledge_of_prior
 from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.answers.settings import OneAnswerSettings
-from swesbi.answers.written import OBSERVATION, VERDICT, kept_verdict, made_from, save_answer
 from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
 from swesbi.config.read import ConfigError, in_words, merged_files, overlay, read_merged
 from swesbi.config.refusals import context_refusal, why_in_short
@@ -21,9 +22,8 @@ from swesbi.config.view import View
 from swesbi.networks.flow.trained import SHIPPED_NETWORK
 from swesbi.report.sheet import Sheet
 from swesbi.study.nulls import nulls_of
-from swesbi.study.observing import Folder, observe_folder
 from swesbi.study.other_network import OtherNetworkError, check_network
-from swesbi.study.results import answering
+from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 from swesbi.verdict.settings import SHIPPED_NULLS
 from swesbi.verdict.verdict import Verdict
@@ -134,7 +134,7 @@ def check_untouched(folder: Path, recording: ModelledRecording) -> None:
 
 
 @dataclass(frozen=True)
-class Asked:
+class RecordingRequest:
     """A recording that is asked about, with all that answers it.
 
     Attributes:
@@ -210,7 +210,7 @@ class Answerer:
         """The recordings, read once."""
         return self.in_memory or observe_folder(self.study)
 
-    def asked(self, subject: str) -> Asked:
+    def request(self, subject: str) -> RecordingRequest:
         """Choose what answers a recording.
 
         Raises:
@@ -237,7 +237,7 @@ class Answerer:
         note = why and said.format(subject=subject, name=experiment, why=why)
         if network == "" and self._of_another_model:
             note = "\n".join(filter(None, (note, OTHER_NULLS.format(subject=subject))))
-        return Asked(recording, knowledge, settings, origin, experiment, note, observed.left_out)
+        return RecordingRequest(recording, knowledge, settings, origin, experiment, note, observed.left_out)
 
     def _network(self, subject: str, *, free: bool) -> tuple[str, str]:
         """Return the first experiment whose network can answer, or none, and why not those before it."""
@@ -261,7 +261,7 @@ class Answerer:
         """
         if free and experiment not in self.study.config.population_experiments:
             return "takes no pushes"
-        finished = answering(self.study, experiment)
+        finished = experiment_files(self.study, experiment)
         if not finished.is_there:
             if self.required and not free:
                 finished.check(self.options)
@@ -269,7 +269,7 @@ class Answerer:
         return context_refusal(self.study, experiment, subject)
 
     def _by_package(self, experiment: str) -> bool:
-        return answering(self.study, experiment).network == SHIPPED_NETWORK
+        return experiment_files(self.study, experiment).network == SHIPPED_NETWORK
 
     @cached_property
     def _prior(self) -> Knowledge:
@@ -292,7 +292,7 @@ class Answerer:
             OtherNetworkError: It was trained under other settings.
         """
         if experiment not in self._known:
-            finished = answering(self.study, experiment)
+            finished = experiment_files(self.study, experiment)
             trained = plain_settings(finished.trained_by, View(self.study, {"experiment": experiment}))
             check_network(finished.network, trained)
             finished.check(self.options)

@@ -10,7 +10,7 @@ from swesbi.answers.settings import OneAnswerSettings
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.cohort.checked import Checked, ingested, raw_of, read_raw, twins_among
+from swesbi.recording.cohort.recording import UsableRecording, ingested, raw_of, read_raw, twins_among
 from swesbi.recording.noise.folder import FolderRecordings
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.tables.table import Table
@@ -26,11 +26,11 @@ class Folder:
         repeats: Of the gated ones, with their noise.
     """
 
-    observed: Mapping[str, Checked]
+    observed: Mapping[str, UsableRecording]
     refused: Mapping[str, str]
     repeats: FolderRecordings
 
-    def gated(self, observed: Checked, settings: OneAnswerSettings) -> ModelledRecording:
+    def gated(self, observed: UsableRecording, settings: OneAnswerSettings) -> ModelledRecording:
         """Return a recording under a model, with the errors that the noise of the folder gives."""
         subject = observed.observation.subject
         noise = self.repeats.noise(subject)
@@ -42,7 +42,7 @@ class Folder:
 
 def observe_folder(study: Study) -> Folder:
     """Read and ingest every recording outside the study; one that cannot be used stops no other."""
-    observed: dict[str, Checked] = {}
+    observed: dict[str, UsableRecording] = {}
     refused = dict(study.outside.refused)
     for subject in study.outside.rows:
         try:
@@ -70,7 +70,7 @@ def observe_table(study: Study, subject: str, table: Table) -> Folder:
     return Folder({subject: one}, {}, FolderRecordings(levels, study.config.new_subjects.noise_prior))
 
 
-def observe(study: Study, subject: str) -> Checked:
+def observe(study: Study, subject: str) -> UsableRecording:
     """Read and ingest the recording of a subject outside the study.
 
     Raises:

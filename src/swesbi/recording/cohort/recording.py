@@ -26,7 +26,7 @@ from swesbi.recording.tables.table import Table
 
 
 @dataclass(frozen=True)
-class Checked:
+class UsableRecording:
     """One subject whose recording can be used.
 
     Attributes:
@@ -61,7 +61,7 @@ def raw_of(table: Table, said: Description, subject: str = "") -> Samples:
     """Read a table as it stands in its file or in memory; as :func:`read_raw`."""
     settings = said.settings
     return samples_in(
-        table, settings.phases, settings.density_kg_m3, said.file.layout, subject, said.phases_said_in
+        table, settings.phases, settings.density_kg_m3, said.file.layout, subject, said.phases_source
     )
 
 
@@ -71,7 +71,7 @@ def ingested(
     context: Context,
     clinical: ClinicalMeasures,
     grid_points: int,
-) -> Checked:
+) -> UsableRecording:
     """Return what quality control makes of a recording.
 
     Args:
@@ -89,15 +89,17 @@ def ingested(
     if not raw.is_gated:
         pushes = ingest_pushes(raw, context, settings, file.noise, clinical)
         quality = push_quality(raw, settings, file.noise)
-        return Checked(raw, quality.verdict, pushes, None, (*quality.left_out, *noted), copies)
+        return UsableRecording(raw, quality.verdict, pushes, None, (*quality.left_out, *noted), copies)
     observation, verdict = ingest(raw, context, settings, grid_points, clinical), rejection(raw, settings)
     levels = levels_by(file.protocol.repeats_are, raw, verdict == ACCEPTED)
     if isinstance(levels, SweepLevels) and not levels.is_crossed:
         raise RecordingError(Problem(raw.source, NOT_CROSSED, ONE_NUMBER, column="repeat"))
-    return Checked(raw, verdict, observation, levels, (*phases_left_out(raw, settings), *noted), copies)
+    return UsableRecording(
+        raw, verdict, observation, levels, (*phases_left_out(raw, settings), *noted), copies
+    )
 
 
-def twins_among(recordings: Mapping[str, Checked]) -> dict[str, Problem]:
+def twins_among(recordings: Mapping[str, UsableRecording]) -> dict[str, Problem]:
     """Return what is wrong with those recordings of a folder that are the same, unless that is declared."""
     compared = {name: one for name, one in recordings.items() if not one.copies_allowed}
     found = twins({name: one.samples.speed_m_s for name, one in compared.items()})

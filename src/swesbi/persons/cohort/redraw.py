@@ -28,7 +28,7 @@ def weighted_draws(exact: ExactPosterior) -> tuple[FloatArray, FloatArray]:
     return exact.weighted.phi, exact.weighted.log_weight
 
 
-def drawn_anew(
+def redraw_theta(
     model: SpeedModel,
     stored: tuple[FloatArray, FloatArray],
     prior: PriorSettings,

@@ -94,7 +94,7 @@ def pool_size(pool: Pool) -> PoolSize:
 
 
 @dataclass(frozen=True)
-class Measured:
+class StudyValue:
     """A value of this study.
 
     Attributes:
@@ -112,35 +112,39 @@ class Measured:
     missing: str = ""
 
 
-Measure = Callable[[Any, PaperNumber], Measured]
+Measure = Callable[[Any, PaperNumber], StudyValue]
 
 
-def number(value: float, asked: PaperNumber, suffix: str = "") -> Measured:
+def number(value: float, asked: PaperNumber, suffix: str = "") -> StudyValue:
     """Return a single number, shown with the decimals asked for."""
-    return Measured(shown(value, asked.row.digits) + suffix, value)
+    return StudyValue(shown(value, asked.row.digits) + suffix, value)
 
 
-def spread(values: Sequence[float], asked: PaperNumber) -> Measured:
+def spread(values: Sequence[float], asked: PaperNumber) -> StudyValue:
     """Return mean and standard deviation (n - 1) of one value a prior-supported subject."""
     if not len(values):
         return absent("no subject is prior-supported")
     mean = float(np.mean(values))
     if len(values) == 1:
-        return Measured(f"{shown(mean, asked.row.digits)} (one subject)", mean, n=1)
+        return StudyValue(f"{shown(mean, asked.row.digits)} (one subject)", mean, n=1)
     sd = float(np.std(values, ddof=1))
-    return Measured(f"{shown(mean, asked.row.digits)} ± {shown(sd, asked.row.digits)}", mean, sd, len(values))
-
-
-def share(count: int, total: int) -> Measured:
-    """Return "count of total"."""
-    return (
-        Measured(f"{count} of {total}", count, n=total) if total else absent("no subject is prior-supported")
+    return StudyValue(
+        f"{shown(mean, asked.row.digits)} ± {shown(sd, asked.row.digits)}", mean, sd, len(values)
     )
 
 
-def absent(why: str) -> Measured:
+def share(count: int, total: int) -> StudyValue:
+    """Return "count of total"."""
+    return (
+        StudyValue(f"{count} of {total}", count, n=total)
+        if total
+        else absent("no subject is prior-supported")
+    )
+
+
+def absent(why: str) -> StudyValue:
     """Return that there is no value, and why."""
-    return Measured(f"none: {why}", missing=why)
+    return StudyValue(f"none: {why}", missing=why)
 
 
 def shown(value: float, digits: int) -> str:
