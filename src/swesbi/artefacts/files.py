@@ -98,7 +98,7 @@ def load(path: Path, kind: str, group: str = ROOT) -> tuple[Group, Provenance]:
             schema version; the message gives the command that makes it again.
         ArtefactError: The file is missing, or is of another kind.
     """
-    provenance = _examined(path, _stamp(path))
+    provenance = provenance_of(path)
     check_identity(path, kind, provenance)
     try:
         dataset = read_group(path, group)
@@ -128,6 +128,16 @@ def read_group(path: Path, group: str = ROOT) -> Group:
     """
     with open_hdf5(path) as file:
         return group_of(file[group])
+
+
+def provenance_of(path: Path) -> Provenance:
+    """Return the provenance of an artefact, once it is known to be whole.
+
+    Raises:
+        DamagedArtefactError: It was cut off or changed, or cannot be read.
+        ArtefactError: There is no such file, or it may not be read.
+    """
+    return _examined(path, _stamp(path))
 
 
 def _stamp(path: Path) -> tuple[int, ...]:

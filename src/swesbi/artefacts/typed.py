@@ -13,7 +13,7 @@ from types import NoneType
 from typing import Any, Final, Generic, NamedTuple, TypeVar, get_args, get_origin
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, UnfitError
-from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts.files import provenance_of
 from swesbi.artefacts.provenance import Provenance
 
 Item = TypeVar("Item")
@@ -69,7 +69,7 @@ class BySubject(Files[str, Item]):
     @staticmethod
     def key(path: Path) -> str:
         """Return the subject that an artefact names, or in whose folder another file lies."""
-        return hdf5_provenance(path).subject if path.suffix == ".h5" else path.parent.name
+        return provenance_of(path).subject if path.suffix == ".h5" else path.parent.name
 
 
 class ByPlace(Files[Place, Item]):
@@ -127,7 +127,7 @@ def read_as(hint: Any, paths: Sequence[Path], name: str) -> Any:  # noqa: ANN401
         (path,) = paths
         return _format(hint).read(path)
     try:
-        if len(subjects := {hdf5_provenance(path).subject for path in paths}) > 1:
+        if len(subjects := {provenance_of(path).subject for path in paths}) > 1:
             raise ArtefactError(f"files of several subjects, {', '.join(sorted(subjects))}, are given as one")
         return hint.joined([hint.read(path) for path in paths])
     except DamagedArtefactError:
