@@ -62,7 +62,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
     source = shutil.copytree(
         ROOT, folder / "source",
-        ignore=shutil.ignore_patterns(".git", ".venv", "results", "results-*", ".snakemake", ".*_cache", "*.egg-info"),
+        ignore=shutil.ignore_patterns(
+            ".git", ".venv", "results", "results-*", ".snakemake", ".*_cache", "*.egg-info"
+        ),
     )  # fmt: skip
     build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
     subprocess.run([*build, "--wheel-dir", str(folder), str(source)], check=True)
