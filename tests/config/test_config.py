@@ -37,7 +37,7 @@ from swesbi.study.answerer import answer_settings
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
 TRIAL = ROOT / "data" / "virtual_trial"
-COMMON = ROOT / "workflow" / "rules" / "common.smk"
+RULES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
 HEAVY = {
     "torch",
     "zuko",
@@ -518,7 +518,10 @@ def test_an_unknown_subject_or_a_missing_wildcard_is_refused() -> None:
 
 def test_reading_the_configuration_and_the_workflow_loads_no_heavy_library() -> None:
     """Every job, every command and every parse of the Snakefile imports these modules first."""
-    modules = re.findall(r"^from (swesbi[\w.]*) import", COMMON.read_text(encoding="utf-8"), re.MULTILINE)
+    texts = [path.read_text(encoding="utf-8") for path in RULES]
+    modules = [
+        name for text in texts for name in re.findall(r"^from (swesbi[\w.]*) import", text, re.MULTILINE)
+    ]
     assert {
         "swesbi.config.study",
         "swesbi.config.view",

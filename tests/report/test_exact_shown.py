@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.typed import Place
-from swesbi.checks.recovery import Truths
+from swesbi.checks.truths import Truths
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.truncated import Posterior
 from swesbi.report.figures.posterior import draw_exact_posteriors

@@ -16,8 +16,8 @@ from swesbi.artefacts.texts import Text
 from swesbi.artefacts.typed import ByPlace, BySubject
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import PredictiveCheck
-from swesbi.checks.recovery import Truths
 from swesbi.checks.scores import band, reduction_percent
+from swesbi.checks.truths import Truths
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
 from swesbi.posterior.truncated import Posterior
 from swesbi.report.latex import posterior_latex, ppc_latex

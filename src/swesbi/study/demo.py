@@ -38,7 +38,7 @@ def main(options: argparse.Namespace) -> int:
 
 def demonstrated(config: Path, out: Path) -> list[str]:
     """Answer the recording into a folder, and return what came out: six lines."""
-    from swesbi.checks.recovery import Truths
+    from swesbi.checks.truths import Truths
     from swesbi.study.answerer import Answerer, experiments_to_ask
 
     study = load_study(read_merged(config), new_cohort=Path(COHORT))

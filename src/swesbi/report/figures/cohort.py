@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import UnfitError
 from swesbi.artefacts.typed import BySubject
-from swesbi.checks.recovery import Truths
+from swesbi.checks.truths import Truths
 from swesbi.parameters import OF_INTEREST, PHI_LABELS, PHI_NAMES, THETA_NAMES
 from swesbi.prior import JointPriorSettings, quantile
 from swesbi.recording.settings import ContextRow

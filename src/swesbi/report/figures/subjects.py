@@ -8,7 +8,7 @@ from typing import NamedTuple
 from swesbi.artefacts.typed import ByPlace, BySubject, Place
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import PredictiveCheck
-from swesbi.checks.recovery import Truths
+from swesbi.checks.truths import Truths
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
