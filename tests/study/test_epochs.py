@@ -124,7 +124,8 @@ def settings_of(study: StudyCopy) -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(study.folder)
         config = overlay(read_merged(study.folder / "config.yaml"), read_yaml(study.folder / "smoke.yaml"))
-        return plain_settings(STAGES["epochs"], View(load_study(config), {"experiment": "paper"}))
+        settings = plain_settings(STAGES["epochs"], View(load_study(config), {"experiment": "paper"}))
+        return settings | {"seed": config["seed"]}
 
 
 def run(study: StudyCopy, path: Path, settings: dict[str, Any], subjects: tuple[str, ...]) -> None:

@@ -303,7 +303,6 @@ SMALL = ["--from-prior", "--overlay", str(ROOT / "tests" / "smoke.yaml")]
 @pytest.mark.parametrize(
     "given",
     [
-        ["stages"],
         ["template", "empty"],
         ["validate", RECORDINGS, "--plot", "sheets"],
         ["infer", RECORDINGS, "--subject", "A", *SMALL, "--out", "a"],

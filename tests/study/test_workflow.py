@@ -253,8 +253,8 @@ def test_one_file_made_again_runs_its_subject_alone_and_leaves_nothing_to_do(own
     forced = own_study.snakemake("--dry-run", "--force", path)
     assert forced.returncode == 0, forced.stdout + forced.stderr
     said = (forced.stdout + forced.stderr).splitlines()
-    (job,) = [line for line in said if line.startswith("Job ") and "stats" not in line]
-    assert job.endswith("Verdict on A ('calibrated')")
+    assert [line for line in said if line.startswith("rule ")] == ["rule verdict:"]
+    assert "    wildcards: experiment=calibrated, subject=A" in said
     again = own_study.folder / path
     before = again.read_bytes()
     again.unlink()
