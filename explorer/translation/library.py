@@ -46,7 +46,6 @@ LIBRARY: Final = {
     "math.sqrt": "Math.sqrt",
     "re.fullmatch": "re.fullmatch",
     "difflib.get_close_matches": "difflib.get_close_matches",
-    "pandas.to_numeric": "pandas.to_numeric",
     "dataclasses.fields": "py.fields",
     "dataclasses.replace": "py.replace",
     "scipy.interpolate.CubicSpline": "interpolate.CubicSpline",

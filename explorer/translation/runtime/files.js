@@ -1,4 +1,4 @@
-// Files that a reader hands over, and what Python's libraries do with their text: csv, re, difflib, pandas.
+// Files that a reader hands over, and what Python's libraries do with their text: csv, re and difflib.
 
 const files = { // by the name under which a reader handed them over
   contents: new Map(),
@@ -112,13 +112,6 @@ function csvCells(path, place, line, delimiter) {
 
 const re = {
   fullmatch: (pattern, written) => new RegExp(`^(?:${pattern})$`, "s").exec(written),
-};
-
-const pandas = {
-  to_numeric(column) {
-    const number = /^[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?$/i;
-    return np.array([...column].map((cell) => (number.test(cell) ? Number(cell) : NaN)), np.float64);
-  },
 };
 
 const difflib = {
