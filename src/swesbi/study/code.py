@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 Chain = tuple[str, ...]
 """A module, a name in it, attributes."""
@@ -167,6 +167,14 @@ class Packages:
         whole = labels[module, name] + b"".join(sorted(set(labels.values())))
         return hashlib.sha256(whole).hexdigest()[:16]
 
+    def settings(self, module: str, name: str) -> list[str]:
+        """Return the keyword-only arguments of a function that have no default; errors as of :meth:`hash`."""
+        for node in self.source(module).bound.get(name, []):
+            if isinstance(node, ast.FunctionDef):
+                named = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
+                return [argument.arg for argument, default in named if default is None]
+        raise AttributeError(f"{module} has no function {name!r}")
+
     def followed(self, module: str, name: str) -> set[Place]:
         """Return the definitions that a function leads to, its own included; errors as of :meth:`hash`."""
         if name not in self.source(module).bound:
@@ -225,8 +233,8 @@ class Packages:
 
 
 @cache
-def _known(package: str) -> tuple[Packages, Path, dict[str, str]]:
-    """Return the sources of this package and of one that imports it, with a file of hashes, and these."""
+def _known(package: str) -> tuple[Packages, Path, dict[str, Any]]:
+    """Return the sources of this package and of one that imports it, a file of what is known, and that."""
     folders = dict.fromkeys(Path(str(files(name))) for name in ("swesbi", package))
     every = sorted(path for folder in folders for path in folder.rglob("*.*") if path.is_file())
     read = (str(path).encode() + path.read_bytes() for path in every if path.parent.name != "__pycache__")
@@ -237,13 +245,18 @@ def _known(package: str) -> tuple[Packages, Path, dict[str, str]]:
 
 
 @cache
-def stage_hash(module: str, name: str) -> str:
-    """Return the hash of a stage's function, kept beside the byte code; errors as of ``Packages.hash``."""
+def code_of(module: str, name: str) -> tuple[str, tuple[str, ...]]:
+    """Return the hash of a stage's function and the names of its settings, kept beside the byte code.
+
+    Raises:
+        As ``Packages.hash``.
+    """
     packages, file, known = _known(module.partition(".")[0])
     if (place := f"{module}:{name}") not in known:
         from swesbi.artefacts.atomic import ArtefactError, atomic_path  # numpy, which no help needs
 
-        known[place] = packages.hash(module, name)
+        known[place] = [packages.hash(module, name), packages.settings(module, name)]
         with contextlib.suppress(OSError, ArtefactError), atomic_path(file) as temporary:
             temporary.write_text(json.dumps(known))
-    return known[place]
+    code, settings = known[place]
+    return code, tuple(settings)

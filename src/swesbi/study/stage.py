@@ -1,20 +1,16 @@
 """A stage is a function, ``package.module:function``: what it depends on, and the params of its jobs.
 
 What it takes before the ``*`` are artefacts, what follows are settings; one with a default is a resource, on
-which no result depends. Light: Snakefiles read it, so a stage's module is parsed and not imported.
+which no result depends. Light: Snakefiles read it, so a stage's module is not imported.
 """
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Callable, Iterable, Mapping
-from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Protocol
 
-from swesbi.study.code import stage_hash
+from swesbi.study.code import code_of
 
 
 class Named(Protocol):
@@ -78,31 +74,22 @@ def plain_settings(stage: str, values: Named) -> dict[str, Any]:
     return {name: values[name] for name in settings_of(stage) if name not in OF_EVERY_JOB}
 
 
-@cache
 def settings_of(stage: str) -> tuple[str, ...]:
     """Return the names of the settings that a stage depends on.
 
     Raises:
-        ModuleNotFoundError, AttributeError: There is no such module, or it has no such function.
+        As ``swesbi.study.code.code_of``.
     """
-    module, name = place_of(stage)
-    spec = find_spec(module)
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError(f"there is no module {module!r}")
-    for node in ast.parse(Path(spec.origin).read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.FunctionDef) and node.name == name:
-            named = zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
-            return tuple(argument.arg for argument, default in named if default is None)
-    raise AttributeError(f"{module} has no function {name!r}")
+    return code_of(*place_of(stage))[1]
 
 
 def stage_code(stage: str) -> str:
     """Return the hash of the code that a stage runs.
 
     Raises:
-        As ``swesbi.study.code.Packages.hash``.
+        As ``swesbi.study.code.code_of``.
     """
-    return stage_hash(*place_of(stage))
+    return code_of(*place_of(stage))[0]
 
 
 def place_of(stage: str) -> tuple[str, str]:
