@@ -54,7 +54,7 @@ DRAWS: Final = 5000
 RANK_BINS: Final = 10
 LEVEL: Final = "level"
 """A row of the file says where a true hyperparameter lies in its draws; else the errors of a person."""
-STATUSES: Final = ("not contradicted",) * 17 + ("strained",) * 2 + ("contradicted",)
+STATUSES: Final = ("not contradicted",) * 17 + ("doubtful",) * 2 + ("contradicted",)
 
 
 def shipped() -> HierarchySettings:

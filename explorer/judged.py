@@ -31,7 +31,7 @@ def judged_without_nulls(
         rule: Levels and tolerances of the study.
 
     Returns:
-        "strained", "contradicted", or "no verdict" where neither residuals nor volumes speak against it.
+        "doubtful", "contradicted", or "no verdict" where neither residuals nor volumes speak against it.
 
     Raises:
         ValueError: No beat becomes periodic with a wall of another thickness.
@@ -59,7 +59,7 @@ def tested_residuals(chi_squared: FloatArray, count: int, rule: RuleSettings) ->
         rule: Levels of the verdict.
     """
     p_value = float(np.mean(chdtrc(count, chi_squared)))
-    level = 0.5 * rule.strained_level
+    level = 0.5 * rule.doubtful_level
     return VerdictTest(
         name="residuals",
         statistic=float(np.median(chi_squared)),
@@ -76,4 +76,4 @@ def grade_of_residuals(test: VerdictTest, rule: RuleSettings) -> Grade:
     p_value = 1.0 if test.p_value is None else test.p_value
     if p_value <= 0.5 * rule.contradicted_level:
         return Grade.CONTRADICTED
-    return Grade.STRAINED if test.flagged else Grade.NOT_CONTRADICTED
+    return Grade.DOUBTFUL if test.flagged else Grade.NOT_CONTRADICTED

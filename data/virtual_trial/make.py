@@ -28,7 +28,7 @@ from swesbi.config.experiments import SpeedExperimentSettings
 from swesbi.config.models import Config
 from swesbi.config.read import at_configuration, in_words, parse_config, read_merged
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.parameters import NUISANCES, SHOWN, THETA
+from swesbi.parameters import NUISANCES, PEAK_ACTIVE, THETA
 from swesbi.population.settings import of_group
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.acquisition_settings import ACQUISITION
@@ -54,7 +54,9 @@ ORIGIN: Final = "a virtual trial, simulated by swesbi.virtual.trial"
 COLUMNS: Final = 6
 COLOURS: Final = {BEFORE: "#0b3c6f", AFTER: "#d55e00"}
 DIGITS: Final = "%.6g"
-QUANTITIES: Final = {parameter.name: parameter.text for parameter in THETA} | {SHOWN.name: "shown stiffness"}
+QUANTITIES: Final = {parameter.name: parameter.text for parameter in THETA} | {
+    PEAK_ACTIVE.name: "peak active stiffness"
+}
 """What is told of the drug, by the columns of the truth."""
 TEXT: Final = """# A virtual trial
 
@@ -114,7 +116,7 @@ Geometric means over the {each} of each group:
 
 {effects}
 
-Shown stiffness is the largest active stiffness of the true beat. It depends on k_0, k_ATP, k_SR and the
+Peak active stiffness is the largest active stiffness of the true beat. It depends on k_0, k_ATP, k_SR and the
 loading of the day.
 
 ## How they are recorded
@@ -187,7 +189,7 @@ def _whose(person: TrialPerson, visit: TrialVisit) -> dict[str, str]:
 
 def _truth_row(person: TrialPerson, visit: TrialVisit) -> dict[str, str | float]:
     theta = {name: visit.phi[name] for name in QUANTITIES if name in visit.phi}
-    beat = {SHOWN.name: visit.shown_kpa, "ejection_fraction": visit.ejection_fraction}
+    beat = {PEAK_ACTIVE.name: visit.peak_active_kpa, "ejection_fraction": visit.ejection_fraction}
     others = {name: value for name, value in visit.phi.items() if name not in theta}
     return {"subject": visit.context.subject, **_whose(person, visit), **theta, **beat, **others}
 
@@ -215,7 +217,7 @@ def _ratio(log_ratio: FloatArray) -> str:
 
 
 def person_table(persons: Sequence[TrialPerson]) -> pd.DataFrame:
-    """Return the persons as texts: who they are, and theta and the shown stiffness at both visits."""
+    """Return the persons as texts: who they are, and theta and the peak active stiffness at both visits."""
     return pd.DataFrame([_person_row(person) for person in persons])
 
 
@@ -236,7 +238,9 @@ def _unit(name: str) -> str:
 
 
 def _both(person: TrialPerson, name: str) -> str:
-    values = [visit.shown_kpa if name == SHOWN.name else visit.phi[name] for visit in person.visits]
+    values = [
+        visit.peak_active_kpa if name == PEAK_ACTIVE.name else visit.phi[name] for visit in person.visits
+    ]
     return ", ".join(f"{value:.1f}" for value in values)
 
 

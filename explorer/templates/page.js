@@ -280,7 +280,7 @@ function answered(subject, found) {
 }
 
 function said({ word, tests }) { // by the tests that need no null distributions
-  const words = { "no verdict": "No verdict: the tests of this page do not contradict the model", strained: "Strained", contradicted: "Contradicted" }[word];
+  const words = { "no verdict": "No verdict: the tests of this page do not contradict the model", doubtful: "Doubtful", contradicted: "Contradicted" }[word];
   element("judged").textContent = `${words}.`;
   element("tests").innerHTML = tests.map(({ name, flagged, detail }) => `<li${flagged ? ' class="wrong"' : ""}>${name}: ${detail}</li>`).join("");
 }

@@ -167,7 +167,7 @@ def test_the_posterior_of_a_recording_is_pythons(page: Browser, tmp_path: Path) 
         "end systolic volume",
     ]
     assert re.match(
-        "No verdict|Strained|Contradicted", page.evaluate("document.getElementById('judged').textContent")
+        "No verdict|Doubtful|Contradicted", page.evaluate("document.getElementById('judged').textContent")
     )
     page.complaints.clear()  # of the fetch that the policy refused
 

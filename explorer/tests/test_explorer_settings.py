@@ -32,7 +32,7 @@ def settings_with(key: str, value: object) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        (f"{OWN}.misspecification.rule.strained_level", 0.04),
+        (f"{OWN}.misspecification.rule.doubtful_level", 0.04),
         (f"{OWN}.exact.min_effective_draws", 333),
         (f"{OWN}.observation_model.discrepancy.speed_fraction", 0.001),
         (f"{OWN}.passive_stiffness_kpa.log_sd", 0.3),

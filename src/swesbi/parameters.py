@@ -158,8 +158,8 @@ OPERATOR: Final = (
 NUISANCES: Final = (*PHYSIOLOGY, *OPERATOR)
 """All that may be inferred beside what is reported and is integrated out, in the order of phi's columns."""
 
-SHOWN: Final = Parameter(
-    "shown_kpa", "kPa", "shown active stiffness", r"$E_\mathrm{act}^\mathrm{max}$",
+PEAK_ACTIVE: Final = Parameter(
+    "peak_active_kpa", "kPa", "peak active stiffness", r"$E_\mathrm{act}^\mathrm{max}$",
     "max <i>E</i><sub>act</sub>", "max E_act",
 )  # fmt: skip
 HALF_ACTIVE: Final = Parameter(
@@ -190,7 +190,7 @@ CURVE: Final = (
 )  # fmt: skip
 """Told of the curve: full width at half of the rise, largest value, rate of the fall from 75 to 25 %, time
 from the peak to half, late-diastolic mean."""
-DERIVED: Final = (SHOWN, *CURVE, HALF_ACTIVE, ACTIVE_SHARE, ISOMETRIC_STIFFNESS)
+DERIVED: Final = (PEAK_ACTIVE, *CURVE, HALF_ACTIVE, ACTIVE_SHARE, ISOMETRIC_STIFFNESS)
 DERIVED_NAMES: Final = tuple(quantity.name for quantity in DERIVED)
 _BY_NAME: Final = {quantity.name: quantity for quantity in (*PHI, *DERIVED)}
 REPORTED: Final = tuple(
@@ -202,7 +202,7 @@ REPORTED: Final = tuple(
         "decay_rate_per_s",
         "half_active_ms",
         "k_sr_per_s",
-        "shown_kpa",
+        "peak_active_kpa",
         "active_share",
         "passive_stiffness_kpa",
         ISOMETRIC,

@@ -42,7 +42,7 @@ def draw_validation(table: pd.DataFrame, interval: float) -> Figure:
     """Draw coverage with its interval, a panel a quantity and a row a generator, those together last.
 
     Where fewer hearts are not contradicted than are asked for, the row says "not tested". What is asked of
-    shown stiffness and k_SR, that an interval reaches the grey area, is asked of no other quantity.
+    peak active stiffness and k_SR, that an interval reaches the grey area, is asked of no other quantity.
 
     Args:
         table: The rows of ``validation.csv``.

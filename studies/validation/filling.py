@@ -22,7 +22,7 @@ from studies.validation.answers import HeartAnswers
 from studies.validation.score import HeartAnswer
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.parameters import SHOWN, THETA_NAMES
+from swesbi.parameters import PEAK_ACTIVE, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.virtual.hearts.generators import STORED
 from swesbi.virtual.hearts.heart import K_SR
@@ -41,7 +41,7 @@ def filling_table(hearts: Mapping[int, StoredHeart], answers: Sequence[HeartAnsw
 
     Columns: of (what is in thirds), third, from and to (its values), hearts, k_sr_covered and shown_covered
     (shares in their intervals), not_contradicted, missed (of those not contradicted the share whose k_SR or
-    shown stiffness lies outside) and k_sr_log_width (the median of log high / low).
+    peak active stiffness lies outside) and k_sr_log_width (the median of log high / low).
 
     Args:
         hearts: Of the letter, by number.
@@ -72,7 +72,7 @@ def _thirds(values: FloatArray) -> Iterator[tuple[str, tuple[float, float], Bool
 
 
 def _shares(answers: Sequence[HeartAnswer]) -> dict[str, object]:
-    rate, shown = QUANTITIES.index(RATE), QUANTITIES.index(SHOWN.name)
+    rate, shown = QUANTITIES.index(RATE), QUANTITIES.index(PEAK_ACTIVE.name)
     fits = [answer for answer in answers if answer.not_contradicted]
     widths = [np.log(answer.high[rate] / answer.low[rate]) for answer in answers if answer.asked[rate]]
     return {

@@ -6,7 +6,7 @@ r"""Folders whose recordings have another noise than the study's cohort: how wel
 Needs the network of a population, trained under the shipped configuration. Hearts of the study's own
 generator (a, README.md), of streams of their own, are recorded with so many times its noise between repeats
 and samples, a folder for each. Each recording is answered with the noise of its folder, as `swesbi infer`
-does. A row a folder and parameter: how many are not contradicted, strained and contradicted, and in how many
+does. A row a folder and parameter: how many are not contradicted, doubtful and contradicted, and in how many
 the 90 % interval contains the truth.
 
 Then the noise test alone: recordings with twice the noise are put, one at a time, into a folder of the
@@ -99,7 +99,7 @@ def answer_folder(
     return [
         {
             "times_noise": times, "quantity": quantity, "recordings": len(words),
-            "not_contradicted": not_contradicted, "strained": words.count(Status.STRAINED),
+            "not_contradicted": not_contradicted, "doubtful": words.count(Status.DOUBTFUL),
             "contradicted": words.count(Status.CONTRADICTED), "inside": int(column.sum()),
         }
         for quantity, column in zip(QUANTITIES, np.stack(inside).T, strict=True)

@@ -7,7 +7,7 @@ Needs the network of a population, trained under the shipped configuration. The 
 study's own generator (a, README.md), of a stream of their own, are changed and recorded: gated, at the
 noise of the study, and as a push train (`data/virtual_push_trains`). Each is answered as a subject outside
 the study is, with fewer draws and rounds, and shorter Markov chains. A row a change and form of recording:
-how many are refused, strained, contradicted.
+how many are refused, doubtful, contradicted.
 
 Where one value is wild, the row also has how many recordings name it, and in how many the medians of
 `k_0`, `k_ATP` and `k_SR` lie within 0.3 posterior standard deviations of those without the wild value.
@@ -201,7 +201,7 @@ def table_of(rows: Sequence[Mapping[str, object]]) -> pd.DataFrame:
     """Return a row a change and form: recordings by status, and of wild values those named and near."""
     found = pd.DataFrame(rows, columns=["change", "form", "status", "named", "near"])
     found = found.astype({"named": float, "near": float})  # NaN where nothing is wild
-    words = [Status.NOT_CONTRADICTED, Status.UNINFORMATIVE, Status.STRAINED, Status.CONTRADICTED, "refused"]
+    words = [Status.NOT_CONTRADICTED, Status.UNINFORMATIVE, Status.DOUBTFUL, Status.CONTRADICTED, "refused"]
     counts = found.groupby(["change", "form"], sort=False)["status"].value_counts().unstack(fill_value=0)
     counts = counts.reindex(columns=[str(word) for word in words], fill_value=0)
     wild = found.groupby(["change", "form"], sort=False)[["named", "near"]].sum(min_count=1)

@@ -12,7 +12,7 @@ from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
 from swesbi.measurement.derived import StiffnessModel, curve_quantities, derived, half_active_ms
-from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, SHOWN, THETA_NAMES
+from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.summary import REFUSED
 from swesbi.verdict.verdict import Status
@@ -28,7 +28,7 @@ class HeartAnswer:
     number: Annotated[int, artefacts.Variable("", "1", "number of the heart")]
     context: Annotated[Context, artefacts.Part()]
     redrawn: Annotated[int, artefacts.Variable("", "1", "hearts and recordings that failed before it")]
-    status: Annotated[str, artefacts.Variable("", "1", "not contradicted, strained, contradicted or refused")]
+    status: Annotated[str, artefacts.Variable("", "1", "not contradicted, doubtful, contradicted or refused")]
     reason: Annotated[str, artefacts.Variable("", "1", "the tests that speak against the model")]
     by_mcmc: Annotated[bool, artefacts.Variable("", "1", "1 where MCMC gave the draws")]
     converged: Annotated[bool, artefacts.Variable("", "1", "1 where weights or sampler are reliable")]
@@ -58,7 +58,7 @@ class HeartAnswer:
 
     @property
     def missed(self) -> bool:
-        """Whether shown stiffness, or k_SR where there is one, lies outside its interval."""
+        """Whether peak active stiffness, or k_SR where there is one, lies outside its interval."""
         return bool((self.asked & ~self.covered)[:SCORED].any())
 
 
@@ -82,7 +82,7 @@ def truths(heart: OtherHeart) -> FloatArray:
     known |= dict(zip(THETA_NAMES, theta, strict=True)) | {THETA_NAMES[K_SR]: k_sr}
     isometric = np.nan if heart.isometric_kpa is None else heart.isometric_kpa
     half_ms = half_active_ms(phase, heart.active_kpa[None], heart.context.period_s)[0]
-    known |= {SHOWN.name: heart.shown_kpa, HALF_ACTIVE.name: float(half_ms), ISOMETRIC: isometric}
+    known |= {PEAK_ACTIVE.name: heart.peak_active_kpa, HALF_ACTIVE.name: float(half_ms), ISOMETRIC: isometric}
     return np.array([known[name] for name in QUANTITIES])
 
 

@@ -36,10 +36,10 @@ def validation_table(
 ) -> pd.DataFrame:
     """Return one row a generator and quantity, those of generators together last.
 
-    Columns: generator, quantity, n (hearts that have it); not_contradicted, strained and contradicted, as
+    Columns: generator, quantity, n (hearts that have it); not_contradicted, doubtful and contradicted, as
     shares of them; coverage, the share of the answered in their interval, and coverage_not_contradicted of
-    those not contradicted; missed_not_contradicted, the share of these whose shown stiffness or k_SR lies
-    outside; bias_log, the mean over the answered of log median / truth; width_log, the median over them of
+    those not contradicted; missed_not_contradicted, the share of these whose peak active stiffness or k_SR
+    lies outside; bias_log, the mean over the answered of log median / truth; width_log, their median of
     log high / low, and behind it width_log_scale_fixed, the same were the scale of the speeds known (see
     :func:`studies.validation.score.width_at_fixed_scale`); the share refused; Clopper-Pearson limits of both
     coverages and of what is missed; n_not_contradicted; and whether the generator is tested. Where it is not

@@ -106,13 +106,15 @@ def results() -> CohortCalibration:
 def test_recordings_of_all_subjects_are_kept(results: CohortCalibration, tmp_path: Path) -> None:
     results.calibration.write(tmp_path / "calibration.h5", Provenance(""))
     read = Calibration.read(tmp_path / "calibration.h5")
-    assert read.own.ranked.subject.tolist() == ["A"] * RECORDINGS + ["B"] * RECORDINGS
+    assert read.model_noise.ranked.subject.tolist() == ["A"] * RECORDINGS + ["B"] * RECORDINGS
     second = ranked("B", Sampler(noise_factor=0.6), 10)
     for name in ("level", "tarp", "mean", "sd"):
-        for sampler in ("npe", "weighted"):
-            of_both = getattr(rows_of(read.own.ranked, read.own.ranked.subject == "B").of(sampler), name)
+        for sampler in ("proposal", "weighted"):
+            of_both = getattr(
+                rows_of(read.model_noise.ranked, read.model_noise.ranked.subject == "B").of(sampler), name
+            )
             np.testing.assert_array_equal(of_both, getattr(second.of(sampler), name))
-    found, made = read.own.diagnostics, diagnostics()
+    found, made = read.model_noise.diagnostics, diagnostics()
     np.testing.assert_array_equal(found.k_hat[:RECORDINGS], made.k_hat)
     assert found.by_mcmc.dtype == bool and found.by_mcmc.sum() == 2
     assert read.two_samples.subject == SUBJECTS
@@ -130,7 +132,10 @@ def test_a_subject_without_long_chains_is_not_compared_with_them() -> None:
 
 def test_recovery_is_that_of_the_weighted_posterior(results: CohortCalibration) -> None:
     whole = results.calibration
-    for table, of in ((results.recovery, whole.own), (results.recovery_acquisition, whole.acquired)):
+    for table, of in (
+        (results.recovery, whole.model_noise),
+        (results.recovery_acquisition, whole.sample_by_sample),
+    ):
         assert list(table.columns) == [
             "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "bias", "contraction",
         ]  # fmt: skip
@@ -145,11 +150,11 @@ def test_recovery_is_that_of_the_weighted_posterior(results: CohortCalibration) 
 def test_alarms_are_counted_by_test_and_kind_of_recordings(results: CohortCalibration) -> None:
     table = results.alarms.set_index(["recordings", "alarm"])
     assert set(table["n"]) == {2 * RECORDINGS}
-    for kind in ("own", "acquired"):
+    for kind in ("model_noise", "sample_by_sample"):
         rate = table.loc[kind, "rate"]
         assert rate["residuals"] == pytest.approx(SURPRISING / RECORDINGS, abs=0.04)
         assert rate["boundary_mass"] < 0.06
-        assert rate["contradicted"] <= rate["strained or contradicted"] <= rate[:2].sum()
+        assert rate["contradicted"] <= rate["doubtful or contradicted"] <= rate[:2].sum()
         assert (table.loc[kind, "ci_low"] <= rate).all() and (rate <= table.loc[kind, "ci_high"]).all()
 
 
@@ -158,8 +163,8 @@ def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(
 ) -> None:
     table = results.table
     assert list(table.columns) == list(COLUMNS)
-    pooled = table[(table["subject"] == POOLED) & (table["recordings"] == "own")]
-    narrow = pooled[(pooled["sampler"] == "npe") & (pooled["test"] == "coverage")]
+    pooled = table[(table["subject"] == POOLED) & (table["recordings"] == "model_noise")]
+    narrow = pooled[(pooled["sampler"] == "proposal") & (pooled["test"] == "coverage")]
     assert narrow["flagged"].sum() >= 3
     assert pooled[pooled["sampler"] == "weighted"]["flagged"].sum() == 0
     assert (pooled["n"] == 2 * RECORDINGS).all()
@@ -178,8 +183,8 @@ def test_contraction_by_a_second_recording_need_only_be_some(results: CohortCali
     table = results.table
     limits = table[table["test"] == "contraction"].groupby("recordings")["limit"].unique()
     assert {name: list(values) for name, values in limits.items()} == {
-        "own": [0.2],
-        "acquired": [0.2],
+        "model_noise": [0.2],
+        "sample_by_sample": [0.2],
         "local": [0.0],
     }
 

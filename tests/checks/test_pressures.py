@@ -17,7 +17,7 @@ from swesbi.artefacts.typed import ByPlace, Place
 from swesbi.checks.pressures import COLUMNS, PosteriorPair, pressures_table, pressures_table_of, quantities
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.parameters import SHOWN
+from swesbi.parameters import PEAK_ACTIVE
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import log_centre
 from swesbi.recording.cohort.clinical import ClinicalMeasures
@@ -80,8 +80,8 @@ def test_compliance_and_attained_stiffness_follow_from_the_draws() -> None:
     one = compared()
     found = quantities(MODEL, one.without.phi, one)
     np.testing.assert_allclose(found[CAPACITANCE], found[TIME_CONSTANT] / found[RESISTANCE])
-    assert len(found[SHOWN.name]) == 201
-    assert (found[SHOWN.name] < one.without.phi[:, 0]).all() and (found[SHOWN.name] > 5.0).all()
+    assert len(found[PEAK_ACTIVE.name]) == 201
+    assert (found[PEAK_ACTIVE.name] < one.without.phi[:, 0]).all() and (found[PEAK_ACTIVE.name] > 5.0).all()
     assert list(found)[1:5] == ["k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_stiffness_kpa"]
 
 

@@ -374,7 +374,7 @@ AFFECTED = {
     },
     "cohort_posterior__draws": {"cohort_posterior"},
     "cohort_posterior__hyperprior__spread__log_sd": {"cohort_posterior"},
-    "experiments__calibrated__calibration__recordings__own": {
+    "experiments__calibrated__calibration__recordings__model_noise": {
         "calibration_recordings",
         "population_calibration",
         "pushes_calibration",
@@ -401,7 +401,7 @@ AFFECTED = {
     },
     "population_experiments__amortised__simulations__draws_per_context": {"population_simulate"},
     "population_experiments__amortised__estimator__learning_rate": {"train_population"},
-    "population_experiments__amortised__calibration__own": {"population_calibration"},
+    "population_experiments__amortised__calibration__model_noise": {"population_calibration"},
     "population_experiments__amortised__calibration__free_running__recordings": {"pushes_calibration"},
     "population_experiments__amortised__calibration__strata__hr_bpm": {"population_scores"},
     "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},

@@ -15,7 +15,7 @@ TITLE = "virtual volunteers"
 REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"
 
 
-VERDICTS = (("not contradicted", ""), ("strained", "χ²"), ("contradicted", "χ²; mass at a bound"))
+VERDICTS = (("not contradicted", ""), ("doubtful", "χ²"), ("contradicted", "χ²; mass at a bound"))
 
 
 MEDIANS = {"k0_kpa": 40.0, "k_atp_per_s": 6.0, "k_sr_per_s": 25.0, "passive_stiffness_kpa": 2.0}
@@ -48,7 +48,7 @@ def strata() -> pd.DataFrame:
         {"sampler": sampler, "stratum": stratum, "parameter": name, "nominal": nominal, "coverage": nominal,
          "ci_low": nominal - 0.03, "ci_high": nominal + 0.02, "n": 400, "bias": 0.0, "contraction": 0.5,
          "median_efficiency": 0.6}
-        for sampler in ("npe", "weighted")
+        for sampler in ("proposal", "weighted")
         for stratum in STRATA
         for name in THETA_NAMES
         for nominal in (0.5, 0.9)

@@ -27,7 +27,7 @@ PRIOR = JointPriorSettings.from_plain(
         "passive_stiffness_kpa": {"centre": 2.2, "log_sd": 0.4, "low": 0.5, "high": 8.0},
     }
 )
-STATUS = {"D": "strained", "E": "contradicted", "F": "contradicted"}
+STATUS = {"D": "doubtful", "E": "contradicted", "F": "contradicted"}
 FLAGGED = {
     "D": ("residuals",),
     "E": ("boundary_mass",),

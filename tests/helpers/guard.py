@@ -24,7 +24,16 @@ import h5py
 import numpy as np
 import pandas as pd
 
-RENAMED: Final[tuple[tuple[str, str], ...]] = ()
+RENAMED: Final[tuple[tuple[str, str], ...]] = (
+    (r"(.*::)(?:npe|prior_draws)/(.*)", r"\1proposal/\2"),
+    (r"(.*::)own/npe_(.*)", r"\1model_noise/proposal_\2"),
+    (r"(.*::)acquired/npe_(.*)", r"\1sample_by_sample/proposal_\2"),
+    (r"(.*::)local/npe_(.*)", r"\1local/proposal_\2"),
+    (r"(.*::)own/(.*)", r"\1model_noise/\2"),
+    (r"(.*::)acquired/(.*)", r"\1sample_by_sample/\2"),
+    (r"(.*)shown_kpa(.*)", r"\1peak_active_kpa\2"),
+    (r"(.*)strained(.*)", r"\1doubtful\2"),
+)
 """Patterns of names ``file::item`` of before, and what they are now; the first that matches counts."""
 LEFT_OUT: Final[tuple[str, ...]] = (r"figures/(experiments|epochs|design-.*)\.(pdf|png)::",)
 """Patterns of names of before that are no longer made."""

@@ -41,7 +41,7 @@ HYPERPRIOR = HyperpriorSettings.from_plain(
         "group_factor": {"centre": 1.0, "log_sd": 0.4, "low": 0.2, "high": 5.0},
     }
 )
-OUTLIERS = OutlierSettings(not_contradicted=0.02, strained=0.2, contradicted=0.9)
+OUTLIERS = OutlierSettings(not_contradicted=0.02, doubtful=0.2, contradicted=0.9)
 EXACT = ExactSettings(
     first_draws=1000,
     prior_fraction=0.1,

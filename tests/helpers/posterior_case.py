@@ -14,7 +14,7 @@ Z = np.array([0.4, -1.9])
 
 def exact_of(
     phi: FloatArray,
-    npe_phi: FloatArray | None = None,
+    proposal_phi: FloatArray | None = None,
     *,
     sampler: Sampler = "importance",
     k_hat: float = 0.3,
@@ -42,7 +42,7 @@ def exact_of(
         sampler=sampler,
         reasons=reasons,
         k_hat_limit=0.7,
-        npe_phi=phi if npe_phi is None else npe_phi,
+        proposal_phi=phi if proposal_phi is None else proposal_phi,
         weighted=weighted,
         r_hat=np.full(d, r_hat),
         effective_draws=np.full(d, efficiency * n),

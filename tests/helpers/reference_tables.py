@@ -221,9 +221,11 @@ def network_means(path: Path) -> Numbers:
     """Yield the means of the draws of a network on speeds, recording by recording."""
     with xr.open_dataset(path, engine="h5netcdf") as root:
         draws = json.loads(root.attrs["settings"])["recordings"]["network_draws"]
-    with xr.open_dataset(path, group="own", engine="h5netcdf") as own:
-        errors = own["npe_sd"].to_numpy().ravel() / np.sqrt(draws)
-        for (name, mean, _), error in zip(_elements("npe_mean", own["npe_mean"]), errors, strict=True):
+    with xr.open_dataset(path, group="model_noise", engine="h5netcdf") as own:
+        errors = own["proposal_sd"].to_numpy().ravel() / np.sqrt(draws)
+        for (name, mean, _), error in zip(
+            _elements("proposal_mean", own["proposal_mean"]), errors, strict=True
+        ):
             yield Found(name, mean, float(error))
 
 

@@ -12,7 +12,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.measurement.derived import active_share, curve_quantities, derived, half_active_ms
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.operator import SERIES_MODULUS_KPA
-from swesbi.parameters import ACTIVE_SHARE, CURVE, DERIVED_NAMES, HALF_ACTIVE, ISOMETRIC, SHOWN
+from swesbi.parameters import ACTIVE_SHARE, CURVE, DERIVED_NAMES, HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE
 
 PHASE = np.arange(20_000) / 20_000
 PERIOD_S = 0.9
@@ -91,7 +91,9 @@ def test_what_is_told_of_a_heart_is_its_own_stiffness_without_the_scale_of_the_s
     for value in told.values():
         assert value[1] == value[0]
     bonds = beats.active_stiffness_kpa[0].max()
-    assert told[SHOWN.name][0] == pytest.approx(bonds * SERIES_MODULUS_KPA / (bonds + SERIES_MODULUS_KPA))
+    assert told[PEAK_ACTIVE.name][0] == pytest.approx(
+        bonds * SERIES_MODULUS_KPA / (bonds + SERIES_MODULUS_KPA)
+    )
     total = np.add(*model.parts(phi, beats))[0]
     assert told["peak_kpa"][0] == total.max()
     np.testing.assert_allclose(model.stiffness(phi, beats)[0], total, rtol=1e-12)

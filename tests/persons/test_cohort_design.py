@@ -88,7 +88,7 @@ def test_recycled_draws_follow_the_weights_and_nobody_else() -> None:
     weight = (theta[:, 0] / 45.0) ** 5  # so that the weighted mean of k_0 is a fifth higher
     weight /= weight.sum()
     one = make_member(context, "not contradicted", "", (theta, weight), (1000, 0.9), 7)
-    again = make_member(context, "strained", "b", (theta, weight), (1000, 0.9), 7)
+    again = make_member(context, "doubtful", "b", (theta, weight), (1000, 0.9), 7)
     other = make_member(
         replace(context, subject="other"), "not contradicted", "", (theta, weight), (1000, 0.9), 7
     )
@@ -111,6 +111,6 @@ def test_an_empty_cohort_and_an_unknown_verdict_are_refused() -> None:
         infer_cohort([], case.THETA_PRIOR, case.SETTINGS, None, 1)
     with pytest.raises(
         ValueError,
-        match="verdict 'odd': expected one of not contradicted, uninformative, strained, contradicted",
+        match="verdict 'odd': expected one of not contradicted, uninformative, doubtful, contradicted",
     ):
         case.OUTLIERS.of("odd")

@@ -37,7 +37,7 @@ TITLE = "virtual volunteers"
 TRUTH = np.r_[
     [40.0, 6.0, 25.0], [0.2, 0.25, 0.2], [1.0] * 3, [1.0] * 3, [1.0] * 3, [1.0, 1.0, 0.35]
 ]  # medians, spreads, age, sex, heart rate, group b over a
-STATUSES = ("not contradicted",) * 8 + ("strained", "contradicted")
+STATUSES = ("not contradicted",) * 8 + ("doubtful", "contradicted")
 GROUPS = "aabbaabbab"  # sexes alternate
 
 

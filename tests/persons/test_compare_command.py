@@ -348,7 +348,7 @@ def stored(p_value: float = 0.5, changed: float = 0.99) -> StoredChange:
     )
     return StoredChange(
         visit=("before", "after"), quantity=QUANTITIES, parameter=("a", "b"), share=("speed_scale",),
-        person="P", subject=np.array(["P1", "P2"]), verdict=np.array(["not contradicted", "strained"]),
+        person="P", subject=np.array(["P1", "P2"]), verdict=np.array(["not contradicted", "doubtful"]),
         phi=rng.random((2, 50, 2)), quantities=1.0 + rng.random((2, 50, 4)), shares=np.array([0.8]),
         ratios=ratios, one_person=OnePerson(2.0, 1.0, p_value, 0.05, 0.7), sampler="importance",
         converged=True, reasons="", k_hat=0.3, k_hat_limit=0.7, efficiency=0.1, weighted_draws=1000,
@@ -365,7 +365,7 @@ def test_a_change_is_read_as_it_was_written(tmp_path: Path) -> None:
     )  # fmt: skip
     np.testing.assert_array_equal(read.phi, written.phi)
     np.testing.assert_array_equal(read.ratios.low, written.ratios.low)
-    assert list(read.verdict) == ["not contradicted", "strained"]
+    assert list(read.verdict) == ["not contradicted", "doubtful"]
     assert read.one_person == written.one_person
 
 
@@ -396,7 +396,7 @@ def test_the_table_has_a_row_a_quantity_with_what_was_decided() -> None:
 
 def test_the_answer_says_what_changed_and_what_it_is_conditional_on() -> None:
     said = "\n".join(change_lines(stored()))
-    assert "after (P2): strained by itself" in said
+    assert "after (P2): doubtful by itself" in said
     assert "can be of one person" in said
     rule = "changed by more than 10% in one direction with probability above 0.95"
     assert f"{rule}: active stiffness scale k_0" in said

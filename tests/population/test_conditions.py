@@ -8,7 +8,7 @@ from population_case import CONFIG, EXPERIMENT, FRESH
 from scipy.stats import kstest
 
 from swesbi.population.conditions import admitted, draw_cells, draw_conditions, draw_pushes
-from swesbi.population.recordings import ACQUIRED, OWN, fresh_subject, record_fresh
+from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE, STREAMS, fresh_subject, record_fresh
 from swesbi.recording.ingest import incomplete
 from swesbi.recording.phases import nominal_phases
 
@@ -49,12 +49,12 @@ def test_sweeps_have_their_share_of_the_noise_at_every_level() -> None:
     np.testing.assert_allclose(drawn.errors.shared, drawn.errors.shared[:, :1, :1] * np.ones((1, 20, 3)))
 
 
-@pytest.mark.parametrize("kind", [OWN, ACQUIRED])
+@pytest.mark.parametrize("kind", [MODEL_NOISE, SAMPLE_BY_SAMPLE])
 def test_fresh_recordings_of_sweeps_share_errors(kind: str) -> None:
     protocol = CONFIG.acquisition.model_copy(update=SWEEPS)
     fresh = FRESH.model_copy(update={"acquisition": protocol})
     subject = fresh_subject(1, fresh, 7, "sweeps")
-    recording = record_fresh(subject, kind, fresh, 7, "sweeps", kind).recordings[0]
+    recording = record_fresh(subject, kind, fresh, 7, "sweeps", STREAMS[kind]).recordings[0]
     assert recording.shared.shape == (len(recording.phase), 3)
     expected = subject.level * 0.05 / np.sqrt(0.05**2 + 0.04**2 + 0.08**2 / 12)
     np.testing.assert_allclose(np.sqrt((recording.shared**2).sum(axis=1)), expected, rtol=0.01)

@@ -54,7 +54,7 @@ def test_what_the_relative_thickness_refuses_has_next_to_no_cavity() -> None:
 
 
 def test_each_stratum_of_the_full_calibration_has_enough_recordings() -> None:
-    number = FULL["population_experiments"]["amortised"]["calibration"]["own"]
+    number = FULL["population_experiments"]["amortised"]["calibration"]["model_noise"]
     drawn = draw_population(range(number), AMORTISED.population, STUDY.config.seed, "fresh", STREAM)
     # The noise levels, drawn from other streams, are cut into thirds of their logarithm.
     levels = np.exp(np.linspace(*np.log(AMORTISED.conditions.relative_se), number))

@@ -132,7 +132,7 @@ def test_a_posterior_has_the_network_s_own_draws_beside_it_and_repeats() -> None
     assert exact.efficiency > 2.0 * efficiency[0]
     np.testing.assert_array_equal(exact.phi, again.phi)
     assert not np.array_equal(exact.phi, other.phi)
-    u, _ = first.place(model.points(exact.npe_phi))
+    u, _ = first.place(model.points(exact.proposal_phi))
     np.testing.assert_allclose(u.std(axis=0), 1.0, atol=4.5 / np.sqrt(2 * len(u)))
 
 

@@ -17,7 +17,13 @@ from swesbi.__main__ import main
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.config.view import View
-from swesbi.population.recordings import OWN, FreshSettings, fresh_subject, record_fresh, record_pushes
+from swesbi.population.recordings import (
+    MODEL_NOISE,
+    FreshSettings,
+    fresh_subject,
+    record_fresh,
+    record_pushes,
+)
 from swesbi.recording.ingest import ingest
 from swesbi.recording.neighbours import speed_by_neighbours
 from swesbi.recording.problems import RecordingError
@@ -138,7 +144,10 @@ def test_recordings_of_the_model_itself_lose_one_point_in_five_hundred_at_most()
     lost, total = np.zeros(2), np.zeros(2)
     for number in range(150):
         known = fresh_subject(number, fresh, 1, "neighbours")
-        asked, made = known.model.recording, record_fresh(known, OWN, fresh, 1, "neighbours").recordings[0]
+        asked, made = (
+            known.model.recording,
+            record_fresh(known, MODEL_NOISE, fresh, 1, "neighbours").recordings[0],
+        )
         model, _ = record_pushes(number, (60, 60), fresh, 1, "neighbours")
         lost += [len(asked.phase) - len(made.phase), 60 - len(model.recording.phase)]
         total += [len(asked.phase), 60]

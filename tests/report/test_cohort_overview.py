@@ -36,7 +36,7 @@ def overview(subjects: int, refused: int, *, truth: bool) -> Overview:
 
 def test_a_refused_subject_has_its_reason_and_no_answer() -> None:
     shown = table(3, 1)
-    assert shown["status"].tolist() == ["not contradicted", "strained", REFUSED]
+    assert shown["status"].tolist() == ["not contradicted", "doubtful", REFUSED]
     assert shown["reason"].tolist() == ["", "χ²", REASON]
     assert shown.iloc[-1][list(answer_columns())].isna().all()
     assert shown.iloc[1]["k0_kpa_low"] == pytest.approx(0.8 * shown.iloc[1]["k0_kpa_median"])

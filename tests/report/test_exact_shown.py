@@ -58,7 +58,7 @@ def test_the_reliability_of_the_weights_is_that_of_the_files(drawn: dict[str, Fi
 def test_verdicts_of_both_kinds_are_read_alike() -> None:
     exact, plain = verdict("D"), evaluation_cases.verdict("A")
     assert (is_exact(exact), is_exact(plain)) == (True, False)
-    assert (exact.status, plain.status) == ("strained", "prior-supported")
+    assert (exact.status, plain.status) == ("doubtful", "prior-supported")
     read = [verdict("A"), exact, plain, verdict("F"), evaluation_cases.verdict("E", False)]
     assert [each.may_be_read for each in read] == [True, True, True, False, False]
     assert verdict_numbers(exact) == ("residuals, p < 0.001",)

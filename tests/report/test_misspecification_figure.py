@@ -11,7 +11,11 @@ from swesbi.report.figures.misspecification import draw_misspecification
 from swesbi.verdict.checks import TESTS
 from swesbi.verdict.verdict import STATUSES, Status, Verdict, VerdictTest
 
-ROWS = [AlarmRow(kind, alarm, 0.05, 0.03, 0.08, 600) for kind in ("own", "acquired") for alarm in ALARMS]
+ROWS = [
+    AlarmRow(kind, alarm, 0.05, 0.03, 0.08, 600)
+    for kind in ("model_noise", "sample_by_sample")
+    for alarm in ALARMS
+]
 
 
 def verdict(status: Status, p: float) -> Verdict:

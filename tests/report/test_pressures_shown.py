@@ -15,7 +15,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import write_csv
 from swesbi.checks.pressures import COLUMNS, PRESSURES, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
-from swesbi.parameters import PHI_NAMES, SHOWN
+from swesbi.parameters import PEAK_ACTIVE, PHI_NAMES
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import PopulationSection
@@ -28,7 +28,7 @@ def made(subjects: int = 3, experiment: str = "amortised") -> pd.DataFrame:
     """The table of so many subjects; widths of R_d are 0.8, 0.85, 0.9 of those without, and so on."""
     rows = []
     for number in range(subjects):
-        for name in (SHOWN.name, *PHI_NAMES, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR, CAPACITANCE):
+        for name in (PEAK_ACTIVE.name, *PHI_NAMES, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR, CAPACITANCE):
             ratio = RATIOS.get(name, 1.0) + 0.05 * number
             known = np.nan if name == VOLUME_FACTOR else 1.0
             values = (0.95 * known, 0.9 * known, 1.1 * known, 1.02, 0.93, 1.12, ratio, 0.1 * known)
@@ -46,7 +46,7 @@ def test_widths_and_shifts_stand_by_quantity() -> None:
     assert found.caption == f"What pressures add: 3 {TITLE}."
     by_name = {row.cells[0]: row.cells[1:] for row in found.rows}
     assert list(by_name) == [
-        "k_0", "k_ATP", "k_SR", "a", "shown stiffness", "R_d", "R_d C_s", "C_s", "f_V"
+        "k_0", "k_ATP", "k_SR", "a", "peak active stiffness", "R_d", "R_d C_s", "C_s", "f_V"
     ]  # fmt: skip
     assert by_name["R_d"] == ("0.85 (0.80 to 0.90)", "0.10 (0.10 to 0.10)")
     assert by_name["f_V"] == ("–", "–")

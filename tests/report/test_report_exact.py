@@ -51,17 +51,17 @@ def calibration() -> pd.DataFrame:
     rows = [
         [subject, made, sampler, "sbc", name, 12, 0.1, 0.002 if name == "k_sr_per_s" else 0.5, 0.008,
          int(name == "k_sr_per_s"), 0.875, 0.9]
-        for subject, made in (("pooled", "own"), ("A", "own"), ("A", "local"))
-        for sampler in ("npe", "weighted")
+        for subject, made in (("pooled", "model_noise"), ("A", "model_noise"), ("A", "local"))
+        for sampler in ("proposal", "weighted")
         for name in THETA_NAMES
     ]  # fmt: skip
-    rows.append(["pooled", "own", "weighted", "tarp", "joint", 12, 0.1, 0.4, 0.05, 0, 0.905, np.nan])
+    rows.append(["pooled", "model_noise", "weighted", "tarp", "joint", 12, 0.1, 0.4, 0.05, 0, 0.905, np.nan])
     rows.append(["A", "local", "weighted, mcmc", "c2st", "joint", 50, 0.51, np.nan, 0.53, 0, np.nan, np.nan])
     return pd.DataFrame(rows, columns=list(CALIBRATION_COLUMNS))
 
 
 def alarms() -> pd.DataFrame:
-    kinds = (("own", 0.055), ("acquired", 0.06))
+    kinds = (("model_noise", 0.055), ("sample_by_sample", 0.06))
     return pd.DataFrame(
         [
             {
@@ -117,8 +117,8 @@ def exact() -> Exact:
 
 def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Exact) -> None:
     rows = verdicts_table(exact, TITLE).rows
-    assert [row.mark for row in rows] == ["", "strained", "muted"]
-    assert rows[1].cells[:4] == ("D", "strained", "residuals (p = 0.0002)", "importance weights")
+    assert [row.mark for row in rows] == ["", "doubtful", "muted"]
+    assert rows[1].cells[:4] == ("D", "doubtful", "residuals (p = 0.0002)", "importance weights")
     assert rows[0].cells[4:] == ("0.31", "82", "–", "yes")
     against = ("residuals", "mass at a bound")
     assert rows[2].cells[1:7] == (
@@ -136,7 +136,7 @@ def test_flagged_tests_are_bold_and_tests_without_a_p_value_show_their_statistic
 def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> None:
     section = make_section(exact, {}, TITLE)
     facts = section.facts
-    assert facts["Verdicts"] == "1 not contradicted, 1 strained, 1 contradicted"
+    assert facts["Verdicts"] == "1 not contradicted, 1 doubtful, 1 contradicted"
     assert facts["Exact posteriors"].endswith("by MCMC: F")
     assert facts["Truth of the simulated recordings"] == "inside 3 of 6 intervals"
     shown = {
@@ -151,7 +151,7 @@ def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> No
     assert rates[0] == "5.5 (2.8 to 11.0)" and len(rates) == 2
     assert section.tables["identifiability"].rows[0].cells[2:] == ("0.812", "12.3", "13.0", "4.00 to (30.0)")
     assert section.tables["noise"].rows[0].cells == ("between repeats", "4.43", "0.10", "3.99 to 4.87")
-    assert [row.mark for row in section.tables["posterior"].rows] == [""] * 4 + ["strained"] * 4 + [
+    assert [row.mark for row in section.tables["posterior"].rows] == [""] * 4 + ["doubtful"] * 4 + [
         "muted"
     ] * 4
 
@@ -187,11 +187,11 @@ def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
     assert TITLE in found["ppc"].caption
 
 
-def test_a_strained_row_is_marked_and_left_out_of_the_mean_of_those_that_pass() -> None:
+def test_a_doubtful_row_is_marked_and_left_out_of_the_mean_of_those_that_pass() -> None:
     experiment = make_exact_experiment()
     rows = score_table(experiment, TITLE).rows
-    strained = {name for name in SUBJECTS if STATUS.get(name) == "strained"}
-    assert strained
-    assert {str(row.cells[0]) for row in rows if row.mark == "strained"} == strained
-    assert strained.isdisjoint(experiment.passed["subject"])
+    doubtful = {name for name in SUBJECTS if STATUS.get(name) == "doubtful"}
+    assert doubtful
+    assert {str(row.cells[0]) for row in rows if row.mark == "doubtful"} == doubtful
+    assert doubtful.isdisjoint(experiment.passed["subject"])
     assert len(experiment.passed)

@@ -35,8 +35,8 @@ def test_coverage_stands_by_stratum_and_answer_at_the_level_of_the_intervals() -
 
 def test_a_small_cohort_has_a_row_a_subject_and_the_refused_their_reason() -> None:
     rows = cohort_table(shown(4, 1), TITLE).rows
-    assert [row.cells[1] for row in rows] == ["not contradicted", "strained", "contradicted", "refused"]
-    assert [row.mark for row in rows] == ["", "strained", "muted", "muted"]
+    assert [row.cells[1] for row in rows] == ["not contradicted", "doubtful", "contradicted", "refused"]
+    assert [row.mark for row in rows] == ["", "doubtful", "muted", "muted"]
     assert rows[0].cells[3] == "40.0 (32.0 to 52.0)"
     assert rows[-1].cells[2:] == (REASON, *["–"] * 7)
 

@@ -12,7 +12,7 @@ from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import write_csv
 from swesbi.report.page.page import templates
 from swesbi.report.table import Strong
-from swesbi.report.tables.validation import SITTINGS, shown_validation
+from swesbi.report.tables.validation import ROUNDS, shown_validation
 from swesbi.report.tables.validation_outcomes import POOLED_TOGETHER
 
 NAN = float("nan")
@@ -34,7 +34,7 @@ def made_row(
     rates = {"coverage": (0.733, 0.6, 0.84), "coverage_not_contradicted": coverage}
     row: dict[str, object] = {
         "generator": generator, "quantity": "k_sr_per_s", "n": n, "not_contradicted": good / n,
-        "strained": 0.0, "contradicted": 1.0 - good / n, "bias_log": -0.18, "width_log": 0.45,
+        "doubtful": 0.0, "contradicted": 1.0 - good / n, "bias_log": -0.18, "width_log": 0.45,
         "n_not_contradicted": good, "tested": tested,
     }  # fmt: skip
     for name, limits in (rates | {"missed_not_contradicted": missed}).items():
@@ -43,16 +43,16 @@ def made_row(
 
 
 def stored(folder: Path) -> Path:
-    """Sittings of three generators, of which the second is whole; a third asked one alone."""
-    of_third = made_table().iloc[:1].assign(sitting=3, date="2026-12-03", model="other")
-    first = made_table().assign(sitting=1, date="2026-12-01", model="former")
-    second = made_table().assign(sitting=2, date="2026-12-02", model="as shipped")
-    write_csv(folder / "sittings.csv", pd.concat([of_third, second, first]))
-    return folder / "sittings.csv"
+    """Rounds of three generators, of which the second is whole; a third asked one alone."""
+    of_third = made_table().iloc[:1].assign(round=3, date="2026-12-03", model="other")
+    first = made_table().assign(round=1, date="2026-12-01", model="former")
+    second = made_table().assign(round=2, date="2026-12-02", model="as shipped")
+    write_csv(folder / "rounds.csv", pd.concat([of_third, second, first]))
+    return folder / "rounds.csv"
 
 
 def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path) -> None:
-    shown = shown_validation(SITTINGS.read(stored(tmp_path))).table
+    shown = shown_validation(ROUNDS.read(stored(tmp_path))).table
     assert shown.caption.endswith("round 2, 2026-12-02; as shipped.")
     together, *rows = shown.rows
     assert together.cells[:2] == ("(c), (d), (h) together", "k_SR")
@@ -65,7 +65,7 @@ def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path)
 
 
 def test_sentences_follow_the_numbers(tmp_path: Path) -> None:
-    each, chance, covered, missed, untested = shown_validation(SITTINGS.read(stored(tmp_path))).brief
+    each, chance, covered, missed, untested = shown_validation(ROUNDS.read(stored(tmp_path))).brief
     assert all(sentence.startswith("Not reached: ") for sentence in (each, chance, covered, missed))
     assert each.endswith("interval. Short of it: (d) spring, k_SR 60.0 % (40.0 to 78.0).")
     assert chance.endswith("19 %, by the 99 % interval. Above it: (d) spring, 40.0 % (22.0 to 60.0).")
@@ -74,12 +74,12 @@ def test_sentences_follow_the_numbers(tmp_path: Path) -> None:
     assert untested == "Not tested, since too few hearts are not contradicted: (e) blocks, 12 of 60."
 
 
-def test_a_later_sitting_is_compared_with_the_second(tmp_path: Path) -> None:
+def test_a_later_round_is_compared_with_the_second(tmp_path: Path) -> None:
     path = stored(tmp_path)
     table = pd.read_csv(path)
-    third = table[table["sitting"] == 2].assign(sitting=4, width_log=0.6)
+    third = table[table["round"] == 2].assign(round=4, width_log=0.6)
     write_csv(path, pd.concat([table, third]))
-    width = shown_validation(SITTINGS.read(path)).brief[-1]
+    width = shown_validation(ROUNDS.read(path)).brief[-1]
     assert width.startswith("Reached: k_SR of (a) is at most 1.35 times as wide")
     assert width.endswith("Found: 1.33 times.")
 
@@ -87,22 +87,22 @@ def test_a_later_sitting_is_compared_with_the_second(tmp_path: Path) -> None:
 def test_a_table_that_lacks_a_column_is_named(tmp_path: Path) -> None:
     path = stored(tmp_path)
     pd.read_csv(path).drop(columns="tested").to_csv(path, index=False)
-    with pytest.raises(ArtefactError, match=r"sittings.csv: lacks the columns tested"):
-        shown_validation(SITTINGS.read(path))
+    with pytest.raises(ArtefactError, match=r"rounds.csv: lacks the columns tested"):
+        shown_validation(ROUNDS.read(path))
 
 
-def test_sittings_of_which_none_is_whole_are_named(tmp_path: Path) -> None:
-    parts = [made_table().iloc[number : number + 1].assign(sitting=number) for number in (0, 1)]
-    path = tmp_path / "sittings.csv"
+def test_rounds_of_which_none_is_whole_are_named(tmp_path: Path) -> None:
+    parts = [made_table().iloc[number : number + 1].assign(round=number) for number in (0, 1)]
+    path = tmp_path / "rounds.csv"
     write_csv(path, pd.concat(parts).assign(date="2026-12-01", model="as shipped"))
-    with pytest.raises(ArtefactError, match="no sitting of the validation asked all generators, a, d"):
-        shown_validation(SITTINGS.read(path))
+    with pytest.raises(ArtefactError, match="no round of the validation asked all generators, a, d"):
+        shown_validation(ROUNDS.read(path))
 
 
 @pytest.mark.parametrize("there", [True, False])
 @pytest.mark.parametrize("name", ["checks", "index"])
 def test_pages_show_the_validation_where_there_is_one(tmp_path: Path, name: str, there: bool) -> None:
-    section = shown_validation(SITTINGS.read(stored(tmp_path))) if there else None
+    section = shown_validation(ROUNDS.read(stored(tmp_path))) if there else None
     # all but the validation is left out of these pages
     page = templates().overlay(undefined=ChainableUndefined).get_template(f"{name}.html")
     text = page.render(page={"validation": section}, here=name, root="../")

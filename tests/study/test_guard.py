@@ -16,7 +16,7 @@ def made(folder: Path, value: float = 2.0, dataset: str = "theta") -> Path:
         file[f"draws/{dataset}"] = np.array([1.0, value])
         file["subject"] = np.array(["A", "B"], dtype=h5py.string_dtype())
     (folder / "table.csv").write_text(f"subject,median\nA,{value}\n")
-    (folder / "verdict.json").write_text(f'{{"status": "strained", "z": {value}}}')
+    (folder / "verdict.json").write_text(f'{{"status": "doubtful", "z": {value}}}')
     (folder / "figure.png").write_bytes(bytes(str(value), "ascii"))
     return folder
 

@@ -53,7 +53,7 @@ def runs(tmp_path: Path) -> tuple[Path, Path]:
     write_plain(
         first / NET, {"metadata": Provenance("net").attributes(), "state": {"w": {"0": torch.ones(2, 1)}}}
     )
-    write_json(first / VERDICT, {"status": "strained", "k_hat": 0.3})
+    write_json(first / VERDICT, {"status": "doubtful", "k_hat": 0.3})
     (first / TABLE).write_text("name,value\na,1\nb,\n")
     (first / FIGURE).write_bytes(b"figure")
     (first / "configuration.yaml").write_text("levels: [0.5, 0.9]\n")
@@ -76,7 +76,7 @@ def test_a_summary_states_what_a_file_is_what_made_it_and_which_arrays_it_contai
     assert lines[lines.index(str(net)) + 1] == "kind: net" and "subject: whole cohort" in lines
     assert "state/w/0  d0 2 x d1 1" in lines
     assert lines[lines.index(str(table)) + 1 :][:2] == ["name  row 2", "value  row 2"]
-    assert lines[-2:] == ["status: strained", "k_hat: 0.3"]
+    assert lines[-2:] == ["status: doubtful", "k_hat: 0.3"]
 
 
 def test_every_file_of_a_study_can_be_read(finished: StudyCopy) -> None:
@@ -111,7 +111,7 @@ def test_check_compares_every_artefact_with_its_checksum(runs: tuple[Path, Path]
     content = bytearray((other / FIT).read_bytes())
     content[5000] ^= 1
     (other / FIT).write_bytes(content)
-    (other / VERDICT).write_text((other / VERDICT).read_text().replace("strained", "contradicted"))
+    (other / VERDICT).write_text((other / VERDICT).read_text().replace("doubtful", "contradicted"))
     assert main(["--check", str(other)]) == 2
     shown = capsys.readouterr()
     assert shown.out.splitlines() == [f"{other / NET}: whole"]
@@ -165,7 +165,7 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_stated(
         *("only in the second:", "extra.csv"),
         *("settings:", "passive.exponent_b: 3.0 -> 4.0  (cohort/A/fit.h5)"),
         *("code and origin:", "code_hash: abc -> def  (cohort/A/fit.h5)"),
-        *("verdicts:", "status: strained -> another  (paper/subjects/F/verdict.json)"),
+        *("verdicts:", "status: doubtful -> another  (paper/subjects/F/verdict.json)"),
         *("facts:", "levels: 0.5, 0.9 -> 0.5  (configuration.yaml)"),
         *("arrays:", "k0_kpa: max abs 0.02 kPa, max rel 0.0099  (cohort/A/fit.h5)"),
         *(
@@ -198,7 +198,7 @@ def test_a_damaged_file_does_not_end_the_comparison(runs: tuple[Path, Path], cap
     assert cut.startswith(f"{other / FIT}: has no checksum at its end: it was cut off")
     assert cut.endswith(f"{FIT} --configfile small.yaml  ({FIT})") and "rm -f" in cut
     assert table.startswith(f"{other / TABLE}: cannot be read as .csv")
-    assert rest == ["verdicts:", f"status: strained -> changed  ({VERDICT})", "the runs differ"]
+    assert rest == ["verdicts:", f"status: doubtful -> changed  ({VERDICT})", "the runs differ"]
 
 
 @pytest.mark.parametrize("name", ["nowhere", "empty"])

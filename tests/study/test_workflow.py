@@ -242,7 +242,7 @@ def test_one_subject_from_empty_needs_nothing_of_the_others_after_pooling(tmp_pa
 
 @pytest.mark.slow
 def test_another_alarm_level_draws_no_posterior_again(editable: StudyCopy) -> None:
-    with edited(editable, "config/experiments.yaml", "strained_level: 0.03", "strained_level: 0.04"):
+    with edited(editable, "config/experiments.yaml", "doubtful_level: 0.03", "doubtful_level: 0.04"):
         rules = rules_of(editable.planned())
     assert "verdict" in rules
     assert not {"exact_posterior", "posterior", "population_null", "train_flow", "train"} & rules

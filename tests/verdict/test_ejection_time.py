@@ -74,7 +74,7 @@ def test_the_shipped_ejection_times_pass_and_80_ms_off_do_not(volunteer: Volunte
     for wrong in (true - 80.0, true + 80.0):
         test = judged(beats, context, wrong)
         assert test.flagged and np.sign(test.statistic) == np.sign(true - wrong)
-        assert grade(Grade.NOT_CONTRADICTED, (), (test,), 6.0) == Grade.STRAINED
+        assert grade(Grade.NOT_CONTRADICTED, (), (test,), 6.0) == Grade.DOUBTFUL
 
 
 def test_the_distance_is_over_posterior_measurement_and_model() -> None:
@@ -123,7 +123,7 @@ def test_hearts_that_the_model_describes_raise_an_alarm_no_oftener_than_is_said(
         flags.append(judged(beats, context, true_ms + LVET_SD_MS * rng.standard_normal()).flagged)
     assert len(flags) == hearts
     # Three standard errors of a share of 1 %.
-    assert np.mean(flags) <= SETTINGS.strained_level + 3.0 * np.sqrt(0.01 / hearts)
+    assert np.mean(flags) <= SETTINGS.doubtful_level + 3.0 * np.sqrt(0.01 / hearts)
 
 
 def test_the_stage_knows_how_well_it_is_measured() -> None:
@@ -135,7 +135,7 @@ def test_the_stage_knows_how_well_it_is_measured() -> None:
     assert settings.ejection_time == SETTINGS
 
 
-@pytest.mark.parametrize("change", [{"model_sd_ms": 0.0}, {"strained_level": 0.5}, {"limit": 3.0}])
+@pytest.mark.parametrize("change", [{"model_sd_ms": 0.0}, {"doubtful_level": 0.5}, {"limit": 3.0}])
 def test_tolerance_and_level_must_make_sense(change: dict[str, float]) -> None:
     with pytest.raises(ValidationError):
         EjectionTimeSettings.from_plain(SETTINGS.to_plain() | change)

@@ -42,14 +42,14 @@ def made(count: int, seed: int) -> Checks:
 
 def test_alarms_have_the_level_of_the_rule_whatever_the_number_of_points() -> None:
     """P-values of few points are conservative, and alone would be no test."""
-    found, levels = [], (RULE.strained_level, RULE.contradicted_level)
+    found, levels = [], (RULE.doubtful_level, RULE.contradicted_level)
     for seed in range(4):
         null, own = made(2000, seed), made(2000, 100 + seed)
         few, overall = own.points < 10, overall_p(p_values(null, own, RULE))
         found.append([(overall[part] <= level).mean() for level in levels for part in (few, ~few)])
         assert np.mean(own.residuals_p[few] <= 0.025) < 0.01
-    strained, contradicted = np.mean(found, axis=0).reshape(2, 2)
-    assert strained.min() > 0.7 * levels[0] and strained.max() < 1.2 * levels[0]
+    doubtful, contradicted = np.mean(found, axis=0).reshape(2, 2)
+    assert doubtful.min() > 0.7 * levels[0] and doubtful.max() < 1.2 * levels[0]
     assert contradicted.min() > 0.4 * levels[1] and contradicted.max() < 1.6 * levels[1]
 
 

@@ -39,13 +39,13 @@ def null(bank: Bank) -> Checks:
 def test_p_values_of_fresh_recordings_are_uniform(bank: Bank, null: Checks) -> None:
     p = p_values(null, bank.check(bank.recordings(150, 3), 2000), RULE)
     assert all(kstest(column, "uniform").pvalue > 0.01 for column in p.T)
-    assert (overall_p(p) <= RULE.strained_level).mean() < 0.10
+    assert (overall_p(p) <= RULE.doubtful_level).mean() < 0.10
 
 
 def test_noise_larger_than_stated_is_caught_by_the_residuals(bank: Bank, null: Checks) -> None:
     p = p_values(null, bank.check(bank.recordings(40, 5, noise=2.0), 3000), RULE)
-    assert (overall_p(p) <= RULE.strained_level).mean() > 0.8
-    assert (p[:, TESTS.index("residuals")] <= single_level(RULE.strained_level)).mean() > 0.8
+    assert (overall_p(p) <= RULE.doubtful_level).mean() > 0.8
+    assert (p[:, TESTS.index("residuals")] <= single_level(RULE.doubtful_level)).mean() > 0.8
 
 
 def test_a_curve_that_no_theta_gives_contradicts_the_model(bank: Bank, null: Checks) -> None:
@@ -54,7 +54,7 @@ def test_a_curve_that_no_theta_gives_contradicts_the_model(bank: Bank, null: Che
     speeds = np.maximum(speeds, np.roll(speeds, 10, axis=1))
     overall = overall_p(p_values(null, bank.check(speeds, 4000), RULE))
     assert (overall <= RULE.contradicted_level).mean() >= 0.9
-    assert (overall <= RULE.strained_level).mean() >= 0.95
+    assert (overall <= RULE.doubtful_level).mean() >= 0.95
 
 
 def volume(z: float) -> VerdictTest:
@@ -69,11 +69,11 @@ def ranges(outside: int) -> VerdictTest:
     ("overall", "z", "outside", "expected"),
     [
         (Grade.NOT_CONTRADICTED, -2.9, 0, Grade.NOT_CONTRADICTED),
-        (Grade.NOT_CONTRADICTED, -3.1, 0, Grade.STRAINED),
+        (Grade.NOT_CONTRADICTED, -3.1, 0, Grade.DOUBTFUL),
         (Grade.NOT_CONTRADICTED, 6.1, 0, Grade.CONTRADICTED),
-        (Grade.NOT_CONTRADICTED, 0.0, 1, Grade.STRAINED),
+        (Grade.NOT_CONTRADICTED, 0.0, 1, Grade.DOUBTFUL),
         (Grade.CONTRADICTED, 3.1, 1, Grade.CONTRADICTED),
-        (Grade.STRAINED, 0.0, 0, Grade.STRAINED),
+        (Grade.DOUBTFUL, 0.0, 0, Grade.DOUBTFUL),
     ],
 )
 def test_volumes_and_context_strain_and_only_extreme_volumes_do_more(
@@ -94,7 +94,7 @@ FARTHEST = (3.4, "ivsd_cm")
 
 def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     test = VerdictTest("residuals", 3.2, 0.001, 0.004, True, "posterior predictive p-value 0.004")
-    verdict = make_verdict(Grade.STRAINED, 0.02, (volume(3.3), test, ranges(0)), MADE, FARTHEST, TOLD)
+    verdict = make_verdict(Grade.DOUBTFUL, 0.02, (volume(3.3), test, ranges(0)), MADE, FARTHEST, TOLD)
     path = tmp_path / "verdict.json"
     verdict.write(path, Provenance(""))
     assert Verdict.read(path) == verdict
@@ -106,7 +106,7 @@ def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     assert verdict.k_hat is None
     assert verdict.acceptance == 1.0
     assert verdict.reasons[-1] == "MCMC has not converged"
-    assert verdict.sentence.startswith("strained: residuals: posterior predictive p-value")
+    assert verdict.sentence.startswith("doubtful: residuals: posterior predictive p-value")
     assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), MADE, FARTHEST, TOLD).may_be_read
 
 

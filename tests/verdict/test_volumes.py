@@ -76,7 +76,7 @@ def test_an_lvesv_far_from_that_of_the_beat_is_found(volunteer: Volunteer) -> No
     as_it_is = judged(replace(volunteer.context, lvesv_ml=true), phi)[1]
     assert abs(as_it_is.statistic) < 1.0
     wrong = judged(replace(volunteer.context, lvesv_ml=2.5 * true), phi)[1]
-    assert wrong.flagged and wrong.statistic < -SETTINGS.strained_abs_z
+    assert wrong.flagged and wrong.statistic < -SETTINGS.doubtful_abs_z
     assert judged(replace(volunteer.context, lvesv_ml=0.2 * true), phi)[1].flagged
 
 
@@ -127,11 +127,11 @@ def false_alarms(group: str, hearts: int) -> FloatArray:
 def test_hearts_that_the_model_describes_raise_an_alarm_no_oftener_than_is_said(group: str) -> None:
     rates = false_alarms(group, 120)
     # Three standard errors of a share of 1 % in 120 hearts.
-    assert rates.sum() <= SETTINGS.strained_level + 3.0 * np.sqrt(0.01 / 120)
+    assert rates.sum() <= SETTINGS.doubtful_level + 3.0 * np.sqrt(0.01 / 120)
 
 
 def test_limits_follow_the_level_and_must_ascend() -> None:
     plain = SETTINGS.to_plain()
-    assert SETTINGS.strained_abs_z == pytest.approx(3.023, abs=1e-3)
+    assert SETTINGS.doubtful_abs_z == pytest.approx(3.023, abs=1e-3)
     with pytest.raises(ValidationError, match="must be below contradicted_abs_z = 2.5"):
         VolumeSettings.from_plain(plain | {"contradicted_abs_z": 2.5})

@@ -58,7 +58,7 @@ def test_every_heart_is_recorded_the_same_again_and_others_otherwise(letter: str
     np.testing.assert_array_equal(one.samples.speed_m_s, again.samples.speed_m_s)
     np.testing.assert_array_equal(one.heart.curve.stiffness_kpa, again.heart.curve.stiffness_kpa)
     for different in (other, elsewhere):
-        assert different.heart.shown_kpa != one.heart.shown_kpa
+        assert different.heart.peak_active_kpa != one.heart.peak_active_kpa
         assert different.heart.context.hr_bpm != one.heart.context.hr_bpm
 
 
@@ -79,7 +79,7 @@ def test_the_study_s_generator_makes_the_study_s_subjects() -> None:
     truth = simulate_truth(volunteer())
     made = hearts.heart_of(volunteer(), hearts.Structure({}))
     np.testing.assert_array_equal(made.curve.stiffness_kpa, truth.curve.stiffness_kpa)
-    assert made.shown_kpa == truth.active_kpa.max()
+    assert made.peak_active_kpa == truth.active_kpa.max()
     assert made.theta is not None
     assert tuple(made.theta) == volunteer().theta
 
@@ -125,7 +125,7 @@ def test_length_dependence_lowers_attained_stiffness_and_leaves_k_sr_alone_as_a_
     dependent = hearts.heart_of(volunteer(), hearts.with_length_dependence(volunteer(), rng))
     assert dependent.theta is None
     assert dependent.k_sr_per_s == plain.k_sr_per_s
-    assert dependent.shown_kpa < 0.95 * plain.shown_kpa
+    assert dependent.peak_active_kpa < 0.95 * plain.peak_active_kpa
 
 
 def test_a_spring_in_series_shows_less_than_the_bonds_have() -> None:
@@ -133,10 +133,10 @@ def test_a_spring_in_series_shows_less_than_the_bonds_have() -> None:
     plain = hearts.heart_of(volunteer(), hearts.Structure({}))
     sprung = hearts.heart_of(volunteer(), hearts.with_series_spring(volunteer(), rng))
     truth = simulate_truth(volunteer())
-    assert plain.shown_kpa == truth.active_kpa.max()
+    assert plain.peak_active_kpa == truth.active_kpa.max()
     assert sprung.isometric_kpa == plain.isometric_kpa
     shown = truth.active_kpa * SERIES_MODULUS_KPA / (truth.active_kpa + SERIES_MODULUS_KPA)
-    assert sprung.shown_kpa == pytest.approx(shown.max(), rel=1e-12)
+    assert sprung.peak_active_kpa == pytest.approx(shown.max(), rel=1e-12)
     passive = sprung.curve.stiffness_kpa - shown
     np.testing.assert_allclose(passive / truth.passive_kpa, passive[0] / truth.passive_kpa[0], rtol=1e-10)
     assert sprung.curve.stiffness_kpa.max() < plain.curve.stiffness_kpa.max()
@@ -216,7 +216,7 @@ def test_other_passive_stiffness_leaves_the_beat_of_an_exponential_wall_alone() 
     assert 15 < len(exponential) < 45
     made = hearts.heart_of(volunteer(), exponential[0])
     plain = hearts.heart_of(volunteer(), hearts.Structure({}))
-    assert made.shown_kpa == plain.shown_kpa
+    assert made.peak_active_kpa == plain.peak_active_kpa
     difference = made.curve.stiffness_kpa - plain.curve.stiffness_kpa
     assert np.ptp(difference) > 0.5
 
@@ -227,7 +227,7 @@ def test_passive_laws_of_development_leave_the_beat_alone(letter: str) -> None:
     drawn = structure(volunteer(), np.random.default_rng(3))
     assert drawn.forward_model == {} and drawn.own_law
     made, plain = hearts.heart_of(volunteer(), drawn), hearts.heart_of(volunteer(), hearts.Structure({}))
-    for name in ("shown_kpa", "isometric_kpa", "k_sr_per_s", "volume_ratio"):
+    for name in ("peak_active_kpa", "isometric_kpa", "k_sr_per_s", "volume_ratio"):
         assert getattr(made, name) == getattr(plain, name)
     np.testing.assert_array_equal(made.active_kpa, plain.active_kpa)
     difference = made.curve.stiffness_kpa - plain.curve.stiffness_kpa

@@ -16,7 +16,7 @@ from study_copy import ROOT
 from swesbi.__main__ import main
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
-from swesbi.parameters import SHOWN, THETA_NAMES
+from swesbi.parameters import PEAK_ACTIVE, THETA_NAMES
 from swesbi.prior import JointPriorSettings, in_bounds
 from swesbi.recording.cohort.clinical import ClinicalRow
 from swesbi.recording.reader import read_samples
@@ -118,7 +118,14 @@ def test_the_treated_change_by_the_effect_and_by_what_visits_differ_by() -> None
 
 def test_a_person_keeps_the_physiology_and_the_body_but_for_what_is_of_the_day() -> None:
     truth, subjects = table("truth.csv"), table("subjects.csv")
-    of_day = {*THETA_NAMES, SHOWN.name, "ejection_fraction", "passive_stiffness_kpa", *LOADING, SPEED_SCALE}
+    of_day = {
+        *THETA_NAMES,
+        PEAK_ACTIVE.name,
+        "ejection_fraction",
+        "passive_stiffness_kpa",
+        *LOADING,
+        SPEED_SCALE,
+    }
     first, second = (truth[truth["visit"] == visit].reset_index(drop=True) for visit in (BEFORE, AFTER))
     kept = [name for name in source().bounds.names if name not in of_day]
     assert len(kept) == 12

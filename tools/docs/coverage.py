@@ -12,7 +12,7 @@ import pandas as pd
 
 NOMINAL: Final = 0.9
 ONE_LAW: Final = ("k0_kpa", "k_atp_per_s", "k_sr_per_s")
-QUANTITIES: Final = ("shown_kpa", *ONE_LAW)
+QUANTITIES: Final = ("peak_active_kpa", *ONE_LAW)
 OWN: Final = {
     "amortised_recovery": ("the model's own", "model's own noise"),
     "amortised_recovery_acquisition": ("the model's own", "acquired"),
@@ -31,8 +31,8 @@ def coverage_table(root: Path) -> pd.DataFrame:
     ``all_<quantity>`` have it of all answered hearts, whatever the verdict.
     """
     own = [_own_row(root, name) for name in OWN]
-    validation = pd.read_csv(root / "studies" / "validation" / "tables" / "sittings.csv")
-    last = validation[validation["sitting"] == validation["sitting"].max()]
+    validation = pd.read_csv(root / "studies" / "validation" / "tables" / "rounds.csv")
+    last = validation[validation["round"] == validation["round"].max()]
     generators = [name for name in last["generator"].unique() if not name.startswith("pooled")]
     others = [_generator_row(last[last["generator"] == name]) for name in (*generators, TOGETHER)]
     return pd.DataFrame([*own, *others])

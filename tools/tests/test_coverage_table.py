@@ -43,4 +43,4 @@ def test_a_generator_with_too_few_hearts_has_no_coverage_of_those_not_contradict
     few = table["n_not_contradicted"] < 30
     assert few.any()
     assert table.loc[few, "k_sr_per_s"].isna().all()
-    assert table.loc[few, "all_shown_kpa"].notna().all()
+    assert table.loc[few, "all_peak_active_kpa"].notna().all()

@@ -44,7 +44,7 @@ class ModelledRecording:
     Attributes:
         observation: What was observed.
         model: Its likelihood, with the standard errors that its noise gives.
-        tests: Of the recording alone, which can strain the subject: that of its noise.
+        tests: Of the recording alone, which can make the subject doubtful: that of its noise.
         noise: From which noise its standard errors are estimated, in words.
         stream: Begins the names of the random streams of its answer.
     """

@@ -17,7 +17,7 @@ from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT
 from swesbi.heart.simulate import simulate_active
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.measurement.operator import active_stiffness_map
-from swesbi.parameters import OF_THETA, SHOWN
+from swesbi.parameters import OF_THETA, PEAK_ACTIVE
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import Observation
 
@@ -116,19 +116,19 @@ def _rows(one: PosteriorPair) -> list[dict[str, object]]:
 
 
 def quantities(model: SpeedModelSettings, phi: FloatArray, one: PosteriorPair) -> Mapping[str, FloatArray]:
-    """Return draws of every quantity that a posterior reports, by name; shown stiffness of fewer draws.
+    """Return draws of every quantity that a posterior reports, by name; peak active stiffness of fewer draws.
 
-    The parameters by their own names, the shown stiffness behind those that are reported, and the
+    The parameters by their own names, the peak active stiffness behind those that are reported, and the
     compliance of the arteries where resistance and time constant are free.
     """
     columns = dict(zip(model.prior.names, phi.T, strict=True))
     if RESISTANCE in columns and TIME_CONSTANT in columns:
         columns[CAPACITANCE] = columns[TIME_CONSTANT] / columns[RESISTANCE]
-    return {SHOWN.name: _shown(model, phi[:SIMULATED], one), **columns}
+    return {PEAK_ACTIVE.name: _shown(model, phi[:SIMULATED], one), **columns}
 
 
 def _shown(model: SpeedModelSettings, phi: FloatArray, one: PosteriorPair) -> FloatArray:
-    """Return the largest shown active stiffness of draws in kPa; those that have no beat are left out."""
+    """Return the peak active stiffness of draws in kPa; those that have no beat are left out."""
     beats = simulate_active(
         phi[:, OF_THETA], one.observation.context, model.forward_model, model.physiology(phi)
     )

@@ -102,12 +102,12 @@ AnyExperiment = Annotated[ExperimentSettings | SpeedExperimentSettings, Field(di
 class FreshCalibrationSettings(Settings):
     """Calibration on fresh contexts of a population, one recording each."""
 
-    own: int = Field(
+    model_noise: int = Field(
         ge=1,
         description="Recordings under the model's own noise. Chosen: coverage of 90 % to 2.7 points (two "
         "standard errors). `make full` has 2,000.",
     )
-    acquired: int = Field(
+    sample_by_sample: int = Field(
         ge=1,
         description="Recordings acquired sample by sample and ingested. Chosen: coverage of 90 % to 5.5 "
         "points. `make full` has 300.",

@@ -283,7 +283,7 @@ class Config(Settings):
     main_experiment: Name = Field(description="The experiment whose figures 2 and 3 are drawn.")
     validation_table: str | None = Field(
         min_length=1,
-        description="Stored table of the validation's sittings, of which the page of results shows the last "
+        description="Stored table of the validation's rounds, of which the page of results shows the last "
         "whole one where the table is there; null: shows none.",
     )
     cmaes: CmaesStudySettings = Field(description="Fits by optimisation, which belong to no experiment.")

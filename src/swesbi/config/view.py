@@ -242,7 +242,7 @@ def _populations_shown(view: View) -> dict[str, Any]:
 
 
 WORKED_OUT: Final[Mapping[str, Callable[[View], Any]]] = {
-    "acquired_numbers": _part_of("calibration.acquired"),
+    "sample_by_sample_numbers": _part_of("calibration.sample_by_sample"),
     "clinical_row": lambda view: view.study.cohort.clinical_of(view.named("subject")).to_plain(),
     "cmaes_prior": lambda view: view.config.priors[view.config.cmaes.prior].to_plain(),
     "cohort_contexts": lambda view: [
@@ -261,7 +261,7 @@ WORKED_OUT: Final[Mapping[str, Callable[[View], Any]]] = {
     "layout": lambda view: view.study.cohort.layout.to_plain(),
     "model": _model,
     "noise_groups": lambda view: dict(view.study.cohort.noise_groups),
-    "own_numbers": _part_of("calibration.own"),
+    "model_noise_numbers": _part_of("calibration.model_noise"),
     "population_models": lambda view: {
         name: View(view.study, {"experiment": name})["model"] for name in view.config.populations_run
     },
@@ -300,7 +300,7 @@ PATHS: Final[Mapping[str, str]] = {
     "recordings": "base.calibration.recordings",
     "rule": "misspecification.rule",
     "search": "cmaes.search",
-    "strained_level": "misspecification.rule.strained_level",
+    "doubtful_level": "misspecification.rule.doubtful_level",
     "strata": "calibration.strata",
     "two_sample_draws": "calibration.two_sample_draws",
     "uninformative": "new_subjects.uninformative",

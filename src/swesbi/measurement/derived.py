@@ -21,9 +21,9 @@ from swesbi.parameters import (
     DERIVED_NAMES,
     HALF_ACTIVE,
     ISOMETRIC,
+    PEAK_ACTIVE,
     PHI_NAMES,
     REPORTED_NAMES,
-    SHOWN,
 )
 
 LATE_DIASTOLE: Final = (0.80, 0.97)
@@ -96,7 +96,7 @@ class StiffnessModel(Protocol):
         """Simulate phi (n, d) in the subject's context."""
 
     def parts(self, phi: FloatArray, cycles: Beats) -> tuple[FloatArray, FloatArray]:
-        """Return passive and shown active stiffness in kPa of phi (n, d); (n, M) each."""
+        """Return passive and active stiffness in kPa of phi (n, d); (n, M) each."""
 
     def activation_duration_s(self, phi: FloatArray) -> FloatArray:
         """Return the duration D_T of activation at the subject's heart rate, of phi (n, d); shape (n,)."""
@@ -118,7 +118,7 @@ def derived(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, F
     passive, shown = model.parts(phi, beats)
     period_s = model.recording.context.period_s
     found = curve_quantities(beats.cycle_phase, passive + shown, period_s) | {
-        SHOWN.name: shown.max(axis=1),
+        PEAK_ACTIVE.name: shown.max(axis=1),
         HALF_ACTIVE.name: half_active_ms(beats.cycle_phase, shown, period_s),
         ACTIVE_SHARE.name: active_share(passive, shown),
         ISOMETRIC: isometric_stiffness_kpa(phi, model.activation_duration_s(phi)),

@@ -211,7 +211,7 @@ class SpeedModel:
         return np.broadcast_to(self.settings.measured_by(phi).speed_scale, len(phi))
 
     def parts(self, phi: FloatArray, cycles: speeds.WallCycles) -> tuple[FloatArray, FloatArray]:
-        """Return passive and shown active stiffness in kPa of simulations of phi (n, d); (n, M) each."""
+        """Return passive and active stiffness in kPa of simulations of phi (n, d); (n, M) each."""
         passive = self.settings.measured_by(phi).passive_kpa(speeds.shortening(cycles.stretch))
         active = active_stiffness_map(self.settings.measurement.active_stiffness_map)
         return passive, active(cycles.active_stiffness_kpa)

@@ -29,8 +29,10 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 
-OWN: Final = "own"
-ACQUIRED: Final = "acquired"
+MODEL_NOISE: Final = "model_noise"
+SAMPLE_BY_SAMPLE: Final = "sample_by_sample"
+STREAMS: Final = {MODEL_NOISE: "own", SAMPLE_BY_SAMPLE: "acquired"}
+"""Names of the random streams of both kinds."""
 
 
 class FreshSettings(Settings):
@@ -94,7 +96,7 @@ def record_fresh(
     Returns:
         One recording, or none where ingestion refused it.
     """
-    if kind == OWN:
+    if kind == MODEL_NOISE:
         made = own_recordings(subject.model, 1, seed, "population", *name)
         kept = [one.points(in_place(one, settings.recording)) for one in made.recordings]
         return replace(made, recordings=tuple(kept))

@@ -77,7 +77,7 @@ def exact_posterior(
         progress.step(note=f"efficiency {draws.weighted.efficiency:.1%}")
     exact = certified(model, rounds[-1].weighted, settings, seeds[1])
     efficiency = tuple(draws.weighted.efficiency for draws in rounds)
-    return replace(exact, npe_phi=_began_with(model, network, settings.draws, seeds[2])), efficiency
+    return replace(exact, proposal_phi=_began_with(model, network, settings.draws, seeds[2])), efficiency
 
 
 def _began_with(model: LikelihoodModel, network: PlacedProposal | None, draws: int, seed: int) -> FloatArray:
@@ -116,7 +116,7 @@ def certified(
         sampler="importance",
         reasons=(),
         k_hat_limit=limit,
-        npe_phi=np.empty((0, weighted.phi.shape[1])),
+        proposal_phi=np.empty((0, weighted.phi.shape[1])),
         weighted=weighted,
         r_hat=np.full(weighted.phi.shape[1], np.nan),
         effective_draws=np.full(weighted.phi.shape[1], weighted.efficiency * len(weighted.phi)),
@@ -202,7 +202,7 @@ def _by_mcmc(
         sampler="mcmc",
         reasons=reasons + mcmc_failures(sampled, settings.mcmc),
         k_hat_limit=limit,
-        npe_phi=np.empty((0, weighted.phi.shape[1])),
+        proposal_phi=np.empty((0, weighted.phi.shape[1])),
         weighted=weighted,
         r_hat=r_hat,
         effective_draws=effective,

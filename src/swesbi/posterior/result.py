@@ -37,10 +37,8 @@ Sampler = Literal["importance", "mcmc"]
 MCMC: Final = "mcmc"
 NUISANCE_PARAMETERS: Final = "nuisance_parameters"
 """The dataset of the nuisance parameters in each group of draws."""
-NPE: Final = "npe"
-"""The group of the network's own draws."""
-PRIOR_DRAWS: Final = "prior_draws"
-"""The group of the prior's draws, in place of the network's where there was none."""
+PROPOSAL: Final = "proposal"
+"""The group of the draws with which the inference began: of the network, or without one of the prior."""
 SCALE_NAME: Final = PHI_NAMES[-1:]
 NUISANCE: Final = "nuisance"
 SEPARATOR: Final = "; "
@@ -53,8 +51,8 @@ class ExactPosterior(Artefact):
     Attributes:
         phi: Draws; shape (n, d).
         reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
-        npe_phi: Draws of the network as they came, what it does not propose drawn given the recording; of the
-            prior where there is no network; shape (m, d).
+        proposal_phi: Draws of the network as they came, what it does not propose drawn given the recording;
+            of the prior where there is no network; shape (m, d).
         weighted: All draws of the proposal with their weights.
         effective_draws: By parameter; shape (d,).
         converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
@@ -70,7 +68,7 @@ class ExactPosterior(Artefact):
     k_hat_limit: Annotated[
         float, Variable("", "1", "largest Pareto shape of reliable weights", after="k_hat")
     ]
-    npe_phi: FloatArray
+    proposal_phi: FloatArray
     weighted: Annotated[WeightedDraws, Part()]
     r_hat: Annotated[
         FloatArray,
@@ -128,8 +126,7 @@ class ExactPosterior(Artefact):
         beside = _columns(self.phi[None], SCALE_NAME)
         added = build_group(SCHEMA["posterior"], beside, labels)
         groups["posterior"] = groups["posterior"].joined(added)
-        first = group_of_first(len(self.components))
-        groups[first] = build_group(SCHEMA[first], _columns(self.npe_phi, PHI_NAMES), labels)
+        groups[PROPOSAL] = build_group(SCHEMA[PROPOSAL], _columns(self.proposal_phi, PHI_NAMES), labels)
         weighted = _columns(self.weighted.phi, PHI_NAMES) | values_of(self)["weighted"]
         groups["weighted"] = build_group(SCHEMA["weighted"], weighted, labels)
         return groups
@@ -143,14 +140,13 @@ class ExactPosterior(Artefact):
             KeyError: It is the posterior of an experiment without an exact likelihood.
         """
         root, _ = load(path, cls.kind)
-        first = group_of_first(root.sizes["component"])
-        groups = {group: load(path, cls.kind, group)[0] for group in ("posterior", first, "weighted")}
+        groups = {group: load(path, cls.kind, group)[0] for group in ("posterior", PROPOSAL, "weighted")}
         groups["/"] = root
         reasons = str(root["reasons"].item())
         given = {
             "phi": phi_of(groups["posterior"].at("chain", 0)),
             "reasons": tuple(reasons.split(SEPARATOR)) if reasons else (),
-            "npe_phi": phi_of(groups[first]),
+            "proposal_phi": phi_of(groups[PROPOSAL]),
             "weighted.phi": phi_of(groups["weighted"]),
             "interval_mass": float(root["interval_mass"].item()),
             "condition": root["z_obs"].to_numpy(),
@@ -176,23 +172,11 @@ SCHEMA: Final = {
         }
     ),
     "posterior": truncated.columns_along("chain draw", SCALE_NAME) | _nuisances("chain draw"),
-    NPE: truncated.columns_along("draw", PHI_NAMES, ", of the network") | _nuisances("draw"),
-    PRIOR_DRAWS: truncated.columns_along("draw", PHI_NAMES, ", of the prior") | _nuisances("draw"),
+    PROPOSAL: truncated.columns_along("draw", PHI_NAMES, ", of the proposal") | _nuisances("draw"),
     "weighted": truncated.columns_along("draw", PHI_NAMES) | _nuisances("draw") | OWN["weighted"],
 }
 """What ``posterior.h5`` of such an experiment has beside the groups and datasets of every posterior.
-
-Of the network's draws and the prior's it has one: those with which the inference began.
 """
-
-
-def group_of_first(components: int) -> str:
-    """Return which group holds the draws with which the inference began.
-
-    Args:
-        components: Of the network's conditioning vector; none where there was no network.
-    """
-    return NPE if components else PRIOR_DRAWS
 
 
 def phi_of(group: Group) -> FloatArray:
@@ -209,7 +193,7 @@ def _columns(phi: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
 
 def _summary(exact: ExactPosterior) -> Posterior:
     """Return the posterior of theta; its candidates are the network's draws, none of which can leak."""
-    npe, inside = exact.npe_phi[:, OF_THETA], np.ones(len(exact.npe_phi), dtype=bool)
+    npe, inside = exact.proposal_phi[:, OF_THETA], np.ones(len(exact.proposal_phi), dtype=bool)
     theta = np.ascontiguousarray(exact.phi[:, OF_THETA])  # sums, to the last bit, follow the memory
     return summary_of(theta, npe, inside, exact.condition, exact.components, interval=exact.interval_mass)
 

@@ -9,14 +9,14 @@ from typing import Any, Final
 import pandas as pd
 
 from swesbi.recording.observation import Observation
+from swesbi.report.table import DOUBTFUL as WITH_CARE
 from swesbi.report.table import MARK, MUTED
-from swesbi.report.table import STRAINED as WITH_CARE
 from swesbi.verdict.summary import LIMITS, REFUSED
 from swesbi.verdict.verdict import Status, Verdict
 
 PASSED: Final = (Status.NOT_CONTRADICTED, Status.PRIOR_SUPPORTED)
 NOT_READ: Final = (Status.CONTRADICTED, Status.NOT_PRIOR_SUPPORTED, REFUSED)
-MARKS: Final = {Status.STRAINED: WITH_CARE} | dict.fromkeys(NOT_READ, MUTED)
+MARKS: Final = {Status.DOUBTFUL: WITH_CARE} | dict.fromkeys(NOT_READ, MUTED)
 """How a subject's row is set: grey where the posterior must not be used, amber where it needs care."""
 
 
@@ -59,7 +59,7 @@ class Experiment:
 
     @property
     def passed(self) -> pd.DataFrame:
-        """The scores of subjects not contradicted, or prior-supported; strained ones are left out."""
+        """The scores of subjects not contradicted, or prior-supported; doubtful ones are left out."""
         known = {name for name, verdict in self.verdicts.items() if verdict.status in PASSED}
         return self.scores[self.scores["may_be_read"] & self.scores["subject"].isin(known)]
 

@@ -18,7 +18,7 @@ from swesbi.report.numbers import MISSING, formatted, span
 BAR: Final = "\\|"
 MARK: Final = "mark"
 """The column of the dataframe that says how a row is set: one of the next three, or nothing."""
-MUTED, STRAINED, SUMMARY = "muted", "strained", "summary"
+MUTED, DOUBTFUL, SUMMARY = "muted", "doubtful", "summary"
 
 
 @dataclass(frozen=True)

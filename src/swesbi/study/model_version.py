@@ -23,8 +23,9 @@ from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.config.view import View
 from swesbi.population.recordings import (
-    ACQUIRED,
-    OWN,
+    MODEL_NOISE,
+    SAMPLE_BY_SAMPLE,
+    STREAMS,
     FreshSettings,
     fresh_subject,
     record_fresh,
@@ -64,8 +65,8 @@ def _of_heart(name: str, index: int, fresh: FreshSettings) -> dict[str, float]:
     prior = fresh.model.prior
     fixed = quantile(np.outer(LEVELS, np.ones(len(prior.parameters))), prior)
     values: dict[str, float] = {}
-    for kind in (OWN, ACQUIRED):
-        made = record_fresh(subject, kind, fresh, SEED, "fingerprint", kind)
+    for kind in (MODEL_NOISE, SAMPLE_BY_SAMPLE):
+        made = record_fresh(subject, kind, fresh, SEED, "fingerprint", STREAMS[kind])
         if not made.recordings:
             continue
         model = recorded(subject, made)

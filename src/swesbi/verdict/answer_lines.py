@@ -50,7 +50,7 @@ _CONDITIONS: Final[Mapping[str, tuple[Trust, str]]] = {
     "decay_rate_per_s": ("conditional", "the passive part and the bonds are ones that the model can be"),
     "half_active_ms": ("conditional", "the decay rate is valid"),
     "k_sr_per_s": ("conditional", "bonds relax at one rate, and the passive law is within the prior"),
-    "shown_kpa": ("conditional", "the passive law and the scale of the speeds are within the prior"),
+    "peak_active_kpa": ("conditional", "the passive law and the scale of the speeds are within the prior"),
     "active_share": ("conditional", "the passive law is within the prior"),
     "passive_stiffness_kpa": (
         "conditional",

@@ -100,7 +100,7 @@ def ejection_tests(
     works = beats.status == Status.PERIODIC
     lvet_ms = np.nan_to_num(1e3 * systolic_intervals(beats, period_s).ejection_s[works])
     predicted = BeatQuantity(lvet_ms, settings.model_sd_ms, clinical.lvet_ms, lvet_sd_ms)
-    limit = settings.strained_abs_z
+    limit = settings.doubtful_abs_z
     said = in_words("LVET", lvet_ms, clinical.lvet_ms, "ms")
     return (predicted.test("ejection_time", limit, f"{said}, {limit * predicted.sd:.0f} ms tolerated"),)
 
@@ -131,9 +131,9 @@ def volume_tests(
     for (name, short), volume_ml, listed_ml, fraction, of_wall in asked:
         predicted = BeatQuantity(np.log(volume_ml), of_wall, float(np.log(listed_ml)), fraction)
         said = in_words(short, volume_ml, listed_ml, "mL")
-        factor = np.exp(settings.strained_abs_z * predicted.sd)
+        factor = np.exp(settings.doubtful_abs_z * predicted.sd)
         detail = f"{said}, a factor of {factor:.2f} tolerated"
-        tests.append(predicted.test(name, settings.strained_abs_z, detail))
+        tests.append(predicted.test(name, settings.doubtful_abs_z, detail))
     return tuple(tests)
 
 

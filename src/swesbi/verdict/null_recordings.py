@@ -20,7 +20,7 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.flow.flow import flow_proposal
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.recordings import (
-    OWN,
+    MODEL_NOISE,
     FreshSettings,
     fresh_subject,
     record_fresh,
@@ -108,7 +108,7 @@ def null_recordings(
 
     def gated(number: int) -> SpeedModel:
         subject = fresh_subject(number, fresh, seed, GATED_STREAM)
-        return recorded(subject, record_fresh(subject, OWN, fresh, seed, GATED_STREAM))
+        return recorded(subject, record_fresh(subject, MODEL_NOISE, fresh, seed, GATED_STREAM))
 
     def pushes(number: int) -> SpeedModel:
         asked = fresh.conditions.free_running.pushes

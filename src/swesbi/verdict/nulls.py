@@ -32,7 +32,7 @@ class Grade(IntEnum):
     """What a recording amounts to, from good to bad."""
 
     NOT_CONTRADICTED = 0
-    STRAINED = 1
+    DOUBTFUL = 1
     CONTRADICTED = 2
 
     @property
@@ -148,4 +148,4 @@ def single_level(level: float) -> float:
 
 def grade_of(overall: float, rule: RuleSettings) -> Grade:
     """Return what an overall p-value amounts to."""
-    return Grade((overall <= rule.strained_level) + (overall <= rule.contradicted_level))
+    return Grade((overall <= rule.doubtful_level) + (overall <= rule.contradicted_level))

@@ -1,9 +1,9 @@
 """The verdict on one subject, from tests with a null distribution, volumes, ejection, context and network.
 
 The tests with a null distribution decide together, at an overall false-alarm rate. Predicted volumes can
-strain a subject, and contradict the model only where they lie extremely far; ejection time and context can
-strain it. How far model and echocardiography may differ in volumes and times the prior does not say, so these
-have no null distribution, and their distance is given in units of a stated tolerance.
+make a subject doubtful, and contradict the model only where they lie extremely far; ejection time and
+context can make it doubtful. How far model and echocardiography may differ in volumes and times the prior
+does not say, so these have no null distribution, and their distance is given in units of a stated tolerance.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ def judge(
         others: Contexts with which the subject's is compared.
         settings: Of the tests.
         seed: Of the factors of the errors, where these are not known.
-        clinical: What was measured of the subject; an ejection time can strain it.
-        further: Other tests, which can strain the subject.
+        clinical: What was measured of the subject; an ejection time can make it doubtful.
+        further: Other tests, which can make the subject doubtful.
     """
     context, rule = model.recording.context, settings.rule
     works = beats.status == Status.PERIODIC
@@ -138,9 +138,9 @@ def _farthest(model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, str
 def null_tests(null: Checks, checks: Checks, rule: RuleSettings) -> NullTests:
     """Return what the tests of one recording (a row) amount to among null recordings.
 
-    A test is flagged where its p-value alone brings the overall one to the level of "strained".
+    A test is flagged where its p-value alone brings the overall one to the level of "doubtful".
     """
-    test_p, limit = p_values(null, checks, rule), single_level(rule.strained_level)
+    test_p, limit = p_values(null, checks, rule), single_level(rule.doubtful_level)
     points = int(checks.points[0])
     alike = nearest(null, points, bool(checks.errors_log_sd[0] > 0.0)).points
     residuals = (
@@ -166,7 +166,7 @@ def grade(
     if any(abs(test.statistic) > extreme_abs_z for test in volumes):
         return Grade.CONTRADICTED
     if any(test.flagged for test in (*volumes, *contexts)):
-        return max(overall, Grade.STRAINED)
+        return max(overall, Grade.DOUBTFUL)
     return overall
 
 
@@ -191,12 +191,12 @@ def make_verdict(
         answered: Draws of all that the answer reports, by name; (n,) each.
     """
     flagged = sorted((test for test in tests if test.flagged), key=_strength)
-    median = np.median(exact.npe_phi, axis=0)
+    median = np.median(exact.proposal_phi, axis=0)
     return Verdict(
         max_abs_z=farthest[0],
         worst_component=farthest[1],
-        in_prior_draws=len(exact.npe_phi),
-        candidate_draws=len(exact.npe_phi),
+        in_prior_draws=len(exact.proposal_phi),
+        candidate_draws=len(exact.proposal_phi),
         unfiltered_median={name: float(median[j]) for j, name in enumerate(THETA_NAMES)},
         status=status.word,
         sentence=_sentence(status, overall_p, flagged),

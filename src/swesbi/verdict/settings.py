@@ -16,8 +16,8 @@ Positive = Annotated[float, Field(gt=0)]
 Level = Annotated[float, Field(gt=0, lt=0.5)]
 
 
-def strained_abs_z(level: float, tests: int) -> float:
-    """Return how many standard deviations strain: normal, two-sided, so many tests together (Bonferroni)."""
+def doubtful_abs_z(level: float, tests: int) -> float:
+    """Return how many standard deviations one of the tests may lie off: normal, two-sided (Bonferroni)."""
     return NormalDist().inv_cdf(1.0 - level / (2.0 * tests))
 
 
@@ -42,7 +42,7 @@ class VolumeSettings(Settings):
         description="Standard deviation of the thickness that stands for the whole wall, over the "
         "septum's. Thickness is measured to 9 %, 95 % limits (Am Heart J 1988;115:425-431).",
     )
-    strained_level: Level = Field(
+    doubtful_level: Level = Field(
         description="False-alarm rate of both volumes together. Chosen: 3.0 standard deviations each."
     )
     contradicted_abs_z: Positive = Field(
@@ -51,15 +51,15 @@ class VolumeSettings(Settings):
     )
 
     @property
-    def strained_abs_z(self) -> float:
-        """Standard deviations beyond which a volume strains the subject: normal, two-sided, Bonferroni."""
-        return strained_abs_z(self.strained_level, tests=2)
+    def doubtful_abs_z(self) -> float:
+        """Standard deviations beyond which a volume makes the subject doubtful: two-sided, Bonferroni."""
+        return doubtful_abs_z(self.doubtful_level, tests=2)
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
-        if self.strained_abs_z >= self.contradicted_abs_z:
+        if self.doubtful_abs_z >= self.contradicted_abs_z:
             raise ValueError(
-                f"strained_level = {self.strained_level:g} strains beyond {self.strained_abs_z:.3g} standard "
+                f"doubtful_level = {self.doubtful_level:g} begins at {self.doubtful_abs_z:.3g} standard "
                 f"deviations, which must be below contradicted_abs_z = {self.contradicted_abs_z:g}"
             )
         return self
@@ -77,12 +77,12 @@ class EjectionTimeSettings(Settings):
         "dependence moves it by 20 ms, the second Piola stress by 14, alpha = 4 by 18. A thin wall moves "
         "it by 4, inertance by 2; together 13.5, rounded up."
     )
-    strained_level: Level = Field(description="False-alarm rate. Chosen: 2.6 standard deviations.")
+    doubtful_level: Level = Field(description="False-alarm rate. Chosen: 2.6 standard deviations.")
 
     @property
-    def strained_abs_z(self) -> float:
-        """Standard deviations beyond which it strains the subject."""
-        return strained_abs_z(self.strained_level, tests=1)
+    def doubtful_abs_z(self) -> float:
+        """Standard deviations beyond which it makes the subject doubtful."""
+        return doubtful_abs_z(self.doubtful_level, tests=1)
 
 
 class RuleSettings(Settings):
@@ -94,8 +94,8 @@ class RuleSettings(Settings):
         description="Share of a null fitted by a Pareto tail. Chosen: exceedances are fitted as by "
         "Knijnenburg et al. 2009.",
     )
-    strained_level: Level = Field(
-        description="False-alarm rate of 'strained' or worse, over both tests with a null distribution "
+    doubtful_level: Level = Field(
+        description="False-alarm rate of 'doubtful' or worse, over both tests with a null distribution "
         "together. Chosen: volumes, context and noise take the rest of 5 %."
     )
     contradicted_level: Level = Field(
@@ -109,10 +109,10 @@ class RuleSettings(Settings):
 
     @model_validator(mode="after")
     def _check_levels(self) -> Self:
-        if self.contradicted_level >= self.strained_level:
+        if self.contradicted_level >= self.doubtful_level:
             raise ValueError(
                 f"contradicted_level = {self.contradicted_level:g} must be below "
-                f"strained_level = {self.strained_level:g}"
+                f"doubtful_level = {self.doubtful_level:g}"
             )
         return self
 

@@ -18,12 +18,12 @@ from swesbi.verdict.prior_support import support_numbers
 from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest
 
 RECORDINGS: Final = {
-    "own": "the model's own noise",
-    "acquired": "acquired sample by sample",
+    "model_noise": "the model's own noise",
+    "sample_by_sample": "acquired sample by sample",
     "local": "at the subject's own data",
     "volunteer": "the volunteer recorded anew",
 }
-ANSWERS: Final = {"npe": "network alone", "weighted": "exact weights"}
+ANSWERS: Final = {"proposal": "network alone", "weighted": "exact weights"}
 POOLED: Final = "pooled"
 """In place of a subject: the recordings of all."""
 SHOWN_TESTS: Final = 3

@@ -21,7 +21,7 @@ class Status(StrEnum):
 
     NOT_CONTRADICTED = "not contradicted"
     UNINFORMATIVE = "uninformative"
-    STRAINED = "strained"
+    DOUBTFUL = "doubtful"
     CONTRADICTED = "contradicted"
     PRIOR_SUPPORTED = "prior-supported"
     NOT_PRIOR_SUPPORTED = "not prior-supported"
@@ -36,7 +36,7 @@ PAPER_STATUSES: Final = (Status.PRIOR_SUPPORTED, Status.NOT_PRIOR_SUPPORTED)
 """Of experiments with noise on features, by the criterion of the paper."""
 STATUSES: Final = tuple(status for status in Status if status not in PAPER_STATUSES)
 """Of experiments on measured speeds, from good to bad."""
-GRADES: Final = (Status.NOT_CONTRADICTED, Status.STRAINED, Status.CONTRADICTED)
+GRADES: Final = (Status.NOT_CONTRADICTED, Status.DOUBTFUL, Status.CONTRADICTED)
 """What tests alone make of a recording, by the integers of ``nulls.Grade``."""
 
 

@@ -50,7 +50,7 @@ NOISE: Final = NoiseComponents(
 """From which standard errors are told: a laboratory knows the noise of its recordings."""
 EXACT: Final = asking(CONFIG.speed_experiments["calibrated"].exact, LEAST_EFFECTIVE)
 RULE: Final = CONFIG.speed_experiments["calibrated"].misspecification
-STRAINED: Final = RULE.rule.strained_level
+DOUBTFUL: Final = RULE.rule.doubtful_level
 WRONG_SD: Final[Mapping[str, float]] = {
     "activation_onset_s": 2.0,
     "activation_duration_s": -2.0,
@@ -128,7 +128,7 @@ def answer(inference: Inference, letter: str, number: int) -> HeartAnswer:
     model = inferences()[inference](measured_speeds(made.observation, NOISE))
     drawn, phi = posterior(model, inference)
     found = intervals(model, phi, EXACT.interval)
-    passes = chi2_of(model, phi) >= STRAINED
+    passes = chi2_of(model, phi) >= DOUBTFUL
     return HeartAnswer(
         number, made.heart.context, made.redrawn,
         Status.NOT_CONTRADICTED if passes else Status.CONTRADICTED, "",

@@ -103,7 +103,7 @@ def stored(study: Study, made: Sequence[HeartAnswer], letter: str, path: Path) -
 
 
 def test_answers_are_stored_whole(study: Study, tmp_path: Path) -> None:
-    made = [answer(0), answer(1, "strained", by_mcmc=True), refusal(2, HEART, 3, "ivsd_cm = 2 is outside")]
+    made = [answer(0), answer(1, "doubtful", by_mcmc=True), refusal(2, HEART, 3, "ivsd_cm = 2 is outside")]
     written = stored(study, made, "a", tmp_path / "a.h5")
     found = HeartAnswers.read(tmp_path / "a.h5")
     assert found.asked == written.asked

@@ -52,7 +52,7 @@ def test_one_sample_or_all_of_a_phase_are_wild(wild: str) -> None:
 
 
 def test_the_table_counts_every_outcome() -> None:
-    said = ("refused", "strained", "contradicted", "not contradicted")
+    said = ("refused", "doubtful", "contradicted", "not contradicted")
     rows: list[dict[str, object]] = [{"change": "flat", "form": "gated", "status": word} for word in said]
     kept = {"change": SPIKE, "form": "pushes", "status": "not contradicted"}
     rows += [kept | {"named": True, "near": False}, kept | {"named": True, "near": True}]

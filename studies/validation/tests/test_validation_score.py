@@ -66,7 +66,7 @@ def test_intervals_are_quantiles_of_the_draws_that_have_a_beat() -> None:
     assert (medians["k0_kpa"], medians["k_atp_per_s"], medians["k_sr_per_s"]) == (15.0, 20.0, 30.0)
     k_0, k_atp = np.array([15.0, 10.5, 19.5, 12.5]), np.array([20.0, 11.0, 29.0, 15.0])
     isometric = k_0 * (1.0 - np.exp(-0.05 * k_atp))
-    assert (medians[ISOMETRIC], medians["shown_kpa"]) == pytest.approx((isometric[0], 7.5))
+    assert (medians[ISOMETRIC], medians["peak_active_kpa"]) == pytest.approx((isometric[0], 7.5))
     half_ms = 1e3 * CONTEXT.period_s * (0.4 + 0.1 * np.sqrt(2.0 * np.log(2.0)))
     assert medians["half_active_ms"] == pytest.approx(half_ms, rel=0.01)
     assert medians["peak_kpa"] == pytest.approx(11.5, abs=1e-3)
@@ -103,7 +103,7 @@ def test_truths_are_in_the_order_of_the_quantities_and_missing_ones_empty() -> N
     known = dict(zip(QUANTITIES, truths(heart), strict=True))
     assert heart.theta is not None
     assert [known[name] for name in THETA_NAMES] == heart.theta.tolist()
-    assert (known["shown_kpa"], known[ISOMETRIC]) == (heart.shown_kpa, heart.isometric_kpa)
+    assert (known["peak_active_kpa"], known[ISOMETRIC]) == (heart.peak_active_kpa, heart.isometric_kpa)
     assert known["peak_kpa"] == pytest.approx(heart.curve.stiffness_kpa.max(), rel=1e-3)
     without = dict(zip(QUANTITIES, truths(replace(heart, theta=None)), strict=True))
     assert [name for name, value in without.items() if np.isnan(value)] == ["k0_kpa", "k_atp_per_s"]
@@ -115,11 +115,11 @@ def test_truths_are_in_the_order_of_the_quantities_and_missing_ones_empty() -> N
     ("of_heart", "missed"),
     [
         (truth(), False),
-        (truth(shown_kpa=31.0), True),
+        (truth(peak_active_kpa=31.0), True),
         (truth(k_sr_per_s=38.0), True),
         (truth(k0_kpa=600.0, k_atp_per_s=60.0, isometric_stiffness_kpa=200.0, duration_ms=900.0), False),
         (truth(["k_sr_per_s", "k0_kpa"]), False),
-        (truth(["k_sr_per_s", "k0_kpa"], shown_kpa=51.0), True),
+        (truth(["k_sr_per_s", "k0_kpa"], peak_active_kpa=51.0), True),
     ],
 )
 def test_a_heart_is_missed_by_shown_stiffness_and_k_sr_alone(
@@ -130,15 +130,15 @@ def test_a_heart_is_missed_by_shown_stiffness_and_k_sr_alone(
 
 def test_the_table_counts_verdicts_coverage_and_misses() -> None:
     good = [answer(0, "uninformative"), *(answer(number) for number in range(1, 30))]
-    missed = [answer(30 + number, truth=truth(shown_kpa=20.0)) for number in range(10)]
-    strained = [answer(40 + number, "strained", truth=truth(k_sr_per_s=10.0)) for number in range(8)]
+    missed = [answer(30 + number, truth=truth(peak_active_kpa=20.0)) for number in range(10)]
+    doubtful = [answer(40 + number, "doubtful", truth=truth(k_sr_per_s=10.0)) for number in range(8)]
     refused = [refusal(48 + number, HEART, 1, "too thick") for number in range(2)]
-    whole = validation_table({"a": [*good, *missed, *strained, *refused]}, TITLES, SCORE)
+    whole = validation_table({"a": [*good, *missed, *doubtful, *refused]}, TITLES, SCORE)
     table = whole[whole["generator"] == "a: one"].set_index("quantity")
     assert list(table.index) == list(QUANTITIES)
-    row = table.loc["shown_kpa"]
+    row = table.loc["peak_active_kpa"]
     assert (row["n"], row["n_not_contradicted"], row["tested"]) == (50, 40, TESTED)
-    shares = row[["not_contradicted", "strained", "contradicted", "refused"]]
+    shares = row[["not_contradicted", "doubtful", "contradicted", "refused"]]
     assert shares.tolist() == pytest.approx([0.8, 0.16, 0.0, 0.04])
     assert row["coverage"] == pytest.approx(38 / 48)
     assert row["coverage_not_contradicted"] == pytest.approx(0.75)
@@ -158,17 +158,17 @@ def test_hearts_of_several_generators_are_counted_together() -> None:
     made = {
         "a": [answer(number) for number in range(5)],
         "c": [answer(number, truth=off) for number in range(10)],
-        "d": [answer(number, "strained") for number in range(10)],
+        "d": [answer(number, "doubtful") for number in range(10)],
         "h": [answer(number) for number in range(30)],
     }
     table = validation_table(made, dict.fromkeys(made, "hearts"), SCORE).set_index(["generator", "quantity"])
     together, every = table.loc[POOLED_TOGETHER], table.loc[POOLED_ALL]
     assert (together["n"].min(), together["n"].max(), every["n"].max()) == (40, 50, 55)
     assert together.at["k_sr_per_s", "coverage_not_contradicted"] == pytest.approx(0.75)
-    assert together.at["shown_kpa", "missed_not_contradicted"] == pytest.approx(0.25)
-    assert together.at["shown_kpa", "n_not_contradicted"] == 40
+    assert together.at["peak_active_kpa", "missed_not_contradicted"] == pytest.approx(0.25)
+    assert together.at["peak_active_kpa", "n_not_contradicted"] == 40
     assert together.at["k0_kpa", "missed_not_contradicted"] == 0.0
-    assert every.at["shown_kpa", "not_contradicted"] == pytest.approx(45 / 55)
+    assert every.at["peak_active_kpa", "not_contradicted"] == pytest.approx(45 / 55)
 
 
 def test_widths_are_medians_over_the_answered() -> None:
@@ -196,7 +196,7 @@ def test_a_generator_with_fewer_than_thirty_hearts_not_contradicted_is_not_teste
 def test_what_a_generator_has_no_truth_of_has_no_row() -> None:
     made = {"a": [answer()], "e": [answer(truth=truth(QUANTITIES[1:]))]}
     table = validation_table(made, TITLES, SCORE)
-    assert table.loc[table["generator"] == "e: other", "quantity"].tolist() == ["shown_kpa"]
+    assert table.loc[table["generator"] == "e: other", "quantity"].tolist() == ["peak_active_kpa"]
     assert table["generator"].value_counts().to_dict() == {
         "a: one": len(QUANTITIES),
         POOLED_ALL: len(QUANTITIES),

@@ -9,10 +9,10 @@ import pytest
 from validation_case import VALIDATION, answer, truth
 
 from studies.validation.figure import draw_validation
+from studies.validation.rounds import STORED
 from studies.validation.score import HeartAnswer
-from studies.validation.sittings import STORED
 from studies.validation.table import validation_table as table_of
-from swesbi.report.tables.validation import SITTINGS, shown_validation
+from swesbi.report.tables.validation import ROUNDS, shown_validation
 from swesbi.report.tables.validation_outcomes import BY_CHANCE, CONFIDENCE, QUANTITIES, in_brief
 
 TITLES: Final = {"a": "own", "c": "length", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
@@ -22,7 +22,7 @@ def hearts(inside: int, outside: int, contradicted: int = 0) -> list[HeartAnswer
     """So many hearts whose intervals contain the truth or do not, and contradicted ones that do."""
     return [
         *(answer(number) for number in range(inside)),
-        *(answer(number, truth=truth(shown_kpa=80.0)) for number in range(outside)),
+        *(answer(number, truth=truth(peak_active_kpa=80.0)) for number in range(outside)),
         *(answer(number, "contradicted") for number in range(contradicted)),
     ]
 
@@ -44,14 +44,15 @@ def made_table(**answers: list[HeartAnswer]) -> pd.DataFrame:
 def test_sentences_follow_the_numbers_what_is_not_reached_first() -> None:
     each, chance, covered, strangers, untested, missed, width = in_brief(made_table(), 0.4)
     assert each == (
-        "Not reached: in each of (a), (c), (d), (h) the coverage of shown stiffness and of k_SR reaches 90 % "
-        "with its 99 % interval. Short of it: (d) spring, shown active stiffness 50.0 % (29.5 to 70.5)."
+        "Not reached: in each of (a), (c), (d), (h) the coverage of peak active stiffness and of k_SR "
+        "reaches 90 % with its 99 % interval. Short of it: (d) spring, "
+        "peak active stiffness 50.0 % (29.5 to 70.5)."
     )
     assert chance == (
         "Not reached: in none of these are more missed than by chance, 19 %, by the 99 % interval. Above it: "
         "(d) spring, 50.0 % (29.5 to 70.5)."
     )
-    assert covered.endswith("at least 85 %. Found: shown active stiffness 80.3 %, k_SR 100.0 %.")
+    assert covered.endswith("at least 85 %. Found: peak active stiffness 80.3 %, k_SR 100.0 %.")
     assert missed == (
         "Reached: over (c), (d), (h) together at most 23 % are missed, 19 % being missed by chance. Found: "
         "19.7 %."
@@ -84,7 +85,7 @@ def test_the_figure_has_a_panel_a_quantity_and_a_row_a_generator_and_those_toget
     assert rows[-2:] == ["pooled: c, d, h", "pooled: all"] and len(rows) == len(TITLES) + 2
 
 
-def test_the_page_shows_the_last_whole_sitting() -> None:
-    shown = shown_validation(SITTINGS.read(STORED))
+def test_the_page_shows_the_last_whole_round() -> None:
+    shown = shown_validation(ROUNDS.read(STORED))
     assert any("(h) another passive stiffness" in sentence for sentence in shown.brief)
     assert "round" in shown.table.caption

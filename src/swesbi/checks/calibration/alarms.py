@@ -15,8 +15,8 @@ from swesbi.verdict.nulls import overall_p, p_values, single_level
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.verdict import Status
 
-STRAINED_OR_WORSE: Final = "strained or contradicted"
-ALARMS: Final = (*TESTS, STRAINED_OR_WORSE, Status.CONTRADICTED)
+DOUBTFUL_OR_WORSE: Final = "doubtful or contradicted"
+ALARMS: Final = (*TESTS, DOUBTFUL_OR_WORSE, Status.CONTRADICTED)
 CONFIDENCE: Final = 0.95
 
 
@@ -63,8 +63,8 @@ def alarm_rows(checks: Mapping[str, Checks], null: Checks, rule: RuleSettings) -
 def alarms(checks: Checks, null: Checks, rule: RuleSettings) -> dict[str, BoolArray]:
     """Return which of ``ALARMS`` are raised on n recordings; shape (n,) each."""
     test_p = p_values(null, checks, rule)
-    flagged, overall = test_p <= single_level(rule.strained_level), overall_p(test_p)
-    columns = (*flagged.T, overall <= rule.strained_level, overall <= rule.contradicted_level)
+    flagged, overall = test_p <= single_level(rule.doubtful_level), overall_p(test_p)
+    columns = (*flagged.T, overall <= rule.doubtful_level, overall <= rule.contradicted_level)
     return dict(zip(ALARMS, columns, strict=True))
 
 

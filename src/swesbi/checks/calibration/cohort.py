@@ -67,7 +67,7 @@ def calibration_of_cohort(
         rule: Levels of the verdict.
     """
     found = Calibration.of(recordings, local_parts)
-    of_kind = {"own": found.own, "acquired": found.acquired}
+    of_kind = {"model_noise": found.model_noise, "sample_by_sample": found.sample_by_sample}
     ranked = {name: part.ranked for name, part in of_kind.items()}
     table = calibration_table(ranked | {LOCAL: found.local}, found.two_samples, judgement)
     seen = {name: part.checks for name, part in of_kind.items()}
@@ -77,7 +77,7 @@ def calibration_of_cohort(
         for name, part in ranked.items()
     }
     _report(table)
-    return CohortCalibration(found, table, alarms, recovery["own"], recovery["acquired"])
+    return CohortCalibration(found, table, alarms, recovery["model_noise"], recovery["sample_by_sample"])
 
 
 def _report(checks: pd.DataFrame) -> None:
@@ -106,13 +106,13 @@ def agreement_of_networks(
         seed: Seed of the study.
 
     Returns:
-        Accuracies of the network's own draws ("npe") and of the exact ones ("weighted").
+        Accuracies of the network's own draws ("proposal") and of the exact ones ("weighted").
     """
     rows = []
     for subject, result in posteriors.items():
         exact = base_posteriors[subject].phi[:two_sample_draws]
-        for sampler, phi in ((NETWORK, result.npe_phi), (WEIGHTED, result.phi)):
-            stream = integer_seed(seed, "population agreement", subject, sampler)
+        for sampler, phi, name in ((NETWORK, result.proposal_phi, "npe"), (WEIGHTED, result.phi, WEIGHTED)):
+            stream = integer_seed(seed, "population agreement", subject, name)
             accuracy = classifier_accuracy(phi[:two_sample_draws], exact, joint_prior, stream)
             rows.append({"subject": subject, "sampler": sampler, "draws": len(exact), "c2st": accuracy})
             LOGGER.info("subject %s, %s: C2ST %.3f", subject, sampler, accuracy)

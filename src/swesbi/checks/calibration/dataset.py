@@ -25,8 +25,8 @@ REFUSED: Final = "refused"
 class CalibrationRecordings(Artefact, kind="calibration_recordings"):
     """Recordings of known parameters: under the model's own noise, and acquired sample by sample."""
 
-    own: Annotated[InferredRecordings, Part(group="own")]
-    acquired: Annotated[InferredRecordings, Part(group="acquired")]
+    model_noise: Annotated[InferredRecordings, Part(group="model_noise")]
+    sample_by_sample: Annotated[InferredRecordings, Part(group="sample_by_sample")]
 
     labels = STRIP_LABELS
 
@@ -49,8 +49,8 @@ class Calibration(CalibrationLocal, CalibrationRecordings, kind="calibration"):
     ) -> Calibration:
         """Put the parts of all subjects together, in the order given."""
         return cls(
-            own=below_each_other([part.own for part in recordings]),
-            acquired=below_each_other([part.acquired for part in recordings]),
+            model_noise=below_each_other([part.model_noise for part in recordings]),
+            sample_by_sample=below_each_other([part.sample_by_sample for part in recordings]),
             local=below_each_other([part.local for part in local_parts]),
             two_samples=TwoSamples.joined([part.two_samples for part in local_parts]),
         )
@@ -60,8 +60,8 @@ class Calibration(CalibrationLocal, CalibrationRecordings, kind="calibration"):
 class PopulationCalibration(Artefact, kind="population_calibration"):
     """Recordings of fresh contexts: under the model's own noise, and acquired sample by sample."""
 
-    own: FreshRecordings
-    acquired: FreshRecordings
+    model_noise: FreshRecordings
+    sample_by_sample: FreshRecordings
 
     @classmethod
     def schema(cls) -> Schema:
@@ -85,7 +85,7 @@ class PopulationCalibration(Artefact, kind="population_calibration"):
     @classmethod
     def joined(cls, parts: Sequence[PopulationCalibration]) -> PopulationCalibration:
         """Return the parts together, in the order given."""
-        own, acquired = [part.own for part in parts], [part.acquired for part in parts]
+        own, acquired = [part.model_noise for part in parts], [part.sample_by_sample for part in parts]
         return cls(FreshRecordings.joined(own), FreshRecordings.joined(acquired))
 
 

@@ -19,7 +19,7 @@ from swesbi.checks.calibration.table import check_scores
 from swesbi.checks.recovery import score_recovery
 from swesbi.context import Context
 from swesbi.networks.flow.trained import TrainedFlow
-from swesbi.population.recordings import FreshSettings, fresh_subject, record_fresh, recorded
+from swesbi.population.recordings import STREAMS, FreshSettings, fresh_subject, record_fresh, recorded
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
@@ -69,7 +69,7 @@ def infer_fresh(
 
     Args:
         index: Numbers of the contexts; each has random streams of its own.
-        kind: Under the model's own noise, or acquired sample by sample.
+        kind: ``MODEL_NOISE`` or ``SAMPLE_BY_SAMPLE``.
         flow: The trained network.
         fresh: Where contexts and recordings come from.
         settings: Draws of each posterior.
@@ -83,12 +83,12 @@ def infer_fresh(
     contexts, levels, parts = [], [], []
     for number in index:
         subject = fresh_subject(number, fresh, seed, STREAM)
-        made = record_fresh(subject, kind, fresh, seed, STREAM, kind)
+        made = record_fresh(subject, kind, fresh, seed, STREAM, STREAMS[kind])
         progress.step()
         if not made.recordings:
             continue
         model = recorded(subject, made)
-        name = f"population {kind}"
+        name = f"population {STREAMS[kind]}"
         parts.append(infer_recordings(model, made, flow, settings, exact, seed, name))
         contexts.append(subject.context)
         levels.append(subject.level)

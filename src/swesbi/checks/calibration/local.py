@@ -197,7 +197,7 @@ def calibrate_locally(
     given = (model, propose, exact, sizes.effective_draws)
     by_sampler = {
         name: local_scores(*given, phi[:count], phi[count : 2 * count], seed, name)
-        for name, phi in ((ranks.NETWORK, posterior.npe_phi), (ranks.WEIGHTED, posterior.phi))
+        for name, phi in ((ranks.NETWORK, posterior.proposal_phi), (ranks.WEIGHTED, posterior.phi))
     }
     return ranks.RankedRecordings(
         names=ranks.quantity_names(model.settings.prior),

@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 
 from swesbi.artefacts.csv import PlainTable, WholeTable
-from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, alarm_rows, alarms
+from swesbi.checks.calibration.alarms import DOUBTFUL_OR_WORSE, alarm_rows, alarms
 from swesbi.checks.calibration.dataset import PopulationCalibration
 from swesbi.checks.calibration.fresh import FreshRecordings, by_stratum, checks_of, infer_fresh
 from swesbi.checks.calibration.settings import JudgementSettings, RecordingsSettings
 from swesbi.checks.recovery import score_recovery
 from swesbi.networks.flow.trained import TrainedFlow
-from swesbi.population.recordings import ACQUIRED, OWN, FreshSettings
+from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE, FreshSettings
 from swesbi.population.settings import StrataSettings
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
@@ -29,8 +29,8 @@ LOGGER = logging.getLogger("swesbi")
 def calibration_on_fresh(
     estimator: TrainedFlow,
     *,
-    own_numbers: tuple[int, int],
-    acquired_numbers: tuple[int, int],
+    model_noise_numbers: tuple[int, int],
+    sample_by_sample_numbers: tuple[int, int],
     fresh: FreshSettings,
     recordings: RecordingsSettings,
     exact: ExactSettings,
@@ -40,8 +40,8 @@ def calibration_on_fresh(
 
     Args:
         estimator: The network.
-        own_numbers: Of the contexts recorded under the model's own noise, the first and one past the last.
-        acquired_numbers: The same of those acquired sample by sample.
+        model_noise_numbers: Contexts recorded under the model's own noise: the first, one past the last.
+        sample_by_sample_numbers: The same of those acquired sample by sample.
         fresh: Where contexts and recordings come from.
         recordings: Draws of each posterior.
         exact: The study's own settings of the exact posterior.
@@ -52,7 +52,10 @@ def calibration_on_fresh(
     """
     own, acquired = (
         infer_fresh(range(*numbers), kind, estimator, fresh, recordings, exact, seed)
-        for kind, numbers in ((OWN, own_numbers), (ACQUIRED, acquired_numbers))
+        for kind, numbers in (
+            (MODEL_NOISE, model_noise_numbers),
+            (SAMPLE_BY_SAMPLE, sample_by_sample_numbers),
+        )
     )
     return PopulationCalibration(own, acquired)
 
@@ -96,9 +99,9 @@ def scores_on_fresh(
         strata: Where continuous values are cut.
         rule: Levels of the verdict.
     """
-    inferred = {OWN: parts.own, ACQUIRED: parts.acquired}
+    inferred = {MODEL_NOISE: parts.model_noise, SAMPLE_BY_SAMPLE: parts.sample_by_sample}
     seen = {kind: part.inferred.checks for kind, part in inferred.items()}
-    raised = alarms(seen[OWN], null.gated, rule)[STRAINED_OR_WORSE]
+    raised = alarms(seen[MODEL_NOISE], null.gated, rule)[DOUBTFUL_OR_WORSE]
     recovery = {
         kind: [asdict(row) for row in score_recovery(part.inferred.ranked.recovered(), prior, judgement)]
         for kind, part in inferred.items()
@@ -107,10 +110,10 @@ def scores_on_fresh(
     return PopulationScores(
         calibration=parts,
         table=checks_of(inferred, judgement),
-        strata=by_stratum(parts.own, raised, prior, judgement, strata),
+        strata=by_stratum(parts.model_noise, raised, prior, judgement, strata),
         alarms=pd.DataFrame([asdict(row) for row in alarm_rows(seen, null.gated, rule)]),
-        recovery=pd.DataFrame(recovery[OWN]),
-        recovery_acquisition=pd.DataFrame(recovery[ACQUIRED]),
+        recovery=pd.DataFrame(recovery[MODEL_NOISE]),
+        recovery_acquisition=pd.DataFrame(recovery[SAMPLE_BY_SAMPLE]),
     )
 
 

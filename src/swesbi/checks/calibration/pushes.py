@@ -15,7 +15,7 @@ from swesbi.artefacts.csv import PlainTable
 from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import BoolArray, FloatArray, below_each_other, rows_of
 from swesbi.base.progress import Progress
-from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, alarms
+from swesbi.checks.calibration.alarms import DOUBTFUL_OR_WORSE, alarms
 from swesbi.checks.calibration.ranks import (
     RankedRecordings,
     prior_variance,
@@ -173,14 +173,14 @@ def by_pushes(
 
     Args:
         inferred: The recordings.
-        null: Null recordings, against which they are held: the share that is strained is of false alarms.
+        null: Null recordings, against which they are held: the share that is doubtful is of false alarms.
         prior: The prior.
         judgement: Nominal levels.
         rule: Levels of the verdict.
     """
     rows: list[dict[str, object]] = []
     pushes = inferred.checks.points
-    raised = alarms(inferred.checks, null, rule)[STRAINED_OR_WORSE]
+    raised = alarms(inferred.checks, null, rule)[DOUBTFUL_OR_WORSE]
     strata = {"all": np.ones(len(pushes), dtype=bool)}
     strata |= {str(number): pushes == number for number in sorted(set(pushes.tolist()))}
     for name, chosen in strata.items():

@@ -30,7 +30,7 @@ from swesbi.verdict.checks import Checks
 LOG_LIKELIHOOD: Final = "log_likelihood"
 QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC, LOG_LIKELIHOOD)
 EACH: Final = "as named in quantity"
-NETWORK: Final = "npe"
+NETWORK: Final = "proposal"
 WEIGHTED: Final = "weighted"
 SAMPLERS: Final = (NETWORK, WEIGHTED)
 
@@ -177,7 +177,7 @@ class RankedRecordings:
     prior_variance: Annotated[
         FloatArray, Variable("recording quantity", f"{EACH}, squared", "before the recording is seen")
     ]
-    network: Annotated[RankScores, Part("npe_{}", words={"sampler": "the network"})]
+    network: Annotated[RankScores, Part("proposal_{}", words={"sampler": "the network"})]
     weighted: Annotated[RankScores, Part("weighted_{}", words={"sampler": "the exact posterior"})]
 
     def of(self, sampler: str) -> RankScores:

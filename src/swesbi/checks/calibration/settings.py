@@ -13,12 +13,12 @@ from swesbi.posterior.settings import McmcSettings
 class RecordingsSettings(Settings):
     """Synthetic recordings of known parameters, and how each is inferred."""
 
-    own: int = Field(
+    model_noise: int = Field(
         ge=1,
         description="Recordings a subject under the model's own noise. Chosen: coverage of 90 % to 3.4 "
         "points (two standard errors) over the cohort. `make full` has 250.",
     )
-    acquired: int = Field(
+    sample_by_sample: int = Field(
         ge=1,
         description="Recordings a subject, acquired sample by sample and ingested. Chosen: coverage of 90 "
         "% to 4.7 points over the cohort. `make full` has 40.",

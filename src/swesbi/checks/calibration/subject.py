@@ -18,6 +18,7 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.networks.flow.flow import flow_proposal
 from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE, STREAMS
 from swesbi.population.synthetic import Acquisition, acquired_recordings, own_recordings
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
@@ -60,16 +61,22 @@ def recordings_like_subject(
         ValueError: Ingestion refused every recording.
     """
     subject, recorded = observation.subject, speed_model(observation, noise, model)
-    own = own_recordings(recorded, recordings.own, seed, STREAM)
+    own = own_recordings(recorded, recordings.model_noise, seed, STREAM)
     made = acquisition_of(observation, noise.of(subject), acquisition, recording, model.measurement)
-    acquired = acquired_recordings(recorded, made, recordings.acquired, seed, STREAM)
-    LOGGER.info("%s: ingestion refused %d of %d recordings", subject, acquired.refused, recordings.acquired)
+    acquired = acquired_recordings(recorded, made, recordings.sample_by_sample, seed, STREAM)
+    LOGGER.info(
+        "%s: ingestion refused %d of %d recordings", subject, acquired.refused, recordings.sample_by_sample
+    )
     if not len(acquired.phi):
-        raise ValueError(f"subject {subject}: all {recordings.acquired} synthetic recordings were refused")
+        raise ValueError(
+            f"subject {subject}: all {recordings.sample_by_sample} synthetic recordings were refused"
+        )
     inferred = {}
-    for name, synthetic in (("own", own), ("acquired", acquired)):
-        inferred[name] = infer_recordings(recorded, synthetic, estimator, recordings, exact, seed, name)
-        LOGGER.info("%s, %s: %s", subject, name, _account(inferred[name]))
+    for kind, synthetic in ((MODEL_NOISE, own), (SAMPLE_BY_SAMPLE, acquired)):
+        inferred[kind] = infer_recordings(
+            recorded, synthetic, estimator, recordings, exact, seed, STREAMS[kind]
+        )
+        LOGGER.info("%s, %s: %s", subject, kind, _account(inferred[kind]))
     return CalibrationRecordings(**inferred)
 
 
@@ -117,10 +124,10 @@ def calibration_at_subject(
         ArtefactError: The posterior holds too few draws.
     """
     least = max(2 * local.replicates, local.two_sample_draws)
-    if min(len(posterior.phi), len(posterior.npe_phi)) < least:
+    if min(len(posterior.phi), len(posterior.proposal_phi)) < least:
         raise UnfitError(
             "posterior",
-            f"holds {len(posterior.phi)} draws and {len(posterior.npe_phi)} of the network, calibration "
+            f"holds {len(posterior.phi)} draws and {len(posterior.proposal_phi)} of the network, calibration "
             f"takes {least}; raise exact.draws, or lower calibration.local.replicates or two_sample_draws",
         )
     recorded, subject = speed_model(observation, noise, model), observation.subject
@@ -140,7 +147,7 @@ def _accuracies(
 ) -> dict[str, float]:
     """Return the accuracy of a classifier by pair of samplers, with long chains where there are any."""
     prior, count, subject = model.settings.prior, sizes.two_sample_draws, model.recording.subject
-    samples = {NETWORK: exact.npe_phi[:count], WEIGHTED: exact.phi[:count]}
+    samples = {NETWORK: exact.proposal_phi[:count], WEIGHTED: exact.phi[:count]}
     pairs = [(NETWORK, WEIGHTED)]
     if chains is not None:
         samples[LONG_CHAINS] = chains

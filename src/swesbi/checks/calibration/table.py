@@ -229,7 +229,7 @@ def calibration_table(
     In rows of "c2st", ``sampler`` is the pair that is compared.
 
     Args:
-        ranked: Recordings by how they were made: "own", "acquired" or "local".
+        ranked: Recordings by how they were made: "model_noise", "sample_by_sample" or "local".
         two_samples: Accuracies of classifiers by subject and pair of samplers.
         settings: What is asked.
     """

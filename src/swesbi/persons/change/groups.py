@@ -7,8 +7,8 @@ prior says it is given delta. So what the recordings tell of eta is, as for thet
 
     p(data | eta) / p(data) = sum_n w_n p(delta_n | eta) / pi(delta_n)
 
-Shown stiffness is left out. Its ratio is a function of all parameters of both visits, so that the prior to
-divide by has no formula and differs from person to person; an estimate from simulations of the prior
+Peak active stiffness is left out. Its ratio is a function of all parameters of both visits, so that the
+prior to divide by has no formula and differs from person to person; an estimate from simulations of the prior
 is good where these lie, and the division is needed where hardly any do.
 """
 

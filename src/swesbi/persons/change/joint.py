@@ -50,7 +50,7 @@ class Change:
     Attributes:
         exact: The joint posterior, in psi.
         phi: Its draws; shape (2, n, d).
-        quantities: Theta and shown stiffness of each; NaN where there is no beat; shape (2, n, 4).
+        quantities: Theta and peak active stiffness of each; NaN where there is no beat; shape (2, n, 4).
         ratios: Of the later visit to the earlier.
         one_person: Whether both can be of one person.
         efficiency: Of all draws after each round, of the first proposal first.

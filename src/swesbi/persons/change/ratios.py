@@ -21,13 +21,13 @@ from swesbi.artefacts import Variable
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import interval_levels, median_and_interval
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import OF_THETA, SHOWN, THETA, THETA_NAMES
+from swesbi.parameters import OF_THETA, PEAK_ACTIVE, THETA, THETA_NAMES
 from swesbi.persons.change.settings import ChangeRuleSettings
 
-QUANTITIES: Final = (*THETA_NAMES, SHOWN.name)
+QUANTITIES: Final = (*THETA_NAMES, PEAK_ACTIVE.name)
 """What is compared: theta, and the largest active stiffness that elastography shows of the beat."""
 UNITS: Final = tuple(parameter.cf_unit for parameter in THETA) + ("kPa",)
-WORDS: Final = (*(f"{each.meaning} {each.text}" for each in THETA), "shown stiffness")
+WORDS: Final = (*(f"{each.meaning} {each.text}" for each in THETA), "peak active stiffness")
 """What sheets and figures call them."""
 
 
@@ -78,8 +78,8 @@ class Ratios:
 
 def quantities_of(model: SpeedModel, phi: FloatArray) -> FloatArray:
     """Return what ``QUANTITIES`` names of phi (n, d), by simulation; NaN where there is no beat; (n, 4)."""
-    _, shown_kpa = model.parts(phi, model.simulate(phi))
-    return np.column_stack([phi[:, OF_THETA], shown_kpa.max(axis=1)])
+    _, peak_active_kpa = model.parts(phi, model.simulate(phi))
+    return np.column_stack([phi[:, OF_THETA], peak_active_kpa.max(axis=1)])
 
 
 def log_ratios(values: Sequence[FloatArray]) -> FloatArray:

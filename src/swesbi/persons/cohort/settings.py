@@ -51,8 +51,8 @@ class OutlierSettings(Settings):
         description="Probability of a subject whose recording nothing contradicts. Chosen: one of twenty "
         "may be of another kind of heart."
     )
-    strained: Probability = Field(
-        description="Probability of one whose recording strains the model. Chosen between the two others."
+    doubtful: Probability = Field(
+        description="Probability of one whose recording is doubtful. Chosen between the two others."
     )
     contradicted: Probability = Field(
         description="Probability of one whose recording the model cannot have made. Chosen: nearly every "
@@ -68,7 +68,7 @@ class OutlierSettings(Settings):
         by_verdict = {
             Status.NOT_CONTRADICTED: self.not_contradicted,
             Status.UNINFORMATIVE: self.not_contradicted,
-            Status.STRAINED: self.strained,
+            Status.DOUBTFUL: self.doubtful,
             Status.CONTRADICTED: self.contradicted,
         }
         if status not in by_verdict:

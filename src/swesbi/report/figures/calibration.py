@@ -71,8 +71,8 @@ class CalibrationCase:
     """What the figure shows.
 
     Attributes:
-        ranked: Recordings by how they were made: "own", "acquired" and "local".
-        diagnostics: Of the exact posteriors of the "own" recordings.
+        ranked: Recordings by how they were made: "model_noise", "sample_by_sample" and "local".
+        diagnostics: Of the exact posteriors of the "model_noise" recordings.
         table: Rows of ``calibration.csv``.
         settings: What is asked.
         max_k_hat: Pareto shape above which weights are not used.
@@ -104,8 +104,8 @@ def draw_calibration(
         experiment: Name of the experiment.
         cohort_title: What the subjects are ("virtual volunteers").
     """
-    own, acquired = calibration.own, calibration.acquired
-    ranked = {"own": own.ranked, "acquired": acquired.ranked, "local": calibration.local}
+    own, acquired = calibration.model_noise, calibration.sample_by_sample
+    ranked = {"model_noise": own.ranked, "sample_by_sample": acquired.ranked, "local": calibration.local}
     case = CalibrationCase(ranked, own.diagnostics, table, judgement, max_k_hat)
     with style():
         of_ranks = math.ceil(len(QUANTITY_NAMES) / GRID_COLUMNS)
@@ -131,7 +131,7 @@ def draw_calibration(
 
 
 def _ranks(axes: Axes, case: CalibrationCase, index: int) -> None:
-    ranked = case.ranked["own"]
+    ranked = case.ranked["model_noise"]
     for subject in dict.fromkeys(ranked.subject.tolist()):
         level = ranked.weighted.level[ranked.subject == subject, index]
         _line(axes, level, color=POSTERIOR, lw=0.4, alpha=0.35, label="weighted, one subject")
@@ -147,7 +147,7 @@ def _ranks(axes: Axes, case: CalibrationCase, index: int) -> None:
 
 
 def _coverage(axes: Axes, case: CalibrationCase) -> None:
-    ranked = case.ranked["own"]
+    ranked = case.ranked["model_noise"]
     _band(axes, len(ranked.truth), case.settings.alpha / len(ranked.names))
     for index, name in enumerate(PARAMETERS):
         _line(
@@ -162,7 +162,7 @@ def _coverage(axes: Axes, case: CalibrationCase) -> None:
 
 
 def _joint(axes: Axes, case: CalibrationCase) -> None:
-    own, acquired = case.ranked["own"], case.ranked["acquired"]
+    own, acquired = case.ranked["model_noise"], case.ranked["sample_by_sample"]
     _band(axes, len(own.truth), case.settings.alpha)
     for sampler in (NETWORK, WEIGHTED):
         _line(axes, own.of(sampler).tarp, color=SAMPLER_COLORS[sampler])
@@ -176,10 +176,10 @@ def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
     """Draw the coverage of the 90 % intervals with 95 % normal errors, over the 88 to 92 % asked for."""
     table = case.table[(case.table["subject"] == POOLED) & (case.table["test"] == SBC)]
     styles = [
-        ("own", NETWORK, "o"),
-        ("own", WEIGHTED, "o"),
-        ("acquired", NETWORK, "s"),
-        ("acquired", WEIGHTED, "s"),
+        ("model_noise", NETWORK, "o"),
+        ("model_noise", WEIGHTED, "o"),
+        ("sample_by_sample", NETWORK, "s"),
+        ("sample_by_sample", WEIGHTED, "s"),
     ]
     for offset, (recordings, sampler, marker) in enumerate(styles):
         rows = table[(table["recordings"] == recordings) & (table["sampler"] == sampler)].set_index(
@@ -189,7 +189,7 @@ def _reported_coverage(axes: Axes, case: CalibrationCase) -> None:
         error = 1.96 * np.sqrt(values * (1.0 - values) / n)
         x = np.arange(len(PARAMETERS)) + 0.17 * (offset - 1.5)
         color = SAMPLER_COLORS[sampler]
-        face = color if recordings == "own" else "white"
+        face = color if recordings == "model_noise" else "white"
         axes.errorbar(x, values, error, ls="", marker=marker, ms=2.6, lw=0.8, color=color, mfc=face, mew=0.8)
     axes.axhline(REPORTED, color=PRIOR, lw=0.8, ls="--", zorder=0)
     axes.axhspan(0.88, 0.92, color=BAND, lw=0, zorder=-1)

@@ -17,10 +17,10 @@ from swesbi.parameters import THETA
 from swesbi.persons.change.stored_groups import EVERYONE, ChangeGroups
 from swesbi.report.figures.style import (
     CMAES,
+    DOUBTFUL,
     NETWORK,
     POSTERIOR,
     PRIOR,
-    STRAINED,
     TRUTH,
     new_figure,
     plain,
@@ -38,7 +38,7 @@ OFFSET: Final = 0.17
 MOST_DRAWN: Final = 60
 """Persons of the figure, the first ones; the table has all."""
 POINTS: Final = 200
-GROUP_COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, STRAINED)
+GROUP_COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, DOUBTFUL)
 
 
 def draw_change_groups(stored: ChangeGroups, cohort_title: str) -> Figure:

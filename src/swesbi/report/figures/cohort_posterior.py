@@ -17,12 +17,12 @@ from swesbi.persons.cohort.result import CohortPosterior
 from swesbi.persons.cohort.table import group_median
 from swesbi.report.figures.style import (
     CMAES,
+    DOUBTFUL,
     NETWORK,
     OBSERVED,
     POSTERIOR,
     PRIOR,
     STATUS_COLORS,
-    STRAINED,
     TRUTH,
     Drawing,
     new_figure,
@@ -43,7 +43,7 @@ LIGHT: Final = 0.16
 BINS: Final = 30
 MOST_DRAWN: Final = 40
 """Subjects of the figure, the first ones; the table has all."""
-GROUP_COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, STRAINED, OBSERVED)
+GROUP_COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, DOUBTFUL, OBSERVED)
 
 
 def draw_cohort_posterior(cohort_posterior: CohortPosterior, *, cohort_title: str) -> Drawing:

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from swesbi.artefacts.typed import BySubject
-from swesbi.checks.calibration.alarms import STRAINED_OR_WORSE, AlarmRow, AlarmTable
-from swesbi.population.recordings import ACQUIRED, OWN
+from swesbi.checks.calibration.alarms import DOUBTFUL_OR_WORSE, AlarmRow, AlarmTable
+from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE
 from swesbi.report.figures.style import (
     CMAES,
     POSTERIOR,
@@ -37,17 +37,17 @@ SMALLEST_SHOWN: Final = 1e-4
 STATUS_COLORS: Final = {
     Status.NOT_CONTRADICTED: TRUTH,
     Status.UNINFORMATIVE: PRIOR,
-    Status.STRAINED: "#E69F00",
+    Status.DOUBTFUL: "#E69F00",
     Status.CONTRADICTED: CMAES,
 }
 BARS: Final = {
     "residuals": ("#CC79A7", "residuals"),
     "boundary_mass": (POSTERIOR, "mass at the bounds"),
-    STRAINED_OR_WORSE: (STATUS_COLORS[Status.STRAINED], "verdict: strained or contradicted"),
+    DOUBTFUL_OR_WORSE: (STATUS_COLORS[Status.DOUBTFUL], "verdict: doubtful or contradicted"),
     Status.CONTRADICTED: (STATUS_COLORS[Status.CONTRADICTED], "verdict: contradicted"),
 }
 """Color and label of the bars of each alarm."""
-RECORDINGS: Final = {OWN: "own noise", ACQUIRED: "acquired"}
+RECORDINGS: Final = {MODEL_NOISE: "own noise", SAMPLE_BY_SAMPLE: "sample_by_sample"}
 LABELS: Final = {
     "residuals": "residuals",
     "boundary_mass": "boundary mass",
@@ -60,11 +60,11 @@ LABELS: Final = {
 
 
 def misspecification_figure(
-    table: AlarmTable, verdicts: BySubject[Verdict], *, cohort_title: str, strained_level: float
+    table: AlarmTable, verdicts: BySubject[Verdict], *, cohort_title: str, doubtful_level: float
 ) -> Drawing:
     """Draw every subject's p-values and verdict, and below them how often the tests raise an alarm."""
     rows = [AlarmRow(**{str(name): value for name, value in row.items()}) for row in records(table)]
-    return draw_misspecification(dict(verdicts), rows, strained_level, cohort_title)
+    return draw_misspecification(dict(verdicts), rows, doubtful_level, cohort_title)
 
 
 def draw_misspecification(
@@ -143,7 +143,7 @@ def _draw_rates(axes: Axes, rows: Sequence[AlarmRow], level: float) -> None:
         axes.bar(x, rate, 0.92 * width, color=color, label=label)
         axes.errorbar(x, rate, np.maximum(ends, 0.0), fmt="none", ecolor="black", elinewidth=0.5)
     axes.axhline(level, color="black", lw=0.6, ls=":", label=f"level of the rule, {as_percent(level)}")
-    counts = [by_alarm[(kind, STRAINED_OR_WORSE)].n for kind in RECORDINGS]
+    counts = [by_alarm[(kind, DOUBTFUL_OR_WORSE)].n for kind in RECORDINGS]
     names = [f"{words}\nn = {n}" for words, n in zip(RECORDINGS.values(), counts, strict=True)]
     axes.set_xticks(range(len(names)), names)
     axes.tick_params(axis="x", length=0)

@@ -12,10 +12,10 @@ from swesbi.persons.planning.power import NINETY, PowerCurve
 from swesbi.persons.planning.words import Plan
 from swesbi.report.figures.style import (
     CMAES,
+    DOUBTFUL,
     NETWORK,
     POSTERIOR,
     PRIOR,
-    STRAINED,
     TEXT_WIDTH_IN,
     TRUTH,
     in_percent,
@@ -24,7 +24,7 @@ from swesbi.report.figures.style import (
 )
 
 HEIGHT_IN: Final = 3.2
-COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, STRAINED)
+COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, DOUBTFUL)
 
 
 def draw_plan(planned: Plan) -> Figure:

@@ -237,7 +237,7 @@ def _draw_parameter(axes: Axes, panels: Sequence[ExactPanel], j: int, prior: Par
         phi = panel.result.phi[:, j]
         density = log_density_of_draws(phi)
         _violin(axes, position, *density, STATUS_COLORS[verdict], f"posterior, {verdict}", exact=True)
-        _outline(axes, position, *log_density_of_draws(_nearly_all(panel.result.npe_phi[:, j])))
+        _outline(axes, position, *log_density_of_draws(_nearly_all(panel.result.proposal_phi[:, j])))
         _interval(axes, position, phi, panel.result.interval_mass, size=2.8)
         if j < ACTIVE:
             _draw_references(axes, position, panel, j)

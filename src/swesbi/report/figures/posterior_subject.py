@@ -136,7 +136,7 @@ def _draw_column(
     grid: NDArray[np.object_], panel: ExactPanel, prior: JointPriorSettings, j: int, color: str
 ) -> None:
     """Draw one parameter's marginal and its pairs with those before it."""
-    phi, npe, mass = panel.result.phi, panel.result.npe_phi, panel.result.interval_mass
+    phi, npe, mass = panel.result.phi, panel.result.proposal_phi, panel.result.interval_mass
     density.draw_marginal(grid[j, j], phi[:, j], prior.parameters[j], color, mass)
     density.draw_density(grid[j, j], npe[:, j], color=NETWORK, lw=0.8, ls="--")
     for i in range(j):

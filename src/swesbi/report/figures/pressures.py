@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from swesbi.artefacts import UnfitError
 from swesbi.checks.pressures import RESISTANCE, PressuresTable
 from swesbi.heart.physiology import TIME_CONSTANT, VOLUME_FACTOR
-from swesbi.parameters import NUISANCES, PHI, SHOWN
+from swesbi.parameters import NUISANCES, PEAK_ACTIVE, PHI
 from swesbi.report.figures.style import (
     EXCLUDED_POSTERIOR,
     POSTERIOR,
@@ -33,7 +33,7 @@ MOST_DRAWN: Final = 40
 SYMBOLS: Final = {parameter.name: parameter for parameter in (*PHI, *NUISANCES)}
 DRAWN: Final = (
     ("k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_stiffness_kpa"),
-    (SHOWN.name, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR),
+    (PEAK_ACTIVE.name, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR),
 )
 """Quantities with a panel each, row by row."""
 LOOKS: Final[dict[str, dict[str, Any]]] = {
@@ -79,7 +79,9 @@ def _panel(axes: Axes, rows: pd.DataFrame, subjects: list[str], name: str) -> No
             median, at + side * OFFSET, xerr=np.stack([median - low, high - median]), linestyle="none",
             markersize=2.4, elinewidth=0.7, **LOOKS[which],
         )  # fmt: skip
-    axes.set_title("shown stiffness (kPa)" if name == SHOWN.name else SYMBOLS[name].label, fontsize=6.5)
+    axes.set_title(
+        "peak active stiffness (kPa)" if name == PEAK_ACTIVE.name else SYMBOLS[name].label, fontsize=6.5
+    )
     if name == VOLUME_FACTOR:
         axes.axvline(1.0, color=PRIOR, linewidth=0.6)
     ratio = float(shown["width_ratio"].median())

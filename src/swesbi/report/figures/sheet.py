@@ -44,7 +44,7 @@ BOX_COLORS: Final = STATUS_COLORS | {Status.UNINFORMATIVE: PRIOR}
 PAGE_IN: Final = (8.27, 11.69)  # A4
 MARGIN_IN: Final = 0.55
 PARTS: Final = (1.35, 2.45, 1.3, 2.75, 2.75)
-DRAWN: Final = ("duration_ms", "peak_kpa", "decay_rate_per_s", "k_sr_per_s", "shown_kpa", "k0_kpa")
+DRAWN: Final = ("duration_ms", "peak_kpa", "decay_rate_per_s", "k_sr_per_s", "peak_active_kpa", "k0_kpa")
 """Quantities whose densities are drawn; the table has all."""
 LINE: Final = 140
 BULLET: Final = "–  "

@@ -34,7 +34,7 @@ SHOWN_LIMITS: Final = 2
 MEANING: Final = {
     Status.NOT_CONTRADICTED: "the model can produce this recording",
     Status.UNINFORMATIVE: "the recording leaves every quantity as the prior has it",
-    Status.STRAINED: "use with care: some tests contradict the model",
+    Status.DOUBTFUL: "use with care: some tests contradict the model",
     Status.CONTRADICTED: "do not use: the model cannot produce this recording",
     Status.PRIOR_SUPPORTED: "the prior can produce such a recording",
     Status.NOT_PRIOR_SUPPORTED: "do not use: the prior does not produce such a recording",

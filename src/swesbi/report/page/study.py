@@ -44,7 +44,7 @@ from swesbi.report.tables.cohort_posterior import cohort_section
 from swesbi.report.tables.exact import Exact
 from swesbi.report.tables.population import PopulationSection
 from swesbi.report.tables.pressures import pressures_of
-from swesbi.report.tables.validation import SittingsTable, shown_validation
+from swesbi.report.tables.validation import RoundsTable, shown_validation
 from swesbi.verdict.summary import CohortTable
 from swesbi.verdict.verdict import Verdict
 
@@ -88,7 +88,7 @@ def pages_of_study(
     population_pngs: tuple[Path, ...],
     pressures_csv: PressuresTable | None,
     cohort_posteriors: ByExperiment[CohortPosterior],
-    validation: SittingsTable | None,
+    validation: RoundsTable | None,
     artefacts: tuple[Path, ...],
     *,
     cohort_title: str,

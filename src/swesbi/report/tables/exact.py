@@ -164,7 +164,7 @@ def _answers(exact: Exact, mass: float) -> Iterator[dict[str, object]]:
     for subject, verdict in exact.verdicts.items():
         result = exact.results[subject]
         low, median, high = median_and_interval(result.phi, mass)
-        network = np.median(result.npe_phi, axis=0)
+        network = np.median(result.proposal_phi, axis=0)
         how = {"subject": subject, "sampler": sampler_in_words(verdict), "status": verdict.status}
         for j, name in enumerate(PHI_NAMES):
             answer = {"median": median[j], "low": low[j], "high": high[j], "network": network[j]}

@@ -9,7 +9,7 @@ import pandas as pd
 
 from swesbi.checks.pressures import RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
-from swesbi.parameters import NUISANCES, PHI, SHOWN
+from swesbi.parameters import NUISANCES, PEAK_ACTIVE, PHI
 from swesbi.report.numbers import MISSING, fixed
 from swesbi.report.results import columns_of, wide
 from swesbi.report.table import Column, Table, words
@@ -17,11 +17,11 @@ from swesbi.report.tables.population import SAMPLER_NAMES
 from swesbi.report.tables.subjects import SUBJECT
 
 ROWS: Final = (
-    *(parameter.name for parameter in PHI), SHOWN.name, RESISTANCE, TIME_CONSTANT, CAPACITANCE, VOLUME_FACTOR,
+    *(each.name for each in PHI), PEAK_ACTIVE.name, RESISTANCE, TIME_CONSTANT, CAPACITANCE, VOLUME_FACTOR,
 )  # fmt: skip
 """Quantities of the page and the documentation, in their order; the table has all."""
 TEXTS: Final = {parameter.name: parameter.text for parameter in (*PHI, *NUISANCES)} | {
-    SHOWN.name: "shown stiffness",
+    PEAK_ACTIVE.name: "peak active stiffness",
     CAPACITANCE: "C_s",
 }
 NOTE: Final = (

@@ -186,7 +186,7 @@ def score_table(experiment: Experiment, cohort_title: str) -> Table:
     if experiment.exact:
         passed = Status.NOT_CONTRADICTED
         left_out = (
-            "Contradicted subjects have no posterior scores; strained ones do, and are left out of the mean."
+            "Contradicted subjects have no posterior scores; doubtful ones do, and are left out of the mean."
         )
     note = (
         "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage: "

@@ -1,6 +1,6 @@
 """The validation of the shipped study by hearts of other generators, as its stored table has it.
 
-The stored table has all sittings: the columns of ``validation.csv`` behind those that say which sitting a row
+The stored table has all rounds: the columns of ``validation.csv`` behind those that say which round a row
 is of. matplotlib is not imported.
 """
 
@@ -31,24 +31,24 @@ from swesbi.report.tables.validation_outcomes import (
 
 RATES: Final = {name: (name, f"{name}_low", f"{name}_high") for name in ("coverage", COVERED, MISSED)}
 COLUMNS: Final = (
-    "generator", "quantity", "n", "not_contradicted", "strained", "contradicted",
+    "generator", "quantity", "n", "not_contradicted", "doubtful", "contradicted",
     *(column for columns in RATES.values() for column in columns),
     "bias_log", "width_log", "n_not_contradicted", "tested",
 )  # fmt: skip
-OF_SITTING: Final = ("sitting", "date", "model")
+OF_ROUND: Final = ("round", "date", "model")
 """Its number, the day on which it ended, and what was changed of the model before it."""
 VALIDATION: Final = Format(columns=COLUMNS, row="generator")
 """``validation.csv``: one row a generator and quantity."""
-SITTINGS: Final = Format(columns=(*OF_SITTING, *COLUMNS), row="sitting")
-SittingsTable = Annotated[pd.DataFrame, SITTINGS]
-"""The stored table of all sittings."""
+ROUNDS: Final = Format(columns=(*OF_ROUND, *COLUMNS), row="round")
+RoundsTable = Annotated[pd.DataFrame, ROUNDS]
+"""The stored table of all rounds."""
 COMPARED: Final = 2
-"""The sitting whose width of k_SR on (a) later ones are compared with."""
+"""The round whose width of k_SR on (a) later ones are compared with."""
 NOTE: Final = (
     "Pooled generators come first, then those that miss what is asked. Verdicts: of all hearts, those "
     f"refused making up the rest. Intervals: {percent(CONFIDENCE, 0)} % Clopper-Pearson. "
     "Bias (mean of log median / truth) and "
-    "width (median of log high / low): of the answered. Missed: shown stiffness or k_SR outside its "
+    "width (median of log high / low): of the answered. Missed: peak active stiffness or k_SR outside its "
     f"interval; two independent calibrated intervals miss {percent(BY_CHANCE, 0)} % by chance. "
     f"Bold: a coverage whose interval does not reach {percent(REACHED, 0)} %, or more missed than by chance "
     f"({percent(BY_CHANCE, 0)} %, or {percent(MOST_MISSED, 0)} % of several generators together)."
@@ -68,28 +68,28 @@ def letters(rows: pd.DataFrame) -> frozenset[str]:
 
 
 def shown_validation(table: pd.DataFrame) -> StoredValidation:
-    """Return what the page shows: the last sitting that asked every generator that any sitting asked.
+    """Return what the page shows: the last round that asked every generator that any round asked.
 
     Args:
-        table: The stored table of all sittings.
+        table: The stored table of all rounds.
 
     Raises:
-        UnfitError: No sitting of it is whole.
+        UnfitError: No round of it is whole.
     """
-    whole = [rows for _, rows in table.groupby("sitting") if letters(rows) == letters(table)]
+    whole = [rows for _, rows in table.groupby("round") if letters(rows) == letters(table)]
     if not whole:
         named = ", ".join(sorted(letters(table)))
-        raise UnfitError("validation", f"no sitting of the validation asked all generators, {named}")
+        raise UnfitError("validation", f"no round of the validation asked all generators, {named}")
     shown = whole[-1]
-    number, date, model = shown.iloc[0][list(OF_SITTING)]
+    number, date, model = shown.iloc[0][list(OF_ROUND)]
     caption = f"The validation of the shipped study: round {number}, {date}; {model}."
     return StoredValidation(in_brief(shown, compared_width(table, number)), validation_table(shown, caption))
 
 
-def compared_width(sittings: pd.DataFrame, number: int) -> float | None:
-    """Return the width of k_SR on (a) that a sitting is compared with; None for one that is not later."""
-    of_a = sittings["generator"].str.startswith("a:") & (sittings["quantity"] == K_SR)
-    widths = sittings.loc[of_a & (sittings["sitting"] == COMPARED), "width_log"]
+def compared_width(rounds: pd.DataFrame, number: int) -> float | None:
+    """Return the width of k_SR on (a) that a round is compared with; None for one that is not later."""
+    of_a = rounds["generator"].str.startswith("a:") & (rounds["quantity"] == K_SR)
+    widths = rounds.loc[of_a & (rounds["round"] == COMPARED), "width_log"]
     return float(widths.iloc[0]) if len(widths) and number > COMPARED else None
 
 
@@ -105,7 +105,7 @@ def validation_table(table: pd.DataFrame, caption: str) -> Table:
         words("quantity", "Quantity", NAMES),
         Column("n", "Number", "", "d"),
         Column("not_contradicted", "Not contradicted", "%", "0%"),
-        Column("strained", "Strained", "%", "0%"),
+        Column("doubtful", "Doubtful", "%", "0%"),
         Column("contradicted", "Contradicted", "%", "0%"),
         Column(RATES["coverage"], "Coverage", "% of all answered (interval)", _rate),
         Column(

@@ -12,12 +12,12 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.parameters import DERIVED, HALF_ACTIVE, ISOMETRIC, SHOWN
+from swesbi.parameters import DERIVED, HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE
 from swesbi.report.numbers import PARAMETERS, as_percent, count, fixed, percent, share, span
 
 K_SR: Final = "k_sr_per_s"
 QUANTITIES: Final = (
-    SHOWN.name,
+    PEAK_ACTIVE.name,
     K_SR,
     "duration_ms",
     "peak_kpa",
@@ -30,9 +30,9 @@ QUANTITIES: Final = (
 )
 """What is scored, a row each of a generator that has it."""
 SCORED: Final = 2
-"""The first of them, shown stiffness and k_SR, make a heart missed."""
+"""The first of them, peak active stiffness and k_SR, make a heart missed."""
 OF_EVERY_GENERATOR: Final = QUANTITIES[:SCORED]
-"""Quantities of which a coverage is asked: shown stiffness and k_SR."""
+"""Quantities of which a coverage is asked: peak active stiffness and k_SR."""
 NAMES: Final = {quantity.name: quantity.meaning for quantity in DERIVED} | PARAMETERS
 TESTED: Final = "tested"
 NOT_TESTED: Final = "not tested"
@@ -56,7 +56,7 @@ STRANGER: Final = "f"
 MOST_STRANGERS: Final = 0.10
 """Largest share of its hearts that are not contradicted."""
 WIDEST: Final = 1.35
-"""Largest width of k_SR on (a), in widths of the second sitting."""
+"""Largest width of k_SR on (a), in widths of the second round."""
 
 POOLED: Final = "pooled"
 POOLED_TOGETHER: Final = f"{POOLED}: {', '.join(TOGETHER)}"
@@ -123,7 +123,7 @@ def in_brief(table: pd.DataFrame, former_width: float | None = None) -> tuple[st
 
     Args:
         table: Rows of ``validation.csv``.
-        former_width: Width of k_SR on (a) in the second sitting; None: it is not compared.
+        former_width: Width of k_SR on (a) in the second round; None: it is not compared.
     """
     rows = judged(table)
     found = [*_of_each(rows), *_of_all(rows), *_of_strangers(rows), *_of_width(rows, former_width)]
@@ -149,7 +149,7 @@ def _of_each(rows: pd.DataFrame) -> Iterator[Outcome]:
     level, short = as_percent(CONFIDENCE), covered[covered["short"]]
     yield (
         short.empty,
-        f"in each of {lettered(covered['letter'].unique())} the coverage of shown stiffness and of "
+        f"in each of {lettered(covered['letter'].unique())} the coverage of peak active stiffness and of "
         f"k_SR reaches {share(REACHED, 0)} with its {level} interval",
         f"Lowest: {_rates(covered.loc[[covered[COVERED].idxmin()]], COVERED)}"
         if short.empty
@@ -176,7 +176,7 @@ def _of_all(rows: pd.DataFrame) -> Iterator[Outcome]:
     named = zip(covered["quantity"], covered[COVERED], strict=True)
     yield (
         not covered["short"].any(),
-        f"{over} shown stiffness and k_SR are each covered in at least {share(LEAST_TOGETHER, 0)}",
+        f"{over} peak active stiffness and k_SR are each covered in at least {share(LEAST_TOGETHER, 0)}",
         f"Found: {', '.join(f'{NAMES[name]} {share(value)}' for name, value in named)}",
     )
     yield (

@@ -45,8 +45,10 @@ class OtherHeart:
             ValueError: Names what is wrong.
         """
         name = self.context.subject
-        if not (np.isfinite(self.active_kpa).all() and self.shown_kpa > 0.0):
-            raise ValueError(f"{name}: shown_kpa = {self.shown_kpa}: must be a positive stiffness")
+        if not (np.isfinite(self.active_kpa).all() and self.peak_active_kpa > 0.0):
+            raise ValueError(
+                f"{name}: peak_active_kpa = {self.peak_active_kpa}: must be a positive stiffness"
+            )
         if not 0.0 < self.volume_ratio < 1.0:
             raise ValueError(f"{name}: volume_ratio = {self.volume_ratio}: must lie between 0 and 1")
         if not (self.curve.stiffness_kpa > 0.0).all():
@@ -59,7 +61,7 @@ class OtherHeart:
             raise ValueError(f"{name}: k_sr_per_s = {self.k_sr_per_s} is not that of theta {self.theta}")
 
     @property
-    def shown_kpa(self) -> float:
+    def peak_active_kpa(self) -> float:
         """Largest true active stiffness that elastography shows."""
         return float(self.active_kpa.max())
 

@@ -93,7 +93,7 @@ SCHEMA: Final = schema_of(StoredHeart, ALONG)["/"]
 
 
 @dataclass(frozen=True)
-class HeartsOfLetter(Artefact, kind="exam_hearts"):
+class HeartsOfLetter(Artefact, kind="validation_hearts"):
     """Hearts of one letter, of all streams; at least one, all with the same other parameters.
 
     Attributes:

@@ -61,7 +61,7 @@ class TrialVisit:
         context: As a clinic lists it at the visit.
         visit: Name of the visit.
         phi: True parameters by name: theta, passive stiffness, nuisances.
-        shown_kpa: Largest active stiffness of the true beat.
+        peak_active_kpa: Largest active stiffness of the true beat.
         ejection_fraction: Of the true beat.
         samples: The recording.
     """
@@ -69,7 +69,7 @@ class TrialVisit:
     context: Context
     visit: str
     phi: Mapping[str, float]
-    shown_kpa: float
+    peak_active_kpa: float
     ejection_fraction: float
     samples: Samples
 

@@ -1,4 +1,4 @@
-"""Sittings are added to the stored tables, each once."""
+"""Rounds are added to the stored tables, each once."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 from validation_case import VALIDATION, answer
 
-from studies.validation.sittings import STORED, main
+from studies.validation.rounds import STORED, main
 from studies.validation.table import samplers_table, validation_table
 from swesbi.artefacts.csv import write_csv
-from swesbi.report.tables.validation import COLUMNS, OF_SITTING, SITTINGS, letters
+from swesbi.report.tables.validation import COLUMNS, OF_ROUND, ROUNDS, letters
 
 LETTERS = "abcdefgh"
 TITLES = dict.fromkeys(LETTERS, "hearts")
@@ -20,45 +20,45 @@ TITLES = dict.fromkeys(LETTERS, "hearts")
 @pytest.fixture
 def stored(tmp_path: Path) -> Path:
     """Copies of the stored tables."""
-    path = tmp_path / "sittings.csv"
-    for name in (STORED, STORED.with_name("sittings_samplers.csv")):
+    path = tmp_path / "rounds.csv"
+    for name in (STORED, STORED.with_name("rounds_samplers.csv")):
         (tmp_path / name.name).write_bytes(name.read_bytes())
     return path
 
 
 def sit(folder: Path, stored: Path, number: int) -> None:
-    """Add a sitting in which every interval contains the truth."""
+    """Add a round in which every interval contains the truth."""
     made = {letter: [answer(number) for number in range(40)] for letter in LETTERS}
     write_csv(folder / "validation.csv", validation_table(made, TITLES, VALIDATION.score))
     write_csv(folder / "validation_samplers.csv", samplers_table(made, TITLES))
-    given = ["--sitting", str(number), "--date", "2030-01-02", "--model", "made up", "--stored", str(stored)]
+    given = ["--round", str(number), "--date", "2030-01-02", "--model", "made up", "--stored", str(stored)]
     main([str(folder / "validation.csv"), *given])
 
 
-def test_a_sitting_is_added_once_and_leaves_the_others_alone(
+def test_a_round_is_added_once_and_leaves_the_others_alone(
     tmp_path: Path, stored: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = {path: path.read_text() for path in (stored, stored.with_name("sittings_samplers.csv"))}
+    before = {path: path.read_text() for path in (stored, stored.with_name("rounds_samplers.csv"))}
     sit(tmp_path, stored, 9)
     assert "Reached: over (c), (d), (h) together at most 23 % are missed" in capsys.readouterr().out
     for path, text in before.items():
         assert path.read_text().startswith(text)
-    sittings = SITTINGS.read(stored)
-    added = sittings[sittings["sitting"] == 9]
-    assert set(added[list(OF_SITTING)].itertuples(index=False, name=None)) == {(9, "2030-01-02", "made up")}
+    rounds = ROUNDS.read(stored)
+    added = rounds[rounds["round"] == 9]
+    assert set(added[list(OF_ROUND)].itertuples(index=False, name=None)) == {(9, "2030-01-02", "made up")}
     assert letters(added) == {*LETTERS}
-    assert list(pd.read_csv(stored).columns[: len(OF_SITTING)]) == [*OF_SITTING]
-    with pytest.raises(ValueError, match="holds a sitting 9 already"):
+    assert list(pd.read_csv(stored).columns[: len(OF_ROUND)]) == [*OF_ROUND]
+    with pytest.raises(ValueError, match="holds a round 9 already"):
         sit(tmp_path, stored, 9)
 
 
 def test_a_table_has_the_columns_that_are_stored_and_read() -> None:
     own = validation_table({"a": [answer()]}, TITLES, VALIDATION.score)
-    assert list(pd.read_csv(STORED).columns) == [*OF_SITTING, *own.columns]
+    assert list(pd.read_csv(STORED).columns) == [*OF_ROUND, *own.columns]
     assert {*COLUMNS} <= {*own.columns}
 
 
-def test_the_first_sitting_is_whole_and_the_second_is_not() -> None:
-    _, (first, second, *_) = zip(*SITTINGS.read(STORED).groupby("sitting"), strict=True)
+def test_the_first_round_is_whole_and_the_second_is_not() -> None:
+    _, (first, second, *_) = zip(*ROUNDS.read(STORED).groupby("round"), strict=True)
     assert letters(first) == {*VALIDATION.generators}
     assert letters(second) == {*VALIDATION.generators} - {"e", "f"}
