@@ -36,12 +36,12 @@ from swesbi.study.parsers import add_options
 from swesbi.virtual.trial.persons import TrialPerson, TrialVisit, draw_trial
 from swesbi.virtual.trial.settings import (
     AFTER,
+    AT_SCALE_ONE,
     BEFORE,
     CONTROL,
     GROUPS,
     LOADING,
     POPULATION,
-    PROTOCOL,
     SPEED_SCALE,
     STREAM,
     TREATED,
@@ -152,7 +152,7 @@ def source_of(config: Config, trial: TrialSettings) -> TrialSource:
         population=of_group(over_population.population, trial.population_group),
         model=_model(config, experiment, narrowed(prior, trial.prior_share)),
         bounds=prior,
-        protocol=PROTOCOL,
+        acquisition=AT_SCALE_ONE,
         recording=config.recording,
         grid_points=config.measurement.grid_points,
         lvesv_fraction=experiment.misspecification.rule.volumes.lvesv_tolerance_fraction,

@@ -15,7 +15,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from swesbi.answers.answer import answered
-from swesbi.answers.folder import observe_table
+from swesbi.answers.files import RecordingRequest
+from swesbi.answers.folder import Folder, observe
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.extras import missing
 from swesbi.config.cohort import Cohort
@@ -36,7 +37,7 @@ from swesbi.recording.tables.columns import SPEED
 from swesbi.recording.tables.frame import table_of_arrays, table_of_frame
 from swesbi.recording.tables.table import Table
 from swesbi.seeds import generator
-from swesbi.study.answerer import Answerer, RecordingRequest, experiments_to_ask
+from swesbi.study.answerer import Answerer, experiments_to_ask
 from swesbi.study.infer import folder_of, subjects_of
 
 if TYPE_CHECKING:
@@ -239,7 +240,7 @@ def _in_memory(
         raise RecordingError(Problem(f"the context of {name}", reason, "check its unit")) from None
     said = described_in_memory(described, config.recording)
     study = Study(config, outside=Cohort(rows={name: row}, described={name: said}))
-    folder = observe_table(study, name, table)
+    folder = Folder(study, {name: observe(study, name, table)})
     answerer = Answerer(study, experiments_to_ask(study, None), "", from_prior, in_memory=folder)
     return Recording(answerer.request(name))
 

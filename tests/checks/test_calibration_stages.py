@@ -35,7 +35,7 @@ from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.calibration import draw_calibration
 from swesbi.report.figures.style import save_figure
-from swesbi.verdict.checks import WITH_STRIPS, Checks
+from swesbi.verdict.misfits import WITH_STRIPS, Misfits
 from swesbi.verdict.null_recordings import NullRecordings
 
 SUBJECTS = ("A", "B")
@@ -68,13 +68,13 @@ def diagnostics() -> Diagnostics:
     )
 
 
-def checks(surprising: int = 0) -> Checks:
+def misfits(surprising: int = 0) -> Misfits:
     """What the verdict sees in well-specified recordings, and in some whose residuals no heart makes."""
     rng = np.random.default_rng(2)
     p = rng.beta(2.0, 2.0, RECORDINGS)
     p[:surprising] = 1e-9
     ratio = rng.gamma(0.3, 1.0 / 0.3, (RECORDINGS, len(WITH_STRIPS), 2))
-    return Checks(np.full(RECORDINGS, 19), np.full(RECORDINGS, 0.03), np.zeros(RECORDINGS), p, ratio)
+    return Misfits(np.full(RECORDINGS, 19), np.full(RECORDINGS, 0.03), np.zeros(RECORDINGS), p, ratio)
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,9 @@ def results() -> CohortCalibration:
     narrow, recordings, local_parts = Sampler(noise_factor=0.6), [], []
     for index, subject in enumerate(SUBJECTS):
         own, acquired = (
-            InferredRecordings(ranked(subject, narrow, 10 * index + shift), diagnostics(), checks(SURPRISING))
+            InferredRecordings(
+                ranked(subject, narrow, 10 * index + shift), diagnostics(), misfits(SURPRISING)
+            )
             for shift in range(2)
         )
         recordings.append(CalibrationRecordings(own, acquired))
@@ -96,7 +98,7 @@ def results() -> CohortCalibration:
     return calibration_of_cohort(
         tuple(recordings),
         tuple(local_parts),
-        NullRecordings(hearts, checks(), checks()),
+        NullRecordings(hearts, misfits(), misfits()),
         prior=PRIOR.theta,
         judgement=JUDGEMENT,
         rule=speed_case.rule(),
@@ -204,9 +206,7 @@ def test_more_draws_than_a_posterior_keeps_are_refused(key: str, value: int, num
     local = plain["experiments"]["calibrated"]["calibration"]["local"]
     local[key] = value
     local["mcmc"]["min_effective_draws"] = 6000
-    with pytest.raises(
-        ConfigError, match=rf"local\.{key} takes {number} posterior draws, .*exact\.draws = 5000"
-    ):
+    with pytest.raises(ConfigError, match=rf"local\.{key} is {number}, but only 5000 .*exact\.draws"):
         parse_config(plain)
 
 
@@ -236,7 +236,7 @@ def test_recordings_like_a_subject_s_have_the_errors_of_its_group() -> None:
     measurement = MeasurementSettings.from_plain(CONFIG["measurement"])
     quiet = NoiseComponents(0.004, 0.06, 0.002)
     found = acquisition_of(observation("A"), quiet, ACQUISITION, quality, measurement)
-    made = found.protocol
+    made = found.settings
     assert (made.repeat_sd_fraction, made.sample_sd_fraction, made.sweep_fraction) == (0.004, 0.06, 0.002)
     assert found.noise is quiet and found.missing_phases == (7,)
     assert made.failed_fraction == ACQUISITION.failed_fraction

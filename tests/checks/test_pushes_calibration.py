@@ -66,7 +66,7 @@ def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None
     for number in range(2):
         inferred.write(tmp_path / f"{number}.h5", Provenance(""))
     read = read_as(InferredPushes, [tmp_path / "0.h5", tmp_path / "1.h5"], "parts")
-    assert read.checks.points.tolist() == [3, 20, 3, 20] * 2
+    assert read.misfits.points.tolist() == [3, 20, 3, 20] * 2
     np.testing.assert_array_equal(read.ranked.truth[:4], inferred.ranked.truth)
     assert read.contexts[:4] == inferred.contexts
 
@@ -74,12 +74,12 @@ def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None
 def test_coverage_is_told_by_the_number_of_pushes(inferred: InferredPushes) -> None:
     rng, rule = np.random.default_rng(1), BASE.misspecification.rule
     many = np.zeros(200, dtype=np.int64)
-    null = replace(rows_of(inferred.checks, many), residuals_p=rng.beta(3.0, 3.0, 200))
-    quiet = np.zeros_like(inferred.checks.bound_ratio)
+    null = replace(rows_of(inferred.misfits, many), residuals_p=rng.beta(3.0, 3.0, 200))
+    quiet = np.zeros_like(inferred.misfits.bound_ratio)
     both = replace(null, errors_log_sd=np.where(np.arange(200) < 100, 0.0, 0.3))
-    surprised = replace(inferred.checks, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_ratio=quiet)
+    surprised = replace(inferred.misfits, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_ratio=quiet)
     asked = (both, FRESH.model.prior, BASE.calibration.judgement, rule)
-    table = by_pushes(replace(inferred, checks=surprised), *asked).set_index("pushes")
+    table = by_pushes(replace(inferred, misfits=surprised), *asked).set_index("pushes")
     assert set(table.index) == {"all", "3", "20"}
     assert set(table["n"]) == {2, 4}
     assert table["false_alarms"].groupby(level=0).first().to_dict() == {"all": 0.5, "3": 1.0, "20": 0.0}

@@ -24,7 +24,6 @@ from swesbi.config.read import (
     parse_config,
     parse_section,
     read_merged,
-    read_overlay,
     read_yaml,
     relocate,
 )
@@ -539,8 +538,8 @@ def test_cohorts_of_lists_of_subjects_count_from_the_file_that_names_them(
     path = tmp_path / "elsewhere" / "changes.yaml"
     path.parent.mkdir()
     path.write_text("experiments: {paper: {subjects: {mine: [A]}}}\n", encoding="utf-8")
-    listed = read_overlay(path, ROOT)["experiments"]["paper"]["subjects"]
-    assert listed == {str(path.parent.resolve() / "mine"): ["A"]}
+    listed = read_merged(ROOT / "config.yaml", path)["experiments"]["paper"]["subjects"]
+    assert listed[str(path.parent.resolve() / "mine")] == ["A"]
     for said in (None, {"paper": None}, {"paper": {"subjects": "all"}}):
         merged = {"experiments": said}
         relocate(merged, path, ROOT)

@@ -17,7 +17,7 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.predictive import ExactPanel, PredictivePanel
-from swesbi.verdict.checks import TESTS
+from swesbi.verdict.misfits import TESTS
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
 FloatArray = NDArray[np.float64]

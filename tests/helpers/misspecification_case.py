@@ -12,7 +12,7 @@ from swesbi.base.arrays import below_each_other
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.prior import quantile
-from swesbi.verdict.checks import Checks, check_recording
+from swesbi.verdict.misfits import Misfits, misfits_of
 
 FloatArray = NDArray[np.float64]
 BANK = 6000
@@ -46,14 +46,14 @@ class Bank:
         phi = quantile(np.random.default_rng(seed).random((count, 4)), self.model.settings.prior)
         return phi, self.model.predict(phi)
 
-    def check(self, speeds: FloatArray, seed: int) -> Checks:
+    def check(self, speeds: FloatArray, seed: int) -> Misfits:
         """Check recordings (n, p) under posteriors from all simulations, weighted by the exact likelihood."""
         return below_each_other([self._check(row, seed + i) for i, row in enumerate(speeds)])
 
-    def _check(self, speeds: FloatArray, seed: int) -> Checks:
+    def _check(self, speeds: FloatArray, seed: int) -> Misfits:
         model = replace(self.model, recording=replace(self.model.recording, speed_m_s=speeds))
         log_weight = log_likelihood(self.predicted, model.recording, model.settings.discrepancy)
         weight = np.exp(log_weight - log_weight.max())
         rows = np.random.default_rng(seed).choice(len(weight), DRAWS, p=weight / weight.sum())
         weights, rng = np.full(DRAWS, 1 / DRAWS), np.random.default_rng(seed)
-        return check_recording(model, self.phi[rows], weights, self.predicted.rows(rows), rng)
+        return misfits_of(model, self.phi[rows], weights, self.predicted.rows(rows), rng)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,8 +11,8 @@ from typing import Any, Final
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.config.view import View
-from swesbi.study.job import run_stage, stage_of
-from swesbi.study.stage import place_of, plain_settings
+from swesbi.study.job import run_stage
+from swesbi.study.stage import plain_settings
 
 ROOT: Final = Path(__file__).parents[2]
 RULE: Final = re.compile(r"^ *rule (\w+):\n.*?\*\*stage\(\s*\"([\w.:]+)\"", re.MULTILINE | re.DOTALL)
@@ -25,7 +26,7 @@ def stages() -> dict[str, str]:
 
 
 STAGES: Final = stages()
-PLACES: Final = {rule: place_of(stage) for rule, stage in STAGES.items()}
+PLACES: Final = {rule: (stage.split(":")[0], stage.split(":")[1]) for rule, stage in STAGES.items()}
 
 
 def settings_of(rule: str, study: Study, **wildcards: str) -> dict[str, Any]:
@@ -44,7 +45,7 @@ def run_rule(
     stage = STAGES[rule]
     of_job = {"seed": study.config.seed, "subject": wildcards.get("subject", ""), "code": "0"}
     run_stage(
-        stage_of(stage),
+        pkgutil.resolve_name(stage),
         {name: [paths] if isinstance(paths, Path) else list(paths) for name, paths in inputs.items()},
         {name: [path] for name, path in outputs.items()},
         settings_of(rule, study, **wildcards) | of_job,

@@ -17,11 +17,11 @@ from rules import ingest_one
 from study_copy import ROOT
 
 from swesbi.__main__ import main
+from swesbi.answers.files import RecordingRequest
 from swesbi.config.read import ConfigError
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.tables import csv_text
-from swesbi.study.answerer import RecordingRequest
 
 KINDS = kinds.KINDS | kinds_gated.KINDS
 INGESTED = (

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from swesbi.checks.calibration.alarms import ALARMS, AlarmRow
 from swesbi.report.figures.misspecification import draw_misspecification
-from swesbi.verdict.checks import TESTS
+from swesbi.verdict.misfits import TESTS
 from swesbi.verdict.verdict import STATUSES, Status, Verdict, VerdictTest
 
 ROWS = [

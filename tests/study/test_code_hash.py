@@ -330,7 +330,7 @@ def test_stages_reach_their_science_and_no_other() -> None:
 
 
 def test_every_stage_has_a_hash_of_its_own() -> None:
-    assert len({code_of(*entry(stage))[0] for stage in STAGES}) == len(STAGES)
+    assert len({code_of(stage)[0] for stage in STAGES.values()}) == len(STAGES)
 
 
 def assert_followed(trace: Trace, stage: str, at_least: int) -> None:

@@ -341,10 +341,10 @@ def test_a_file_that_this_process_holds_open_is_read(tmp_path: Path, locking: bo
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object, **__: object) -> tuple[int, str]:
+    def refused(*_: object, **__: object) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
-    monkeypatch.setattr("swesbi.artefacts.atomic.tempfile.mkstemp", refused)
+    monkeypatch.setattr(Path, "touch", refused)
     message = r"t\.csv: cannot be written, permission denied"
     with pytest.raises(ArtefactError, match=message), atomic_path(tmp_path / "t.csv"):
         raise AssertionError("not reached")

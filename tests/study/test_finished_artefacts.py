@@ -13,9 +13,9 @@ import xarray as xr
 from rules import PLACES
 from study_copy import StudyCopy
 
+from swesbi.artefacts.artefact import CLASSES
 from swesbi.artefacts.files import read_group
 from swesbi.artefacts.provenance import SCHEMA_VERSION
-from swesbi.artefacts.schema import CLASSES
 from swesbi.parameters import THETA_NAMES
 
 for module, _ in PLACES.values():  # what they write is known where they are loaded

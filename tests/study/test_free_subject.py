@@ -12,6 +12,7 @@ import pytest
 import speed_case
 from study_copy import ROOT
 
+from swesbi.answers.files import OtherAnswerError, check_untouched
 from swesbi.answers.folder import observe
 from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.artefacts import Provenance
@@ -27,9 +28,9 @@ from swesbi.prior import draw_prior
 from swesbi.recording.phases import cells_of
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.pushes import ingest_pushes
-from swesbi.study.answerer import Answerer, OtherAnswerError, answer_settings, check_untouched
+from swesbi.study.answerer import Answerer, answer_settings
 from swesbi.study.results import ExperimentFiles
-from swesbi.verdict.checks import residuals_p_value
+from swesbi.verdict.misfits import residuals_p_value
 
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
 
@@ -175,7 +176,7 @@ def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: P
     folder.mkdir()
     path = asked.outside.folder / "swe" / "S-3.csv"
     context = asked.outside.rows["S-3"].to_context()
-    declared = asked.description(asked.outside, "S-3").file.noise
+    declared = asked.description("S-3").file.noise
     seen = ingest_pushes(free_case.pushes(path), context, asked.config.recording, declared)
     seen.write(folder / "observation.h5", Provenance("", "S-3", 1))
     check_untouched(folder, recording_of(asked, "S-3"))

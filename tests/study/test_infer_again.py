@@ -20,7 +20,7 @@ from study_copy import ROOT
 from swesbi.__main__ import main
 from swesbi.answers.files import OUTPUTS, VERDICT, WITH_PRESSURES
 from swesbi.artefacts import atomic
-from swesbi.artefacts.files import check_bytes
+from swesbi.artefacts.files import check_whole
 from swesbi.recording.tables import csv_text, files
 
 SUBJECTS = ("A", "B", "C")
@@ -151,6 +151,6 @@ def whole(out: Path) -> set[str]:
         assert {path.name for path in (out / name).iterdir()} == FILES
         json.loads((out / name / VERDICT).read_text(encoding="utf-8"))
         for path in (out / name).glob("*.h5"):
-            check_bytes(path)
+            check_whole(path)
         found.add(name)
     return found

@@ -17,7 +17,7 @@ import yaml
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
-from swesbi.answers import text
+from swesbi.answers.files import OtherAnswerError, RecordingRequest, check_untouched
 from swesbi.answers.folder import observe
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording
@@ -32,12 +32,11 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
-from swesbi.study import answerer
-from swesbi.study.answerer import Answerer, OtherAnswerError, check_untouched, experiments_to_ask
+from swesbi.study import infer
+from swesbi.study.answerer import Answerer, experiments_to_ask
 from swesbi.study.infer import check_table, folder_of, subjects_of
 from swesbi.study.parsers import add_options
 from swesbi.study.results import ExperimentFiles
-from swesbi.verdict import summary
 from swesbi.verdict.summary import AnswerSummary
 
 ROOT = Path(__file__).parents[2]
@@ -81,7 +80,7 @@ def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) 
         observe(study, SHORT)
 
 
-def answered_into(_: answerer.RecordingRequest, folder: Path, *, force: bool) -> tuple[SimpleNamespace, None]:
+def answered_into(_: RecordingRequest, folder: Path, *, force: bool) -> tuple[SimpleNamespace, None]:
     """Answer nothing, in a folder."""
     assert not force
     folder.mkdir(parents=True)
@@ -93,11 +92,11 @@ def nothing_inferred(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every network that runs is there, and answers at once."""
     answer = rows()[0].answer
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(answerer.Answerer, "_knowledge", lambda *_: Knowledge())
+    monkeypatch.setattr(Answerer, "_knowledge", lambda *_: Knowledge())
     monkeypatch.setattr(ExperimentFiles, "is_there", True)
-    monkeypatch.setattr(answerer.RecordingRequest, "answer_into", answered_into)
-    monkeypatch.setattr(text, "answer_text", lambda *_: "")
-    monkeypatch.setattr(summary, "answer_summary", lambda *_: answer)
+    monkeypatch.setattr(RecordingRequest, "answer_into", answered_into)
+    monkeypatch.setattr(infer, "answer_text", lambda *_: "")
+    monkeypatch.setattr(infer, "answer_summary", lambda *_: answer)
 
 
 def test_those_who_can_be_answered_are_and_the_others_have_their_reason(

@@ -31,8 +31,8 @@ RECOVERY_TOLERANCES = {  # absolute, of the coverage
     "paper": 0.08,
     "scalar_only": 0.08,
     "wide_prior": 0.08,
-    "calibrated": 0.02,  # exact posteriors of 2004 recordings: a network moves Monte Carlo errors alone
-    "amortised": 0.02,  # likewise, of 2000
+    "calibrated": 0.05,  # exact posteriors of 320 recordings: a network moves Monte Carlo errors alone
+    "amortised": 0.04,  # likewise, of 500; 0.02 of 2000
 }
 
 

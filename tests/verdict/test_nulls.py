@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
 from swesbi.base.arrays import rows_of
-from swesbi.verdict.checks import STRIP_MASSES, WITH_STRIPS, Checks
+from swesbi.verdict.misfits import STRIP_MASSES, WITH_STRIPS, Misfits
 from swesbi.verdict.nulls import (
     NEAREST,
     SMALLEST_P,
@@ -30,14 +30,14 @@ TAIL = RULE.tail_fraction
 FULL = float(np.mean(1.0 / np.array(STRIP_MASSES)))  # ratio at a face where all of a posterior lies
 
 
-def made(count: int, seed: int) -> Checks:
+def made(count: int, seed: int) -> Misfits:
     """Well-specified recordings: p-values the more conservative the fewer points, ratios of mean one."""
     rng = np.random.default_rng(seed)
     points = np.exp(rng.uniform(np.log(2.0), np.log(61.0), count)).astype(np.int64)
     middle = 1.0 + 8.0 / points
     ratio = np.minimum(rng.gamma(0.3, 1.0 / 0.3, (count, len(WITH_STRIPS), 2)), FULL)
     declared = np.where(rng.random(count) < 0.5, 0.3, 0.0)
-    return Checks(points, np.full(count, 0.03), declared, rng.beta(middle, middle), ratio)
+    return Misfits(points, np.full(count, 0.03), declared, rng.beta(middle, middle), ratio)
 
 
 def test_alarms_have_the_level_of_the_rule_whatever_the_number_of_points() -> None:

@@ -15,7 +15,7 @@ from scipy.stats import kstest
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.parameters import REPORTED_NAMES
 from swesbi.recording.observation import Contexts
-from swesbi.verdict.checks import TESTS, Checks
+from swesbi.verdict.misfits import TESTS, Misfits
 from swesbi.verdict.nulls import Grade, overall_p, p_values, single_level
 from swesbi.verdict.recording import grade, make_verdict
 from swesbi.verdict.subject import others_than
@@ -32,23 +32,23 @@ def bank() -> Bank:
 
 
 @pytest.fixture(scope="module")
-def null(bank: Bank) -> Checks:
+def null(bank: Bank) -> Misfits:
     return bank.check(bank.recordings(NULL_RECORDINGS, 2), 1000)
 
 
-def test_p_values_of_fresh_recordings_are_uniform(bank: Bank, null: Checks) -> None:
+def test_p_values_of_fresh_recordings_are_uniform(bank: Bank, null: Misfits) -> None:
     p = p_values(null, bank.check(bank.recordings(150, 3), 2000), RULE)
     assert all(kstest(column, "uniform").pvalue > 0.01 for column in p.T)
     assert (overall_p(p) <= RULE.doubtful_level).mean() < 0.10
 
 
-def test_noise_larger_than_stated_is_caught_by_the_residuals(bank: Bank, null: Checks) -> None:
+def test_noise_larger_than_stated_is_caught_by_the_residuals(bank: Bank, null: Misfits) -> None:
     p = p_values(null, bank.check(bank.recordings(40, 5, noise=2.0), 3000), RULE)
     assert (overall_p(p) <= RULE.doubtful_level).mean() > 0.8
     assert (p[:, TESTS.index("residuals")] <= single_level(RULE.doubtful_level)).mean() > 0.8
 
 
-def test_a_curve_that_no_theta_gives_contradicts_the_model(bank: Bank, null: Checks) -> None:
+def test_a_curve_that_no_theta_gives_contradicts_the_model(bank: Bank, null: Misfits) -> None:
     """A second wave in diastole as high as the first."""
     speeds = bank.recordings(20, 7)
     speeds = np.maximum(speeds, np.roll(speeds, 10, axis=1))

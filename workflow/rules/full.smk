@@ -1,4 +1,4 @@
-"""Checks in large sizes, with networks of a study that has finished: `make full`."""
+"""Statistics in large sizes, with networks of a study that has finished: `make full`."""
 
 if CONFIG.networks:
 

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from swesbi.answers.knowledge import Knowledge
-from swesbi.answers.output import PredictiveOutput, PriorDraws, prior_draws
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
-from swesbi.measurement.clinical import ClinicalModel
+from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.derived import reported
 from swesbi.posterior.exact import described, exact_posterior, log_certificate
 from swesbi.posterior.fitted import fit_in_nearest, placed_in
@@ -25,11 +24,27 @@ from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import ScoreSpace
+from swesbi.prior import draw_prior
 from swesbi.recording.cohort.clinical import ClinicalErrors
+from swesbi.seeds import generator
 from swesbi.verdict.contraction import contractions
+from swesbi.verdict.recording import judge, network_test
 from swesbi.verdict.verdict import Verdict
 
 LOGGER: Final = logging.getLogger("swesbi")
+
+
+@dataclass(frozen=True)
+class PriorDraws:
+    """Draws of the prior that an answer is compared with.
+
+    Attributes:
+        phi: The parameters; shape (n, d).
+        reported: All that an answer reports of each, by name; (n,) each.
+    """
+
+    phi: FloatArray
+    reported: Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -74,27 +89,26 @@ def answered(
         ValueError: The network takes no such recording, or null distributions are missing.
     """
     exact, efficiency = inferred(recording, knowledge, settings, seed)
-    beats = recording.model.simulate(exact.phi)
-    after = reported(recording.model, exact.phi, beats)
-    before = prior_draws(recording.model, settings, seed, recording.stream)
-    judged = recording.judged(exact, beats, efficiency, knowledge, settings, seed)
+    if knowledge.nulls is None:
+        raise ValueError("a recording is judged by null distributions, and none are given")
+    model, stream, observed = recording.model, recording.stream, recording.observation
+    beats = model.simulate(exact.phi)
+    after = reported(model, exact.phi, beats)
+    # the posterior may have begun with draws of a network, so those of the prior are drawn anew
+    rng = generator(seed, stream, observed.subject, "prior curves")
+    phi = draw_prior(model.settings.prior, settings.predictive.draws, rng)
+    before = PriorDraws(phi, reported(model, phi, model.simulate(phi)))
+    tests = (*recording.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
+    hearts, clinical = knowledge.hearts, observed.clinical
+    judged = judge(exact, model, beats, knowledge.nulls, hearts, settings, seed, clinical, tests)
     verdict = contractions(after, before.reported, settings.uninformative).beside(judged)
-    subject, found = recording.observation.subject, None
-    LOGGER.info("subject %s: %s", subject, verdict.sentence)
-    if pressures is not None and (model := recording.with_pressures(pressures)) is not None:
-        sizes = settings.exact
-        found = informed(model, exact.weighted, sizes, seed, recording.stream, "pressures", subject)
+    LOGGER.info("subject %s: %s", observed.subject, verdict.sentence)
+    found = None
+    if pressures is not None and recording.has_pressures:
+        both = with_pressures(model, clinical, pressures)
+        names = (stream, "pressures", observed.subject)
+        found = informed(both, exact.weighted, settings.exact, seed, *names)
     return Answer(recording, exact, verdict, after, before, found)
-
-
-def predictive_output(answer: Answer, settings: AnswerSettings, seed: int) -> PredictiveOutput:
-    """Return the predictive check of an answer, as it is kept and shown.
-
-    Raises:
-        ValueError: No draw of the posterior can be simulated.
-    """
-    exact, verdict = answer.posterior, answer.verdict
-    return answer.recording.checked(exact, answer.prior.phi, verdict, settings, seed)
 
 
 def inferred(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -80,8 +80,9 @@ def save_change(
     names = (settings.person, *(each.subject for each in observed))
     found = infer_change(both, own, settings.changes, origin.seed, *names)
     judged = [answer.verdict for answer in answers]
-    subjects, words = _two([each.subject for each in observed]), _two([each.status for each in judged])
-    whose = (settings.person, settings.visits, subjects, words)
+    (earlier, later), (first, second) = observed, judged
+    subjects, statuses = (earlier.subject, later.subject), (first.status, second.status)
+    whose = (settings.person, settings.visits, subjects, statuses)
     stored = stored_change(found, *whose, settings.changes, settings.model.prior.names)
     stored.write(folder / JOINT, origin.provenance("", settings))
     write_csv(folder / TABLE, change_table(stored))
@@ -112,11 +113,6 @@ def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> N
             f"gated phases by visit: {had}; visits are compared phase by phase, so both need the same "
             "protocol"
         )
-
-
-def _two(names: Iterable[str]) -> tuple[str, str]:
-    first, second = names
-    return first, second
 
 
 def _shown(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from swesbi.answers.answer import answered, informed, predictive_output
+from swesbi.answers.answer import answered, informed
 from swesbi.answers.knowledge import OF_POPULATION, Knowledge
+from swesbi.answers.output import predictive_output
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
 from swesbi.checks.free_predictive import FreePredictiveCheck
@@ -70,9 +71,8 @@ def answer_of_population(
     recording = ModelledRecording(observation, speed_model(observation, noise, model), stream=STREAM)
     knowledge = Knowledge(OF_POPULATION, null.contexts, estimator, nulls=null)
     answer = answered(recording, knowledge, settings, seed)
-    return AnswerOfPopulation(
-        answer.posterior, answer.verdict, predictive_output(answer, settings, seed).check
-    )
+    check = predictive_output(answer, settings, seed).check
+    return AnswerOfPopulation(answer.posterior, answer.verdict, check)
 
 
 def answer_with_pressures(
@@ -86,15 +86,6 @@ def answer_with_pressures(
     seed: int,
 ) -> ExactPosterior:
     """Infer a subject from speeds and cuff pressures, from its posterior of the speeds on.
-
-    Args:
-        observation: Observed curve, with pressures.
-        noise: Noise of the cohort.
-        of_speeds: The posterior of the speeds alone.
-        model: The model of a recording.
-        exact: Of the posterior.
-        clinical: How pressures were measured.
-        seed: The study's seed.
 
     Raises:
         NoLikelihoodError: Every simulation fails.

@@ -1,20 +1,23 @@
-"""An answer as a folder of files: artefacts, the verdict, two figures, the page."""
+"""A recording that is asked about, and its answer as a folder: artefacts, verdict, two figures, the page."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.answer import Answer, predictive_output
+from swesbi.answers.answer import Answer, answered
 from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.output import predictive_output
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.answers.sheet import sheet_of
-from swesbi.artefacts import ArtefactError, Origin, write_json
+from swesbi.artefacts import ArtefactError, Origin, folder_made_whole, write_json
+from swesbi.artefacts.files import hdf5_provenance
+from swesbi.recording.observation import Observation, same_recording
 from swesbi.report.figures.posterior_subject import draw_exact_subject
 from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel
 from swesbi.report.figures.sheet import draw_sheet
@@ -38,85 +41,116 @@ NOTES: Final = "notes"
 """Key of ``verdict.json``: what of the recording is left out, or odd, a sentence each."""
 
 
-def made_from(
-    recording: ModelledRecording,
-    knowledge: Knowledge,
-    settings: OneAnswerSettings,
-    origin: Origin,
-    notes: Sequence[str],
-) -> str:
-    """Return the digest of all that an answer depends on: the same digest, the same files."""
-    said = {
-        "notes": list(notes),
-        "settings": settings.to_plain(),
-        "origin": asdict(origin),
-        "knowledge": knowledge.made_from,
-        "noise": recording.noise,
-        "tests": [asdict(test) for test in recording.tests],
-    }
-    digest = sha256(json.dumps(said, sort_keys=True).encode())
-    errors = recording.model.recording
-    groups = recording.observation.to_groups().values()
-    observed = [values for group in groups for values in group.values()]
-    for array in (*(values.to_numpy() for values in observed), errors.relative_se, errors.shared):
-        digest.update(repr(array.tolist()).encode())
-    return digest.hexdigest()
+class OtherAnswerError(ValueError):
+    """A folder holds the answer to another recording, or something else; it is left as it is."""
 
 
-def kept_verdict(folder: Path, digest: str, *, pressures: bool) -> Verdict | None:
-    """Return the verdict of an answer that lies in a folder, whole and made from just this; else None.
+@dataclass(frozen=True)
+class RecordingRequest:
+    """A recording that is asked about, with all that answers it.
 
-    Args:
-        folder: Of the answer.
-        digest: Of :func:`made_from`.
-        pressures: Whether an answer with pressures belongs to it.
-    """
-    path = folder / VERDICT
-    if not all((folder / name).is_file() for name in (*OUTPUTS, *([WITH_PRESSURES] if pressures else []))):
-        return None
-    try:
-        verdict, content = Verdict.read(path), json.loads(path.read_text(encoding="utf-8"))
-    except ArtefactError:
-        return None
-    return verdict if content.get(MADE_FROM) == digest else None
-
-
-def save_answer(
-    answer: Answer,
-    knowledge: Knowledge,
-    settings: OneAnswerSettings,
-    origin: Origin,
-    folder: Path,
-    notes: Sequence[str] = (),
-) -> Sheet:
-    """Write an answer into a folder that is there, and return what its page shows.
-
-    Args:
-        answer: The answer.
-        knowledge: What gave it.
-        settings: Stored with the artefacts.
+    Attributes:
+        recording: The recording, under the model.
+        knowledge: What answers it.
+        settings: What the answer depends on.
         origin: Seed, subject and code.
-        folder: Output.
-        notes: What of the recording is left out, or odd.
+        experiment: By which experiment.
+        note: What to say of that choice; empty where it is the usual one.
+        left_out: What of the recording is left out, or odd, a sentence each.
+    """
+
+    recording: ModelledRecording
+    knowledge: Knowledge
+    settings: OneAnswerSettings
+    origin: Origin
+    experiment: str
+    note: str = ""
+    left_out: tuple[str, ...] = ()
+
+    @cached_property
+    def digest(self) -> str:
+        """The digest of all that the answer depends on: the same digest, the same files."""
+        said = {
+            "notes": list(self.left_out),
+            "settings": self.settings.to_plain(),
+            "origin": asdict(self.origin),
+            "knowledge": self.knowledge.made_from,
+            "noise": self.recording.noise,
+            "tests": [asdict(test) for test in self.recording.tests],
+        }
+        digest = sha256(json.dumps(said, sort_keys=True).encode())
+        errors = self.recording.model.recording
+        groups = self.recording.observation.to_groups().values()
+        observed = [values for group in groups for values in group.values()]
+        for array in (*(values.to_numpy() for values in observed), errors.relative_se, errors.shared):
+            digest.update(repr(array.tolist()).encode())
+        return digest.hexdigest()
+
+    def kept_in(self, folder: Path) -> Verdict | None:
+        """Return the verdict of this very answer, where it lies in ``folder`` already, whole; else None."""
+        outputs = (*OUTPUTS, *([WITH_PRESSURES] if self.recording.has_pressures else []))
+        if not all((folder / name).is_file() for name in outputs):
+            return None
+        path = folder / VERDICT
+        try:
+            verdict, content = Verdict.read(path), json.loads(path.read_text(encoding="utf-8"))
+        except ArtefactError:
+            return None
+        return verdict if content.get(MADE_FROM) == self.digest else None
+
+    def answer_into(self, folder: Path, *, force: bool = False) -> tuple[Answer, Sheet]:
+        """Answer the recording, put all files into ``folder``, or none, and return what its page shows.
+
+        Raises:
+            OtherAnswerError: The folder holds something else, and ``force`` is not given.
+            ValueError: The recording cannot be answered.
+            ArtefactError: The folder cannot be written.
+        """
+        if not force:
+            check_untouched(folder, self.recording)
+        settings = self.settings
+        answer = answered(self.recording, self.knowledge, settings, self.origin.seed, settings.clinical)
+        with folder_made_whole(folder, VERDICT) as made:
+            page = self._write(answer, made)
+        return answer, page
+
+    def _write(self, answer: Answer, folder: Path) -> Sheet:
+        """Write the answer into a folder that is there, and return what its page shows."""
+        settings, exact, title = self.settings, answer.posterior, self.settings.cohort_title
+        made = self.origin.provenance("", settings)
+        self.recording.observation.write(folder / OBSERVATION, made)
+        exact.write(folder / POSTERIOR_FILE, made)
+        further = {MADE_FROM: self.digest, NOTES: list(self.left_out)}
+        write_json(folder / VERDICT, answer.verdict.to_json() | further)
+        if answer.with_pressures is not None:
+            answer.with_pressures.write(folder / WITH_PRESSURES, made)
+        shown = predictive_output(answer, settings, self.origin.seed)
+        shown.check.write(folder / "predictive.h5", made)
+        save_figure(shown.draw(title), folder / "ppc.png")
+        began = PRIOR_DRAWS if self.knowledge.flow is None else NETWORK_ALONE
+        panel = ExactPanel(self.origin.subject, exact, None, answer.verdict, None, began)
+        save_figure(draw_exact_subject(panel, settings.joint_prior, title), folder / "posterior.png")
+        page = sheet_of(answer, self.knowledge, shown, settings)
+        save_figure(draw_sheet(page), folder / "sheet.pdf")
+        return page
+
+
+def check_untouched(folder: Path, recording: ModelledRecording) -> None:
+    """Refuse to write over what is no answer, or the answer to another recording or heart.
 
     Raises:
-        ArtefactError: A file cannot be written.
-        ValueError: No draw of the posterior can be simulated.
+        OtherAnswerError: Says what is there.
+        ArtefactError: What is there is damaged.
     """
-    recording, exact, title = answer.recording, answer.posterior, settings.cohort_title
-    made = origin.provenance("", settings)
-    recording.observation.write(folder / OBSERVATION, made)
-    exact.write(folder / POSTERIOR_FILE, made)
-    digest = made_from(recording, knowledge, settings, origin, notes)
-    write_json(folder / VERDICT, answer.verdict.to_json() | {MADE_FROM: digest, NOTES: list(notes)})
-    if answer.with_pressures is not None:
-        answer.with_pressures.write(folder / WITH_PRESSURES, made)
-    shown = predictive_output(answer, settings, origin.seed)
-    shown.check.write(folder / "predictive.h5", made)
-    save_figure(shown.draw(title), folder / "ppc.png")
-    began = PRIOR_DRAWS if knowledge.flow is None else NETWORK_ALONE
-    panel = ExactPanel(origin.subject, exact, None, answer.verdict, None, began)
-    save_figure(draw_exact_subject(panel, settings.joint_prior, title), folder / "posterior.png")
-    page = sheet_of(answer, knowledge, shown, settings)
-    save_figure(draw_sheet(page), folder / "sheet.pdf")
-    return page
+    if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
+        return
+    kept, asked = folder / OBSERVATION, recording.observation
+    remedy = "name another folder by --out, or write over it by --force"
+    if not kept.is_file():
+        raise OtherAnswerError(f"{folder}: is there already and holds no answer; {remedy}")
+    is_observation = hdf5_provenance(kept).kind == Observation.kind
+    if not (is_observation and same_recording(Observation.read(kept), asked)):
+        raise OtherAnswerError(
+            f"{folder}: holds the answer to another recording of {asked.subject!r}, or its row of "
+            f"subjects.csv has changed since; {remedy}"
+        )

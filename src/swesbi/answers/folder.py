@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 from swesbi.answers.recording import ModelledRecording, noise_test
 from swesbi.answers.settings import OneAnswerSettings
@@ -21,14 +22,21 @@ class Folder:
     """The recordings of a folder.
 
     Attributes:
+        study: The study whose recordings outside it these are.
         observed: Those that can be used, by subject.
         refused: Why the others cannot be, by subject.
-        repeats: Of the gated ones, with their noise.
     """
 
+    study: Study
     observed: Mapping[str, UsableRecording]
-    refused: Mapping[str, str]
-    repeats: FolderRecordings
+    refused: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def repeats(self) -> FolderRecordings:
+        """The repeats of the gated ones, with their noise."""
+        levels = {name: each.levels for name, each in self.observed.items() if each.levels is not None}
+        prior, groups = self.study.config.new_subjects.noise_prior, self.study.outside.noise_groups
+        return FolderRecordings(levels, prior, groups)
 
     def gated(self, observed: UsableRecording, settings: OneAnswerSettings) -> ModelledRecording:
         """Return a recording under a model, with the errors that the noise of the folder gives."""
@@ -52,31 +60,16 @@ def observe_folder(study: Study) -> Folder:
     for name, problem in twins_among(observed).items():
         refused[name] = str(problem)
         del observed[name]
-    levels = {name: each.levels for name, each in observed.items() if each.levels is not None}
-    prior, groups = study.config.new_subjects.noise_prior, study.outside.noise_groups
-    return Folder(observed, refused, FolderRecordings(levels, prior, groups))
+    return Folder(study, observed, refused)
 
 
-def observe_table(study: Study, subject: str, table: Table) -> Folder:
-    """Ingest a recording in memory, a folder of its own.
+def observe(study: Study, subject: str, table: Table | None = None) -> UsableRecording:
+    """Ingest the recording of a subject outside the study: that of its file, or a table in memory.
 
     Raises:
         RecordingError: It is malformed or too incomplete, or nothing tells its errors.
     """
-    said, context = study.description(study.outside, subject), study.outside.rows[subject].to_context()
-    clinical = study.outside.clinical_of(subject).to_measures()
-    one = ingested(raw_of(table, said), said, context, clinical, study.config.measurement.grid_points)
-    levels = {} if one.levels is None else {subject: one.levels}
-    return Folder({subject: one}, {}, FolderRecordings(levels, study.config.new_subjects.noise_prior))
-
-
-def observe(study: Study, subject: str) -> UsableRecording:
-    """Read and ingest the recording of a subject outside the study.
-
-    Raises:
-        RecordingError: It is malformed or too incomplete, or nothing tells its errors.
-    """
-    cohort, said = study.outside, study.description(study.outside, subject)
-    raw = read_raw(cohort.folder, subject, said)
+    cohort, said = study.outside, study.description(subject)
+    raw = read_raw(cohort.folder, subject, said) if table is None else raw_of(table, said)
     context, clinical = cohort.rows[subject].to_context(), cohort.clinical_of(subject).to_measures()
     return ingested(raw, said, context, clinical, study.config.measurement.grid_points)

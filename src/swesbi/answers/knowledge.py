@@ -17,7 +17,6 @@ from swesbi.posterior.space import LogitSpace, Space
 from swesbi.recording.observation import Observation
 from swesbi.verdict.context import nearest_known
 from swesbi.verdict.null_recordings import NullRecordings
-from swesbi.verdict.settings import SHIPPED_NULLS
 
 OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
 OF_POPULATION: Final = "of the prior of the population that the network was trained on"
@@ -60,43 +59,19 @@ class Knowledge:
         return self.proposal(model.recording) or LogitSpace(model.settings.prior.simulated)
 
 
-def knowledge_of_population(estimator: Path, null: Path) -> Knowledge:
-    """Read what the network of a population knows.
+def knowledge_from(null: Path, network: Path | None = None, cohort: Sequence[Path] = ()) -> Knowledge:
+    """Read what answers recordings: the network of a population or of a study's cohort, or the prior.
 
     Args:
-        estimator: The network.
         null: Null recordings.
+        network: The network; None: the prior.
+        cohort: Observed curves whose contexts the network was trained on; none over a population.
 
     Raises:
         ArtefactError: A file is no such artefact.
     """
-    nulls = NullRecordings.read(null)
-    read = (stated_checksum(estimator), stated_checksum(null))
-    return Knowledge(OF_POPULATION, nulls.contexts, TrainedFlow.read(estimator), nulls=nulls, made_from=read)
-
-
-def knowledge_of_study(estimator: Path, observations: Sequence[Path], null: Path) -> Knowledge:
-    """Read what the network of a study's cohort knows.
-
-    Args:
-        estimator: The network.
-        observations: Observed curves of the cohort, whose contexts it was trained on.
-        null: Null recordings.
-
-    Raises:
-        ArtefactError: A file is no such artefact.
-    """
-    trained = [Observation.read(path).context for path in observations]
-    read = tuple(map(stated_checksum, (estimator, *observations, null)))
-    flow, nulls = TrainedFlow.read(estimator), NullRecordings.read(null)
-    return Knowledge(OF_STUDY, trained, flow, trained, nulls, read)
-
-
-def knowledge_of_prior(null: Path = SHIPPED_NULLS) -> Knowledge:
-    """Return what is known without a network: the prior, and null recordings.
-
-    Raises:
-        ArtefactError: These are damaged.
-    """
-    nulls = NullRecordings.read(null)
-    return Knowledge(OF_PRIOR, nulls.contexts, nulls=nulls, made_from=(stated_checksum(null),))
+    trained, nulls = [Observation.read(path).context for path in cohort], NullRecordings.read(null)
+    whose = OF_PRIOR if network is None else OF_STUDY if cohort else OF_POPULATION
+    flow = None if network is None else TrainedFlow.read(network)
+    read = tuple(map(stated_checksum, filter(None, (network, *cohort, null))))
+    return Knowledge(whose, trained or nulls.contexts, flow, trained, nulls, read)

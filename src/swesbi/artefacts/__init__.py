@@ -1,6 +1,6 @@
 """HDF5 artefacts: named, dimensioned arrays with units and provenance, written whole or not at all."""
 
-from swesbi.artefacts.artefact import Artefact
+from swesbi.artefacts.artefact import Artefact, load, save
 from swesbi.artefacts.atomic import (
     ArtefactError,
     DamagedArtefactError,
@@ -8,18 +8,16 @@ from swesbi.artefacts.atomic import (
     atomic_path,
     folder_made_whole,
 )
-from swesbi.artefacts.files import load, save, write_json
+from swesbi.artefacts.files import write_json
 from swesbi.artefacts.groups import Array, Group
 from swesbi.artefacts.provenance import Origin, Provenance, read_provenance
 from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_group
 from swesbi.artefacts.stored import (
-    from_group,
     from_groups,
     from_rows,
     labels_of,
     schema_of,
     stacked_values,
-    to_group,
     to_groups,
     values_of,
 )
@@ -40,7 +38,6 @@ __all__ = [
     "atomic_path",
     "build_group",
     "folder_made_whole",
-    "from_group",
     "from_groups",
     "from_rows",
     "labels_of",
@@ -49,7 +46,6 @@ __all__ = [
     "save",
     "schema_of",
     "stacked_values",
-    "to_group",
     "to_groups",
     "values_of",
     "write_json",

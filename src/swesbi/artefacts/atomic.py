@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import errno
+import glob
 import os
+import secrets
 import shlex
 import shutil
 import socket
@@ -41,13 +43,12 @@ class UnfitError(ArtefactError):
     """
 
     def __init__(self, name: str, fault: str) -> None:
+        super().__init__(name, fault)
         self.name = name
         self.fault = fault
-        super().__init__(f"{name}: {fault}")
 
-    def __reduce__(self) -> tuple[type, tuple[str, str]]:
-        """Say of what another process makes it anew."""
-        return type(self), (self.name, self.fault)
+    def __str__(self) -> str:
+        return f"{self.name}: {self.fault}"
 
 
 class DamagedArtefactError(ArtefactError):
@@ -59,13 +60,12 @@ class DamagedArtefactError(ArtefactError):
     """
 
     def __init__(self, path: Path, fault: str) -> None:
+        super().__init__(path, fault)
         self.path = path
         self.fault = fault
-        super().__init__(self.message())
 
-    def __reduce__(self) -> tuple[type, tuple[Path, str], dict[str, object]]:
-        """Say of what another process makes it anew."""
-        return type(self), (self.path, self.fault), vars(self)
+    def __str__(self) -> str:
+        return self.message()
 
     def message(self, options: str = "") -> str:
         """Return the message for a study that Snakemake runs under these command-line options."""
@@ -114,20 +114,31 @@ def atomic_path(path: Path) -> Iterator[Path]:
     Raises:
         ArtefactError: The file cannot be written: disk full, folder read-only or not permitted.
     """
-    temporary: Path | None = None
+    with _told(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        prefix = _own_prefix(path.parent, path.stem, path.suffix)
+        temporary = path.with_name(f"{prefix}{secrets.token_hex(4)}{path.suffix}")
+        temporary.touch(exist_ok=False)
+        try:
+            yield temporary
+            # on the disk before the name points to it, so that a power cut leaves no empty file
+            with temporary.open("rb") as file, where_supported():
+                os.fsync(file.fileno())
+            temporary.replace(path)
+        finally:
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Say in a sentence why a file or a folder cannot be written."""
     try:
-        temporary = _temporary(path)
-        yield temporary
-        _settle(temporary)
-        temporary.replace(path)
+        yield
     except (OSError, RuntimeError) as error:
         if (reason := write_fault(error)) is None:
             raise
         raise ArtefactError(f"{path}: cannot be written, {reason}; nothing was left behind") from error
-    finally:
-        if temporary is not None:
-            with suppress(OSError):
-                temporary.unlink(missing_ok=True)
 
 
 def write_fault(error: BaseException) -> str | None:
@@ -135,48 +146,25 @@ def write_fault(error: BaseException) -> str | None:
 
     HDF5 reports the system's error number in the text of its own errors alone.
     """
-    number = error.errno if isinstance(error, OSError) else None
-    if number in REMEDIES:
-        return REMEDIES[number]
-    for known, remedy in REMEDIES.items():
-        if os.strerror(known) in str(error):
+    for number, remedy in REMEDIES.items():
+        if number == getattr(error, "errno", None) or os.strerror(number) in str(error):
             return remedy
     return None
 
 
-def _temporary(path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    prefix = f".{path.stem}-{socket.gethostname()}-"
-    for left in left_behind(path.parent, prefix, path.suffix):
-        left.unlink(missing_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f"{prefix}{os.getpid()}-", suffix=path.suffix)
-    os.close(handle)
-    return Path(name)
-
-
-def _literal(text: str) -> str:
-    """Return text that a glob pattern takes as it is."""
-    return "".join(f"[{character}]" if character in "*?[" else character for character in text)
-
-
-def _umask() -> int:
-    """Return which permissions new files of this process do not get; it can only be read by setting it."""
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
-
-
-def _settle(temporary: Path) -> None:
-    """Have the content on the disk before the name points to it, so that a power cut leaves no empty file."""
-    with where_supported():
-        temporary.chmod(0o666 & ~_umask())
-    with temporary.open("rb") as file, where_supported():
-        os.fsync(file.fileno())
+def _own_prefix(folder: Path, name: str, suffix: str = "") -> str:
+    """Return how this process begins a temporary name in a folder; what killed ones left there is removed."""
+    prefix = f".{name}-{socket.gethostname()}-"
+    for left in list(folder.glob(f"{glob.escape(prefix)}*{glob.escape(suffix)}")):
+        writer = left.name.removeprefix(prefix).split("-")[0]
+        if writer.isdecimal() and not is_alive(int(writer)):
+            shutil.rmtree(left) if left.is_dir() else left.unlink(missing_ok=True)
+    return f"{prefix}{os.getpid()}-"
 
 
 @contextmanager
 def where_supported() -> Iterator[None]:
-    """Let a file system do without what it lacks: permissions, or a word of when a file is on the disk."""
+    """Let a file system do without what it lacks, such as a word of when a file is on the disk."""
     try:
         yield
     except OSError as error:
@@ -199,11 +187,9 @@ def folder_made_whole(folder: Path, last: str = "") -> Iterator[Path]:
         ArtefactError: The folder cannot be written: disk full, folder read-only or not permitted.
     """
     existing = next(path for path in folder.absolute().parents if path.is_dir())
-    prefix = f".{folder.name}-{socket.gethostname()}-"
-    try:
-        for left in left_behind(existing, prefix):
-            shutil.rmtree(left)
-        with tempfile.TemporaryDirectory(prefix=f"{prefix}{os.getpid()}-", dir=existing) as made:
+    with _told(folder):
+        prefix = _own_prefix(existing, folder.name)
+        with tempfile.TemporaryDirectory(prefix=prefix, dir=existing) as made:
             try:
                 yield Path(made)
             except ArtefactError as error:
@@ -215,15 +201,3 @@ def folder_made_whole(folder: Path, last: str = "") -> Iterator[Path]:
                 kept = folder / path.relative_to(made)
                 kept.parent.mkdir(parents=True, exist_ok=True)
                 path.replace(kept)
-    except OSError as error:
-        if (reason := write_fault(error)) is None:
-            raise
-        raise ArtefactError(f"{folder}: cannot be written, {reason}; nothing was left behind") from error
-
-
-def left_behind(folder: Path, prefix: str, suffix: str = "") -> Iterator[Path]:
-    """Yield what processes that no longer run left in a folder, named by a prefix and their number."""
-    for left in list(folder.glob(f"{_literal(prefix)}*{_literal(suffix)}")):
-        writer = left.name.removeprefix(prefix).split("-")[0]
-        if writer.isdecimal() and not is_alive(int(writer)):
-            yield left

@@ -12,7 +12,7 @@ import pandas as pd
 
 from swesbi.artefacts.atomic import ArtefactError, atomic_path
 
-EIGHT_DIGITS: Final = "%.8g"
+DIGITS: Final = 8
 NAMES: Final = ("subject", "person", "visit", "from_visit", "to_visit", "group", "of", "experiment")
 """Columns that hold names, which others give: always texts, also where they look like numbers."""
 NUMBER: Final = re.compile(r"[+-]?(inf|[\d.]+(e[+-]?\d+)?( ± [\d.]+)?)( \([\w ]+\))?", re.IGNORECASE)
@@ -34,7 +34,7 @@ class Table:
     columns: tuple[str, ...] = ()
     texts: tuple[str, ...] = ()
     row: str = ""
-    digits: int | None = 8
+    digits: int | None = DIGITS
 
     def read(self, path: Path) -> pd.DataFrame:
         """Read a table.
@@ -43,15 +43,18 @@ class Table:
             ArtefactError: It cannot be read, or a column or every row is missing.
         """
         try:
-            return checked(read_csv(path, self.texts), path, self.columns, self.row)
-        except ArtefactError:
-            raise
+            table = read_csv(path, self.texts)
         except (OSError, ValueError) as error:
             raise ArtefactError(f"{path}: cannot be read as a table ({error})") from error
+        if missing := [name for name in self.columns if name not in table.columns]:
+            raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
+        if self.row and table.empty:
+            raise ArtefactError(f"{path}: holds no {self.row}; delete it and rerun")
+        return table
 
     def write(self, table: pd.DataFrame, path: Path) -> None:
         """Write a table, whole or not at all."""
-        write_csv(path, table, None if self.digits is None else f"%.{self.digits}g")
+        write_csv(path, table, self.digits)
 
 
 PlainTable = Annotated[pd.DataFrame, Table()]
@@ -60,15 +63,14 @@ WholeTable = Annotated[pd.DataFrame, Table(digits=None)]
 """Any table, its numbers as they are."""
 
 
-def write_csv(path: Path, table: pd.DataFrame, float_format: str | None = EIGHT_DIGITS) -> None:
+def write_csv(path: Path, table: pd.DataFrame, digits: int | None = DIGITS) -> None:
     """Write a table atomically, without its index; NaN becomes an empty field.
 
     A text that spreadsheets would take for a formula (``=1+1``) gets an apostrophe before it.
     """
+    shown = None if digits is None else f"%.{digits}g"
     with atomic_path(path) as temporary:
-        _each_text(table, _written).to_csv(
-            temporary, index=False, float_format=float_format, lineterminator="\n"
-        )
+        _each_text(table, _written).to_csv(temporary, index=False, float_format=shown, lineterminator="\n")
 
 
 def read_csv(path: Path, texts: Sequence[str] = ()) -> pd.DataFrame:
@@ -85,25 +87,6 @@ def read_csv(path: Path, texts: Sequence[str] = ()) -> pd.DataFrame:
     columns = dict.fromkeys([*NAMES, *texts], str)
     table = pd.read_csv(path, dtype=columns, keep_default_na=False, na_values=[""])
     return _each_text(table.fillna(dict.fromkeys(columns, "")), _as_given)
-
-
-def checked(table: pd.DataFrame, path: Path, columns: Sequence[str], row: str = "") -> pd.DataFrame:
-    """Return a table that was read from a file, once it has what it should have.
-
-    Args:
-        table: The table.
-        path: Its file.
-        columns: The columns that it must have; it may have others.
-        row: What a row is ("epoch"), where there must be one at least.
-
-    Raises:
-        ArtefactError: A column or every row is missing.
-    """
-    if missing := [name for name in columns if name not in table.columns]:
-        raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}; delete it and rerun")
-    if row and table.empty:
-        raise ArtefactError(f"{path}: holds no {row}; delete it and rerun")
-    return table
 
 
 def _each_text(table: pd.DataFrame, change: Callable[[str], str]) -> pd.DataFrame:

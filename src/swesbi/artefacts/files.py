@@ -14,7 +14,6 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -22,42 +21,19 @@ from typing import Any, Final
 import h5py
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, repair_command
-from swesbi.artefacts.groups import ROOT, Group, as_netcdf, attributes_of, group_of, is_dimension_alone
-from swesbi.artefacts.provenance import OLDEST_READ, SCHEMA_VERSION, Provenance, read_provenance
-from swesbi.artefacts.schema import check_group, check_groups
+from swesbi.artefacts.groups import ROOT, Group, attributes_of, group_of, is_dimension_alone
+from swesbi.artefacts.provenance import SCHEMA_VERSION, Provenance, read_provenance
 
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 CHECKSUM: Final = "sha256"
 PREFIX: Final = b"\nswesbi sha256 "
-DIGITS: Final = 64
-LENGTH: Final = len(PREFIX) + DIGITS + 1
+LENGTH: Final = len(PREFIX) + 64 + 1
+NO_CHECKSUM: Final = "has no checksum at its end: it was cut off, or written or changed by other software"
+CHANGED: Final = "does not match its checksum: its content has changed since it was written"
 BLOCK: Final = 1 << 20
 DEEPEST: Final = 2
 OTHER_LOCK: Final = "flag values don't match"
 """In what the library says of a file that this process holds open under another kind of lock."""
-
-
-def save(path: Path, groups: Mapping[str, Group], provenance: Provenance) -> None:
-    """Write groups to the HDF5 file ``path``, atomically, with a checksum at its end.
-
-    Args:
-        path: File to write; its folder is made if need be.
-        groups: The group "/" is the root.
-        provenance: Becomes the root attributes.
-
-    Raises:
-        ArtefactError: A dataset of the schema is missing or differs from it, or the file cannot be written.
-    """
-    try:
-        check_groups(provenance.kind, groups)
-    except ValueError as error:
-        raise ArtefactError(f"{path}: {error}") from error
-    root = groups.get(ROOT, Group({}))
-    whole = {**groups, ROOT: replace(root, attrs={**root.attrs, **provenance.attributes()})}
-    content = as_netcdf(whole)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(content)
-        append_checksum(temporary)
 
 
 def open_hdf5(path: Path) -> h5py.File:
@@ -87,37 +63,12 @@ def hdf5_provenance(path: Path) -> Provenance:
         return read_provenance(attributes_of(file))
 
 
-def load(path: Path, kind: str, group: str = ROOT) -> tuple[Group, Provenance]:
-    """Read one group of an artefact into memory, with its provenance.
-
-    Nothing of the content is used before its checksum, its structure, its kind and version and the
-    dimensions, units, types and labels of the group are as they should be.
-
-    Raises:
-        DamagedArtefactError: The file was cut off or changed, differs from its schema or is of another
-            schema version; the message gives the command that makes it again.
-        ArtefactError: The file is missing, or is of another kind.
-    """
-    provenance = provenance_of(path)
-    check_identity(path, kind, provenance)
-    try:
-        dataset = read_group(path, group)
-        check_group(kind, group, dataset)
-    except UNREADABLE as error:
-        raise DamagedArtefactError(path, f"does not follow the schema of kind {kind!r} ({error})") from error
-    return dataset, provenance
-
-
-def group_names(path: Path) -> list[str]:
-    """Return the names of all groups of an HDF5 file, its root first.
-
-    Raises:
-        OSError: It is no HDF5 file, or cannot be read.
-    """
-    found: list[str] = []
+def read_groups(path: Path) -> dict[str, Group]:
+    """Return all groups of an HDF5 file by name, its root first; errors as of :func:`read_group`."""
+    names = [ROOT]
     with open_hdf5(path) as file:
-        file.visit(found.append)
-        return [ROOT, *(name for name in found if isinstance(file[name], h5py.Group))]
+        file.visit(names.append)
+        return {name: group_of(file[name]) for name in names if isinstance(file[name], h5py.Group)}
 
 
 def read_group(path: Path, group: str = ROOT) -> Group:
@@ -131,34 +82,25 @@ def read_group(path: Path, group: str = ROOT) -> Group:
 
 
 def provenance_of(path: Path) -> Provenance:
-    """Return the provenance of an artefact, once it is known to be whole.
+    """Return the provenance of an HDF5 artefact, once it is known to be whole and to hold its own data.
 
     Raises:
         DamagedArtefactError: It was cut off or changed, or cannot be read.
         ArtefactError: There is no such file, or it may not be read.
     """
-    return _examined(path, _stamp(path))
-
-
-def _stamp(path: Path) -> tuple[int, ...]:
-    """Return what changes whenever a file is replaced or written to; nothing where there is no file."""
-    if not path.is_file():
-        return ()
-    status = path.stat()
-    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+    status = path.stat() if path.is_file() else None
+    # which changes whenever the file is replaced or written to
+    stamp = status and (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+    return _examined(path, stamp)
 
 
 @lru_cache(maxsize=1024)
-def _examined(path: Path, stamp: tuple[int, ...]) -> Provenance:
-    """Return the provenance of an artefact that is whole and holds its own data; looked at once a process.
-
-    Raises:
-        DamagedArtefactError: It was cut off or changed, or cannot be read.
-        ArtefactError: There is no such file, or it may not be read.
-    """
+def _examined(path: Path, stamp: tuple[int, ...] | None) -> Provenance:
+    """Return the provenance of an artefact that is whole and holds its own data; looked at once a process."""
     check_whole(path)
     try:
-        check_self_contained(path)
+        with open_hdf5(path) as file:
+            _check_links(file, path.stat().st_size)
         return hdf5_provenance(path)
     except UNREADABLE as error:
         raise DamagedArtefactError(path, f"cannot be read as a swesbi artefact ({error})") from error
@@ -183,16 +125,17 @@ def check_whole(path: Path, read: Callable[[Path], Provenance] = hdf5_provenance
         ArtefactError: There is no such file, or it may not be read.
     """
     try:
-        if has_checksum(path) or not _is_older(path, read):
-            check_bytes(path)
+        if stated := stated_checksum(path):
+            if stated == _digest(path, path.stat().st_size - LENGTH):
+                return
+            fault = CHANGED
+        else:
+            fault = _older(path, read) or NO_CHECKSUM
     except FileNotFoundError as error:
         raise ArtefactError(f"{path}: no such file; make it: {repair_command(path)}") from error
     except OSError as error:
         raise ArtefactError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except DamagedArtefactError:
-        raise
-    except ValueError as error:
-        raise DamagedArtefactError(path, str(error)) from error
+    raise DamagedArtefactError(path, fault)
 
 
 def check_identity(path: Path, kind: str, provenance: Provenance) -> None:
@@ -204,23 +147,17 @@ def check_identity(path: Path, kind: str, provenance: Provenance) -> None:
     """
     if provenance.kind != kind:
         raise ArtefactError(f"{path}: holds a {provenance.kind!r} artefact, expected {kind!r}")
-    if not OLDEST_READ <= provenance.schema_version <= SCHEMA_VERSION:
+    if provenance.schema_version != SCHEMA_VERSION:
         raise DamagedArtefactError(path, _of_version(provenance.schema_version))
 
 
-def _is_older(path: Path, read: Callable[[Path], Provenance]) -> bool:
-    """Tell whether an artefact has no checksum because it was written before there were any.
-
-    Raises:
-        DamagedArtefactError: It was, and is no longer read.
-    """
+def _older(path: Path, read: Callable[[Path], Provenance]) -> str:
+    """Return that a file without a checksum was written when there were none; empty where it was not."""
     try:
         version = read(path).schema_version
     except UNREADABLE:
-        return False
-    if version < OLDEST_READ:
-        raise DamagedArtefactError(path, _of_version(version))
-    return version < SCHEMA_VERSION
+        return ""
+    return _of_version(version) if version < SCHEMA_VERSION else ""
 
 
 def _of_version(version: int) -> str:
@@ -240,8 +177,7 @@ def check_json(path: Path) -> None:
     except (OSError, ValueError, AttributeError, KeyError) as error:
         raise ArtefactError(f"{path}: is no JSON with a checksum, so what it says is not checked") from error
     if stated != _checksum(content):
-        fault = "does not match its checksum: its content has changed since it was written"
-        raise DamagedArtefactError(path, fault)
+        raise DamagedArtefactError(path, CHANGED)
 
 
 def _checksum(content: Mapping[str, Any]) -> str:
@@ -250,72 +186,38 @@ def _checksum(content: Mapping[str, Any]) -> str:
 
 def append_checksum(path: Path) -> None:
     """Add the checksum of a file at its end."""
-    line = PREFIX + _digest(path, path.stat().st_size) + b"\n"
+    line = PREFIX + _digest(path, path.stat().st_size).encode() + b"\n"
     with path.open("ab") as file:
         file.write(line)
 
 
 def stated_checksum(path: Path) -> str:
-    """Return the checksum that a file has at its end; empty where it has none."""
-    return (_stated(path) or b"").decode()
-
-
-def has_checksum(path: Path) -> bool:
-    """Tell whether a file ends with a checksum, right or wrong."""
-    return _stated(path) is not None
-
-
-def check_bytes(path: Path) -> None:
-    """Compare a file with the checksum at its end.
-
-    Raises:
-        ValueError: There is none, so the file is cut off or not this package's, or it differs.
-        OSError: The file cannot be read.
-    """
-    stated = _stated(path)
-    if stated is None:
-        raise ValueError(
-            "has no checksum at its end: it was cut off, or written or changed by other software"
-        )
-    if stated != _digest(path, path.stat().st_size - LENGTH):
-        raise ValueError("does not match its checksum: its content has changed since it was written")
-
-
-def _stated(path: Path) -> bytes | None:
-    """Return the digest that the end of the file states."""
+    """Return the checksum that a file has at its end, right or wrong; empty where it has none."""
     with path.open("rb") as file:
-        if file.seek(0, os.SEEK_END) < LENGTH:
-            return None
-        file.seek(-LENGTH, os.SEEK_END)
+        file.seek(max(0, file.seek(0, os.SEEK_END) - LENGTH))
         line = file.read()
-    if not (line.startswith(PREFIX) and line.endswith(b"\n")):
-        return None
-    return line[len(PREFIX) : -1]
+    if len(line) < LENGTH or not (line.startswith(PREFIX) and line.endswith(b"\n")):
+        return ""
+    return line[len(PREFIX) : -1].decode(errors="replace")
 
 
-def _digest(path: Path, length: int) -> bytes:
+def _digest(path: Path, length: int) -> str:
     """Return the hexadecimal SHA-256 of the first ``length`` bytes."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while length > 0 and (block := file.read(min(BLOCK, length))):
             digest.update(block)
             length -= len(block)
-    return digest.hexdigest().encode()
+    return digest.hexdigest()
 
 
-def check_self_contained(path: Path) -> None:
-    """Look at the structure of an HDF5 file before any of its arrays is read.
+def _check_links(group: h5py.Group, size: int, depth: int = 0) -> None:
+    """Look at the structure of an HDF5 file of this size before any of its arrays is read.
 
     Raises:
         ValueError: It leads to other files, names a thing twice, nests deeper than an artefact does or
             claims more data than it has bytes.
-        OSError: It is no HDF5 file.
     """
-    with open_hdf5(path) as file:
-        _check_links(file, path.stat().st_size, depth=0)
-
-
-def _check_links(group: h5py.Group, size: int, depth: int) -> None:
     if depth > DEEPEST:
         raise ValueError(f"the group {group.name} is nested too deeply")
     for name in group:

@@ -85,21 +85,16 @@ class Group(Mapping[str, Array]):
     @property
     def sizes(self) -> dict[str, int]:
         """The length of each dimension, in the order of the arrays."""
-        arrays = self.arrays.values()
-        return {name: n for one in arrays for name, n in zip(one.dims, one.values.shape, strict=True)}
+        return {name: size for one in self.arrays.values() for name, size in one.sizes.items()}
 
     def at(self, along: str, index: int) -> Group:
         """Return the group at one place of a dimension."""
-        found = {
-            name: replace(
-                one,
-                dims=tuple(dim for dim in one.dims if dim != along),
-                values=np.asarray(np.take(one.values, index, axis=one.dims.index(along))),
-            )
-            if along in one.dims
-            else one
-            for name, one in self.arrays.items()
-        }
+        found = dict(self.arrays)
+        for name, one in self.arrays.items():
+            if along in one.dims:
+                dims = tuple(dim for dim in one.dims if dim != along)
+                values = np.take(one.values, index, axis=one.dims.index(along))
+                found[name] = Array(dims, np.asarray(values), one.attrs)
         return replace(self, arrays=found)
 
     def joined(self, other: Group) -> Group:

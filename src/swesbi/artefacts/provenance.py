@@ -11,10 +11,10 @@ from swesbi import __version__
 from swesbi.base.settings import Settings
 
 SCHEMA_VERSION = 2
-"""Raised whenever what a file holds changes: 2 since artefacts end with a checksum."""
+"""Raised whenever what a file holds changes: 2 since artefacts end with a checksum.
 
-OLDEST_READ = 2
-"""Files of an older schema version are refused: below 2 nothing shows whether they are whole."""
+Files of another version are refused: below 2 nothing shows whether they are whole.
+"""
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,14 @@ A new dataset of an artefact is one line in one dataclass, a field or, where it 
     wall_stress_kpa: Annotated[FloatArray, Variable("simulation cycle", "kPa", "circumferential wall stress")]
 
 Writing, reading, and the check of both follow from it. Text labels are marked :class:`Labels`, dataclasses
-within a dataclass :class:`Part`; a field without a mark is not stored. A package makes its kind of artefact
-known by :func:`register`.
+within a dataclass :class:`Part`; a field without a mark is not stored.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 
@@ -106,22 +105,6 @@ Schema = Mapping[str, Mapping[str, Variable]]
 """Of one kind of artefact: group name -> dataset name -> variable; the group "/" is the root."""
 
 
-class Stored(Protocol):
-    """What a class of artefacts says of its files."""
-
-    @classmethod
-    def schema(cls) -> Schema:
-        """Return groups and datasets."""
-
-    @classmethod
-    def required_labels(cls) -> tuple[Labels, ...]:
-        """Return the text labels of every group that has their dimension."""
-
-
-CLASSES: Final[dict[str, type[Stored]]] = {}
-"""Classes of artefacts by kind."""
-
-
 def arranged(variables: Mapping[str, Variable]) -> dict[str, Variable]:
     """Return variables in order, those that say so right behind another."""
     names = list(variables)
@@ -166,43 +149,31 @@ def build_group(
     return Group(arrays | added, frozenset(own | added.keys()))
 
 
-def check_groups(kind: str, groups: Mapping[str, Group]) -> None:
-    """Compare an artefact's content with the schema of its kind.
+def check_group(
+    name: str, group: Group, variables: Mapping[str, Variable], required: Sequence[Labels]
+) -> None:
+    """Compare one group with what is said of it.
+
+    Args:
+        name: Of the group.
+        group: What it holds, other datasets perhaps among them.
+        variables: Dataset name -> variable.
+        required: Text labels that it needs if it has their dimension.
 
     Raises:
-        ValueError: The kind is unknown, a group is missing, or one differs from its schema.
+        ValueError: A variable or a label is missing, or has other units, dimensions or another type.
     """
-    for group in _known(kind):
-        if group not in groups:
-            raise ValueError(f"a {kind!r} artefact needs the group {group!r}")
-        check_group(kind, group, groups[group])
-
-
-def check_group(kind: str, group: str, dataset: Group) -> None:
-    """Compare one group with the schema of its kind; a group that the schema does not name is free.
-
-    Raises:
-        ValueError: The kind is unknown, or a variable or a label is missing, or has other units,
-            dimensions or another type.
-    """
-    variables = _known(kind).get(group, {})
-    if missing := set(variables) - set(dataset):
-        raise ValueError(f"group {group!r} lacks {sorted(missing)}")
-    for name, expected in variables.items():
-        _check_variable(f"{group.rstrip('/')}/{name}", dataset[name], expected)
+    if missing := set(variables) - set(group):
+        raise ValueError(f"group {name!r} lacks {sorted(missing)}")
+    for own, expected in variables.items():
+        _check_variable(f"{name.rstrip('/')}/{own}", group[own], expected)
     dimensions = {dimension for variable in variables.values() for dimension in variable.dims}
-    for labels in CLASSES[kind].required_labels():
-        name = labels.name or labels.along
-        has_labels = name in dataset.labels and dataset[name].values.dtype.kind in TEXT
+    for labels in required:
+        own = labels.name or labels.along
+        has_labels = own in group.labels and group[own].values.dtype.kind in TEXT
         if labels.along in dimensions and not has_labels:
-            raise ValueError(f"group {group!r} lacks the labels {name!r}")
-    _check_parameters(group, dataset)
-
-
-def _known(kind: str) -> Schema:
-    if kind not in CLASSES:
-        raise ValueError(f"unknown artefact kind {kind!r}; known: {', '.join(CLASSES)}")
-    return CLASSES[kind].schema()
+            raise ValueError(f"group {name!r} lacks the labels {own!r}")
+    _check_parameters(name, group)
 
 
 def _check_variable(name: str, array: Array, expected: Variable) -> None:

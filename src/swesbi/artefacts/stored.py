@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from itertools import repeat
 from operator import attrgetter
 from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.artefacts.groups import ROOT, Array, Group
+from swesbi.artefacts.groups import ROOT, Group
 from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_group
 from swesbi.base.arrays import BoolArray
 
 Stored = TypeVar("Stored")
-Arrays = Mapping[Any, NDArray[Any]]
-"""Values by dataset name."""
 
 
 @dataclass(frozen=True)
 class _Leaf:
-    """A marked field or property: the way to it from the whole, its type, and what is said of it."""
+    """A marked field or property of a dataclass or of its parts: its type, and what is said of it."""
 
-    path: str
     hint: Any
     mark: Variable | Labels
 
@@ -38,7 +34,7 @@ def schema_of(stored: type, along: str = "") -> dict[str, dict[str, Variable]]:
         along: The dimension of several of them, if any.
     """
     found: dict[str, dict[str, Variable]] = {ROOT: {}}
-    for leaf in _leaves(stored):
+    for leaf in _leaves(stored).values():
         if isinstance(leaf.mark, Variable):
             variable = Part(along=along).place(leaf.mark)
             found.setdefault(variable.group or ROOT, {})[variable.name] = variable
@@ -47,16 +43,17 @@ def schema_of(stored: type, along: str = "") -> dict[str, dict[str, Variable]]:
 
 def labels_of(stored: type) -> tuple[Labels, ...]:
     """Return the text labels that a dataclass has."""
-    return tuple(leaf.mark for leaf in _leaves(stored) if isinstance(leaf.mark, Labels))
+    return tuple(leaf.mark for leaf in _leaves(stored).values() if isinstance(leaf.mark, Labels))
 
 
-def values_of(whole: object) -> dict[str, dict[str, Any]]:
+def values_of(whole: object) -> dict[str, dict[str, NDArray[Any]]]:
     """Return group -> dataset name -> value of a dataclass, truth values as integers."""
     stored: type = type(whole)
-    found: dict[str, dict[str, Any]] = {}
-    for leaf in _leaves(stored):
+    found: dict[str, dict[str, NDArray[Any]]] = {}
+    for path, leaf in _leaves(stored).items():
         if isinstance(leaf.mark, Variable):
-            value = _stored(attrgetter(leaf.path)(whole))
+            array = np.asarray(attrgetter(path)(whole))
+            value = array.astype(np.int8) if array.dtype == np.bool_ else array
             found.setdefault(leaf.mark.group or ROOT, {})[leaf.mark.name] = value
     return found
 
@@ -65,7 +62,7 @@ def stacked_values(parts: Sequence[object]) -> dict[str, dict[str, NDArray[Any]]
     """Return the values of several dataclasses, at least one, which become the first axis."""
     columns = [values_of(part) for part in parts]
     return {
-        group: {name: np.stack([np.asarray(column[group][name]) for column in columns]) for name in names}
+        group: {name: np.stack([column[group][name] for column in columns]) for name in names}
         for group, names in columns[0].items()
     }
 
@@ -78,22 +75,17 @@ def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[st
         labels: Labels along the dimensions of their names, of the groups that have these.
     """
     stored: type = type(whole)
-    schema, values = schema_of(stored), values_of(whole)
-    own: dict[str, dict[str, Any]] = {group: {} for group in schema}
-    for leaf in _leaves(stored):
-        if isinstance(leaf.mark, Labels):
-            texts = (leaf.mark.along, list(attrgetter(leaf.path)(whole)))
-            for group in [leaf.mark.group] if leaf.mark.group else schema:
-                own[group][leaf.mark.name or leaf.mark.along] = texts
-    return {
-        group: build_group(schema[group], values[group], {**(labels or {}), **own[group]}) for group in schema
-    }
-
-
-def to_group(whole: object, labels: Mapping[str, Any] | None = None) -> Group:
-    """Return a dataclass as its only group; arguments as of :func:`to_groups`."""
-    (dataset,) = to_groups(whole, labels).values()
-    return dataset
+    values = values_of(whole)
+    texts = [
+        (leaf.mark, list(attrgetter(path)(whole)))
+        for path, leaf in _leaves(stored).items()
+        if isinstance(leaf.mark, Labels)
+    ]
+    groups: dict[str, Group] = {}
+    for group, variables in schema_of(stored).items():
+        own = {mark.name: (mark.along, names) for mark, names in texts if mark.group in ("", group)}
+        groups[group] = build_group(variables, values[group], {**(labels or {}), **own})
+    return groups
 
 
 def from_groups(
@@ -106,72 +98,52 @@ def from_groups(
         groups: Group name -> dataset.
         given: Values of fields that are not read; of a part's as ``part.name``.
     """
-    arrays = {name: {key: array.values for key, array in group.items()} for name, group in groups.items()}
-    return _rebuilt(stored, arrays, given or {}, "", Part())
-
-
-def from_group(stored: type[Stored], dataset: Group, **given: object) -> Stored:
-    """Rebuild a dataclass from its only group, some fields given."""
-    return from_groups(stored, {group: dataset for group in schema_of(stored)}, given)
+    return _rebuilt(stored, groups, given or {}, _leaves(cast("type", stored)))
 
 
 def from_rows(stored: type[Stored], dataset: Group, along: str, **given: Sequence[Any]) -> list[Stored]:
-    """Rebuild the dataclasses that lie along a dimension; the fields that are given, one value a row."""
-    columns = {name: _rows_of(values, along) for name, values in dataset.items()}
-    rows = ({name: next(column) for name, column in columns.items()} for _ in range(dataset.sizes[along]))
-    groups = list(schema_of(stored))
+    """Rebuild the dataclasses that lie along a dimension of the root; of fields given, one value a row."""
     return [
-        _rebuilt(
+        from_groups(
             stored,
-            dict.fromkeys(groups, row),
+            {ROOT: dataset.at(along, index)},
             {name: values[index] for name, values in given.items()},
-            "",
-            Part(),
         )
-        for index, row in enumerate(rows)
+        for index in range(dataset.sizes[along])
     ]
 
 
-def _rows_of(array: Array, along: str) -> Iterator[NDArray[Any]]:
-    """Return the values at each place of a dimension; of an array that has it not, the same every time."""
-    values = array.values
-    return iter(np.moveaxis(values, array.dims.index(along), 0)) if along in array.dims else repeat(values)
+@cache
+def _leaves(stored: type) -> dict[str, _Leaf]:
+    """Return what is stored, by the way to it from the whole: fields in order, then properties."""
+    leaves: dict[str, _Leaf] = {}
+    for name, (hint, mark) in _marked(stored).items():
+        if isinstance(mark, Labels):
+            leaves[name] = _Leaf(hint, replace(mark, name=mark.name or mark.along))
+        elif isinstance(mark, Variable):
+            text = mark.text or _is_text(hint)
+            leaves[name] = _Leaf(hint, replace(mark, name=mark.name or name, text=text))
+        else:
+            leaves |= {f"{name}.{path}": _placed(leaf, mark) for path, leaf in _leaves(hint).items()}
+    return leaves
+
+
+def _placed(leaf: _Leaf, part: Part) -> _Leaf:
+    mark = leaf.mark
+    if isinstance(mark, Variable):
+        return replace(leaf, mark=part.place(mark))
+    return replace(leaf, mark=replace(mark, group=mark.group or part.group))
 
 
 @cache
-def _leaves(stored: type) -> tuple[_Leaf, ...]:
-    """Return what is stored of a dataclass and of its parts: fields in order, then properties."""
-    return tuple(leaf for name, hint, mark in _marked(stored) for leaf in _under(name, hint, mark))
-
-
-def _under(name: str, hint: Any, mark: Variable | Labels | Part) -> Iterator[_Leaf]:  # noqa: ANN401
-    if isinstance(mark, Labels):
-        yield _Leaf(name, hint, mark)
-    elif isinstance(mark, Variable):
-        yield _Leaf(name, hint, replace(mark, name=mark.name or name, text=mark.text or _is_text(hint)))
-    else:
-        for leaf in _leaves(hint):
-            placed = (
-                mark.place(leaf.mark)
-                if isinstance(leaf.mark, Variable)
-                else replace(leaf.mark, group=leaf.mark.group or mark.group)
-            )
-            yield _Leaf(f"{name}.{leaf.path}", leaf.hint, placed)
-
-
-@cache
-def _marked(stored: type) -> tuple[tuple[str, Any, Variable | Labels | Part], ...]:
-    """Return name, type and mark of the marked fields and properties of a dataclass."""
+def _marked(stored: type) -> dict[str, tuple[Any, Variable | Labels | Part]]:
+    """Return type and mark of the marked fields and properties of a dataclass, by their names."""
     hints = get_type_hints(stored, include_extras=True)
     hinted = {member.name: hints[member.name] for member in fields(cast("Any", stored))}
     for name, member in vars(stored).items():
         if isinstance(member, property):
             hinted[name] = get_type_hints(member.fget, include_extras=True).get("return")
-    return tuple(
-        (name, get_args(hint)[0], get_args(hint)[1])
-        for name, hint in hinted.items()
-        if get_origin(hint) is Annotated
-    )
+    return {name: get_args(hint)[:2] for name, hint in hinted.items() if get_origin(hint) is Annotated}
 
 
 def _is_text(hint: Any) -> bool:  # noqa: ANN401
@@ -179,60 +151,37 @@ def _is_text(hint: Any) -> bool:  # noqa: ANN401
     return of_text or hint is str or hint == NDArray[np.str_]
 
 
-def _stored(value: Any) -> Any:  # noqa: ANN401
-    """Return a value as HDF5 holds it: truth values as integers."""
-    if isinstance(value, tuple):
-        return list(value)
-    is_truth = isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype == np.bool_)
-    return np.asarray(value).astype(np.int8)[()] if is_truth else value
-
-
 def _rebuilt(
-    stored: type[Stored], groups: Mapping[str, Arrays], given: Mapping[str, Any], path: str, part: Part
+    stored: type[Stored],
+    groups: Mapping[str, Group],
+    given: Mapping[str, Any],
+    leaves: Mapping[str, _Leaf],
+    above: str = "",
 ) -> Stored:
-    """Rebuild a dataclass whose variables are placed as a part, and whose fields are given by their path."""
-    marks = {name: (hint, mark) for name, hint, mark in _marked(cast("type", stored))}
+    """Rebuild a dataclass, or a part of one with the way to it, from what is given or else stored by path."""
     values = {}
     for name in (member.name for member in fields(cast("Any", stored))):
-        if (at := f"{path}{name}") in given:
-            values[name] = given[at]
-        elif name in marks:
-            values[name] = _found(name, *marks[name], groups, given, at, part)
+        path = f"{above}{name}"
+        if path in given:
+            values[name] = given[path]
+        elif path in leaves:
+            values[name] = _read(leaves[path], groups)
+        elif part := _marked(cast("type", stored)).get(name):
+            values[name] = _rebuilt(part[0], groups, given, leaves, f"{path}.")
     return stored(**values)
 
 
-def _found(
-    name: str,
-    hint: Any,  # noqa: ANN401
-    mark: Variable | Labels | Part,
-    groups: Mapping[str, Arrays],
-    given: Mapping[str, Any],
-    at: str,
-    part: Part,
-) -> Any:  # noqa: ANN401
-    if isinstance(mark, Part):
-        within = replace(
-            mark, name=part.name.format(mark.name), group=mark.group or part.group, words=part.words
-        )
-        return _rebuilt(hint, groups, given, f"{at}.", within)
-    if isinstance(mark, Labels):
-        labels, own = mark.name or mark.along, groups.get(part.group)
-        among = [own] if own is not None else groups.values()
-        return _read(next(group[labels] for group in among if labels in group), hint)
-    placed = part.place(replace(mark, name=mark.name or name, meaning=""))
-    return _read(groups[placed.group or ROOT][placed.name], hint)
-
-
-def _read(values: NDArray[Any], hint: Any) -> Any:  # noqa: ANN401
-    """Return values as the type of their field says."""
+def _read(leaf: _Leaf, groups: Mapping[str, Group]) -> Any:  # noqa: ANN401
+    """Return the values of a field as its type says."""
+    hint, name, group = leaf.hint, leaf.mark.name, leaf.mark.group or ROOT
+    if isinstance(leaf.mark, Labels) and leaf.mark.group not in groups:
+        # they lie in every group that has their dimension
+        group = next(key for key, arrays in groups.items() if name in arrays)
+    values = groups[group][name].values
     if hint == BoolArray:
         return values.astype(np.bool_)
-    if hint == NDArray[np.str_]:
-        return values.astype(str)
     if get_origin(hint) is tuple:
         return tuple(map(str, values))
     if hint is bool:
         return bool(values.item())
-    if _is_text(hint):
-        return str(values.item())
-    return values.item() if hint in (int, float) else values
+    return values.item() if get_origin(hint) is Literal or hint in (int, float, str) else values

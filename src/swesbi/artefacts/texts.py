@@ -10,27 +10,19 @@ from swesbi.artefacts.atomic import atomic_path
 
 
 class TextFile:
-    """The format of a text."""
+    """The format of a text, or of texts by the names of their files without suffix."""
 
-    def write(self, text: str, path: Path) -> None:
-        """Write a text in UTF-8."""
-        with atomic_path(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-
-
-class TextFiles:
-    """The format of texts by the names of their files without suffix."""
-
-    def write(self, texts: Mapping[str, str], path: Path) -> None:
-        """Write the text of this file.
+    def write(self, text: str | Mapping[str, str], path: Path) -> None:
+        """Write the text of this file in UTF-8.
 
         Raises:
             KeyError: There is none.
         """
-        TextFile().write(texts[path.stem], path)
+        with atomic_path(path) as temporary:
+            temporary.write_text(text if isinstance(text, str) else text[path.stem], encoding="utf-8")
 
 
 Text = Annotated[str, TextFile()]
 """A text that is a file: LaTeX, HTML, YAML."""
-Texts = Annotated[Mapping[str, str], TextFiles()]
+Texts = Annotated[Mapping[str, str], TextFile()]
 """Texts that are files of one output, by their names without suffix."""

@@ -27,6 +27,9 @@ class Place(NamedTuple):
     experiment: str
     subject: str
 
+    def __str__(self) -> str:
+        return f"subject {self.subject} in experiment {self.experiment!r}"
+
 
 class Files(Mapping[Key, Item], Generic[Key, Item]):
     """Files of many by whose they are, each read when it is asked for, so that one is in memory at a time.
@@ -49,7 +52,7 @@ class Files(Mapping[Key, Item], Generic[Key, Item]):
 
     def __getitem__(self, key: Key) -> Item:
         if key not in self.paths:
-            raise UnfitError(self.name, f"no file of {_words(key)} is given; make it first")
+            raise UnfitError(self.name, f"no file of {key} is given; make it first")
         return self._read(self.paths[key])
 
     def __contains__(self, key: object) -> bool:
@@ -120,12 +123,9 @@ def read_as(hint: Any, paths: Sequence[Path], name: str) -> Any:  # noqa: ANN401
         return origin(name, paths, lambda some: read_as(arguments[-1], some, name))
     if NoneType in arguments:
         return read_as(arguments[0], paths, name) if paths else None
-    if hint is Path:
-        (path,) = paths
-        return path
     if not hasattr(hint, "joined"):
         (path,) = paths
-        return _format(hint).read(path)
+        return path if hint is Path else _format(hint).read(path)
     try:
         if len(subjects := {provenance_of(path).subject for path in paths}) > 1:
             raise ArtefactError(f"files of several subjects, {', '.join(sorted(subjects))}, are given as one")
@@ -153,9 +153,3 @@ def write_as(hint: Any, value: Any, paths: Sequence[Path], made: Provenance) -> 
 def _format(hint: Any) -> Any:  # noqa: ANN401
     """Return what reads and writes a type."""
     return get_args(hint)[1] if hasattr(hint, "__metadata__") else hint
-
-
-def _words(key: object) -> str:
-    if isinstance(key, Place):
-        return f"subject {key.subject} in experiment {key.experiment!r}"
-    return f"{key}"

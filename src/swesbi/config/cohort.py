@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from swesbi.config.models import Config
 from swesbi.config.read import ConfigError
 from swesbi.recording.cohort.clinical import ClinicalRow
-from swesbi.recording.cohort.files import PROTOCOL, SUBJECTS, check_file, find_recording
+from swesbi.recording.cohort.files import RECORDING_FILE, SUBJECTS, check_file, find_recording
 from swesbi.recording.cohort.recording_file import (
     Description,
     description_of,
@@ -58,11 +59,6 @@ class Cohort:
     described: Mapping[str, Description] = field(default_factory=dict)
 
     @property
-    def subjects(self) -> tuple[str, ...]:
-        """The subjects' names."""
-        return tuple(self.rows)
-
-    @property
     def name(self) -> str:
         """The name of the folder, under which answers lie."""
         return self.folder.resolve().name
@@ -90,36 +86,26 @@ class Cohort:
         """
         return find_recording(self.folder, subject, self.layout.table.file)
 
-    def description(self, subject: str, settings: RecordingSettings, phases_source: str) -> Description:
-        """Return what is said of how a recording was made.
 
-        Args:
-            subject: Whose recording it is.
-            settings: Quality control of recordings that do not say otherwise.
-            phases_source: Where the number of phases is said, for messages.
-
-        Raises:
-            RecordingError: A file cannot be used, or says otherwise than the settings.
-        """
-        known = self.described.get(subject)
-        return known or description_of(self.folder, subject, settings, phases_source)
-
-
-def study_cohort(folder: Path, names: Collection[str] | None, source: str) -> tuple[Cohort, tuple[str, ...]]:
-    """Return the subjects that a study runs on, and the names of all that its table has.
+def study_cohort(config: Config, source: str) -> Cohort:
+    """Return the subjects that a study runs on; every row of its cohort's table must be right.
 
     Args:
-        folder: Of the cohort; every row of its table must be right.
-        names: Who is to be used; None: all.
-        source: Where the study's configuration stands, for messages.
+        config: Names the folder, and who of it is used.
+        source: Where the configuration stands, for messages.
 
     Raises:
         ConfigError: The table, or a file of the folder, is missing or wrong, or does not have a name.
     """
-    key = f"{source}: cohort"
-    table = _read_table(folder, key, read_subject_table)
-    rows = _selected(table, names, folder, source)
-    layout, groups = _protocol(folder, key, table.names)
+    folder, key = Path(config.cohort), f"{source}: cohort"
+    table, layout, groups = _read_folder(folder, key, read_subject_table)
+    for listing, names in config.subject_lists.items():
+        if unknown := [name for name in names if name not in table.rows]:
+            raise ConfigError(
+                f"{source}: {listing}: {unknown[0]!r} has no row in {folder / SUBJECTS}; it knows "
+                f"{', '.join(table.rows)}. Add the row, correct the list, or write {listing}: all"
+            )
+    rows = {name: table.rows[name] for name in config.subject_lists.get("subjects", table.rows)}
     cohort = Cohort(folder, rows, table.clinical, table.visits, layout, groups)
     problems: list[Problem] = []
     for subject in rows:
@@ -131,15 +117,16 @@ def study_cohort(folder: Path, names: Collection[str] | None, source: str) -> tu
             problems.append(Problem(str(own), OWN_PROTOCOL, ONE_PROTOCOL))
     if problems:
         raise ConfigError(f"{key} = {str(folder)!r}: {listed(problems)}")
-    return cohort, tuple(table.rows)
+    return cohort
 
 
-def outside_cohort(folder: Path, description: Callable[[Cohort, str], Description]) -> Cohort:
+def outside_cohort(folder: Path, settings: RecordingSettings, phases_source: str) -> Cohort:
     """Return the subjects of a folder outside the study; one that cannot be used stops no other.
 
     Args:
         folder: The folder.
-        description: Says how the recording of a subject was made.
+        settings: Quality control of recordings that do not say otherwise.
+        phases_source: Where their number of phases is said, for messages.
 
     Raises:
         ConfigError: The table, or ``recording.yaml``, is missing or cannot be read.
@@ -149,13 +136,12 @@ def outside_cohort(folder: Path, description: Callable[[Cohort, str], Descriptio
             f"{OUTSIDE} = {str(folder)!r}: answers lie in a folder of its name, which may have "
             "letters, digits, spaces and . _ - alone; rename it"
         )
-    table = _read_table(folder, OUTSIDE, examine_subjects)
-    layout, groups = _protocol(folder, OUTSIDE, table.names)
+    table, layout, groups = _read_folder(folder, OUTSIDE, examine_subjects)
     refused, files = dict(table.refused), {}
     for subject in table.rows:
         try:
             own = own_file(folder, subject).exists()
-            chosen = description(Cohort(folder), subject).file.layout if own else layout
+            chosen = description_of(folder, subject, settings, phases_source).file.layout if own else layout
             files[subject] = find_recording(folder, subject, chosen.table.file)
         except RecordingError as error:
             refused.setdefault(subject, str(error))
@@ -172,37 +158,14 @@ def outside_cohort(folder: Path, description: Callable[[Cohort, str], Descriptio
     )
 
 
-def _read_table(folder: Path, key: str, read: Callable[[Path], SubjectTable]) -> SubjectTable:
-    table = folder / SUBJECTS
+def _read_folder(
+    folder: Path, key: str, read: Callable[[Path], SubjectTable]
+) -> tuple[SubjectTable, TableLayout, dict[str, str]]:
+    """Return a folder's table, how its tables differ, and which recordings have errors of their own."""
     try:
-        check_file(table, table.parent)
-        return read(table)
+        check_file(folder / SUBJECTS, folder)
+        table, file = read(folder / SUBJECTS), read_recording_file(folder)
+        return table, file.layout, noise_groups_of(file, folder / RECORDING_FILE, table.names)
     except RecordingError as error:
         absent = "" if folder.is_dir() else "there is no such folder; "
         raise ConfigError(f"{key} = {str(folder)!r}: {absent}{error}") from error
-
-
-def _selected(
-    table: SubjectTable, names: Collection[str] | None, folder: Path, source: str
-) -> dict[str, ContextRow]:
-    chosen = tuple(table.rows if names is None else names)
-    if unknown := [name for name in chosen if name not in table.rows]:
-        raise ConfigError(
-            f"{source}: subjects: {unknown[0]!r} has no row in {folder / SUBJECTS}; "
-            f"it knows {', '.join(table.rows)}. Add the row, or remove the subject"
-        )
-    if len(set(chosen)) < len(chosen) or not chosen:
-        raise ConfigError(f"{source}: subjects = {list(chosen)}: name at least one subject, each once")
-    return {name: table.rows[name] for name in chosen}
-
-
-def _protocol(folder: Path, key: str, subjects: Collection[str]) -> tuple[TableLayout, dict[str, str]]:
-    """Return how a folder's tables differ, and which recordings have errors of their own.
-
-    Its ``recording.yaml`` must be there and say so plainly.
-    """
-    try:
-        file = read_recording_file(folder)
-        return file.layout, noise_groups_of(file, folder / PROTOCOL, subjects)
-    except RecordingError as error:
-        raise ConfigError(f"{key} = {str(folder)!r}: {error}") from error

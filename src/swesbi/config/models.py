@@ -5,6 +5,8 @@ Each check raises a ValueError that names the key, its value and what it must fi
 
 from __future__ import annotations
 
+import json
+import operator
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Final, Literal, Self
@@ -39,6 +41,12 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.settings import NoiseSettings, RecordingSettings
 
+EQUAL: Final = (
+    ("passive.late_diastolic_window", "recording.late_diastolic_window"),
+    ("acquisition.phases", "recording.phases"),
+    ("acquisition.density_kg_m3", "recording.density_kg_m3"),
+)
+"""Keys that say the same of measured recordings and of what is compared with them."""
 FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables", "logs", "studies"})
 
 
@@ -70,14 +78,11 @@ def check_experiment_names(config: Config) -> None:
         )
 
 
-def check_subjects_of_experiments(config: Config) -> None:
-    """A list of an experiment's subjects names at least one, each once."""
-    for name in config.experiments:
-        listed = config.listed_subjects(name)
-        if listed is not None and (not listed or len(set(listed)) < len(listed)):
-            raise ValueError(
-                f"experiments.{name}.subjects = {list(listed)}: name at least one subject, each once"
-            )
+def check_subjects(config: Config) -> None:
+    """A list of subjects names at least one, each once."""
+    for key, names in config.subject_lists.items():
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"{key} = {list(names)}: name at least one subject, each once")
 
 
 def check_prior_ranges(config: Config) -> None:
@@ -103,16 +108,6 @@ def check_nuisances(config: Config) -> None:
             )
 
 
-def check_windows(config: Config) -> None:
-    """Phases are counted in the window from which the passive baseline is calibrated."""
-    counted, calibrated = config.recording.late_diastolic_window, config.passive.late_diastolic_window
-    if counted != calibrated:
-        raise ValueError(
-            f"passive.late_diastolic_window = {list(calibrated)} must equal "
-            f"recording.late_diastolic_window = {list(counted)}, in which measured phases are counted"
-        )
-
-
 def check_feature_names(config: Config) -> None:
     """Noise and predictive checks name features that the experiment's summary has."""
     for name, experiment in config.experiments.items():
@@ -128,14 +123,13 @@ def check_feature_names(config: Config) -> None:
                 )
 
 
-def check_acquisition(config: Config) -> None:
-    """Synthetic recordings follow the protocol that ingestion expects."""
-    for name in ("phases", "density_kg_m3"):
-        made, read = getattr(config.acquisition, name), getattr(config.recording, name)
-        if made != read:
+def check_recordings(config: Config) -> None:
+    """Synthetic recordings follow the protocol of measured ones, and the baseline is of their window."""
+    for key, other in EQUAL:
+        here, there = (json.dumps(operator.attrgetter(name)(config)) for name in (key, other))
+        if here != there:
             raise ValueError(
-                f"acquisition.{name} = {made} must equal recording.{name} = {read}; set acquisition.{name} "
-                f"in the file that sets recording.{name}"
+                f"{key} = {here} must equal {other} = {there}; set {key} in the file that sets {other}"
             )
     if config.acquisition.missing_phases:
         raise ValueError(
@@ -144,33 +138,26 @@ def check_acquisition(config: Config) -> None:
         )
 
 
-def check_predictive_draws(config: Config) -> None:
-    """There are as many simulations and posterior draws as the predictive checks take."""
+def check_draws(config: Config) -> None:
+    """No check takes more simulations or posterior draws of an experiment than there are."""
     for name, experiment in config.experiments.items():
-        wanted = experiment.predictive.draws
-        available = {"simulations_per_subject": experiment.simulations_per_subject}
+        predictive = experiment.predictive.draws
+        taken = [("predictive.draws", predictive, "simulations_per_subject")]
         if name in config.feature_experiments:
-            available["posterior.draws"] = config.feature_experiments[name].posterior.draws
+            taken += [("predictive.draws", predictive, "posterior.draws")]
         else:
-            available["exact.draws"] = config.speed_experiments[name].exact.draws
-        for key, number in available.items():
-            if wanted > number:
+            local = config.speed_experiments[name].calibration.local
+            taken += [
+                ("predictive.draws", predictive, "exact.draws"),
+                ("twice calibration.local.replicates", 2 * local.replicates, "exact.draws"),
+                ("calibration.local.two_sample_draws", local.two_sample_draws, "exact.draws"),
+            ]
+        for key, wanted, source in taken:
+            available = operator.attrgetter(source)(experiment)
+            if wanted > available:
                 raise ValueError(
-                    f"experiments.{name}.predictive.draws is {wanted}, but only {number} are there "
-                    f"(experiments.{name}.{key})"
-                )
-
-
-def check_calibration_draws(config: Config) -> None:
-    """Posteriors keep as many draws as calibration at the subjects' own data takes of them."""
-    for name, experiment in config.speed_experiments.items():
-        local, kept = experiment.calibration.local, experiment.exact.draws
-        taken = {"replicates": 2 * local.replicates, "two_sample_draws": local.two_sample_draws}
-        for key, number in taken.items():
-            if number > kept:
-                raise ValueError(
-                    f"experiments.{name}.calibration.local.{key} takes {number} posterior draws, but "
-                    f"experiments.{name}.exact.draws = {kept}"
+                    f"experiments.{name}: {key} is {wanted}, but only {available} are there "
+                    f"(experiments.{name}.{source})"
                 )
 
 
@@ -209,14 +196,12 @@ def check_plan(config: Config) -> None:
 CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
     check_prior_names,
     check_experiment_names,
-    check_subjects_of_experiments,
+    check_subjects,
     check_prior_ranges,
     check_nuisances,
-    check_windows,
     check_feature_names,
-    check_acquisition,
-    check_predictive_draws,
-    check_calibration_draws,
+    check_recordings,
+    check_draws,
     check_population_experiments,
     check_plan,
 )
@@ -343,6 +328,13 @@ class Config(Settings):
             of_cohort = (names for folder, names in chosen.items() if Path(folder).resolve() == here)
             return next(of_cohort, None)
         return None if chosen == "all" else chosen
+
+    @property
+    def subject_lists(self) -> Mapping[str, tuple[str, ...]]:
+        """The lists of subjects of the study's cohort, by key; a key that takes all has none."""
+        lists = {"subjects": None if self.subjects == "all" else self.subjects}
+        lists |= {f"experiments.{name}.subjects": self.listed_subjects(name) for name in self.experiments}
+        return {key: names for key, names in lists.items() if names is not None}
 
     def base_of(self, experiment: str) -> str:
         """Return the experiment on the cohort that one over a population shares its model with, or itself."""

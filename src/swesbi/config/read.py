@@ -29,28 +29,11 @@ FOLDERS: Final = (*DATA, "results", "networks")
 """The keys of the configuration that name folders."""
 
 
+Section = TypeVar("Section", bound=BaseModel)
+
+
 class ConfigError(ValueError):
     """A configuration that cannot be run; the message lists every problem found."""
-
-
-def describe(
-    error: ValidationError,
-    source: str,
-    model: type[BaseModel],
-    files: Sequence[Path] = (),
-    section: str = "",
-) -> ConfigError:
-    """Turn a validation error into one line a problem: key, value, what is wrong, remedy, file and line.
-
-    Args:
-        error: What pydantic found.
-        source: Where the configuration stands, for messages.
-        model: What it was compared with.
-        files: Those that were merged, the last of which wins.
-        section: Key of the files under which the model lies; none: they are the model.
-    """
-    lines = [_line(details, model, files, section) for details in error.errors(include_url=False)]
-    return ConfigError(f"{source}: {len(lines)} problem(s)\n" + "\n".join(f"  - {line}" for line in lines))
 
 
 def _line(details: ErrorDetails, model: type[BaseModel], files: Sequence[Path], section: str) -> str:
@@ -209,19 +192,11 @@ def read_merged(config: Path, changes: Path | None = None) -> dict[str, Any]:
         ConfigError: A file cannot be read, is not YAML, or is not a mapping.
     """
     raw: dict[str, Any] = {}
-    for part in parts_of(config):
-        raw = overlay(raw, read_yaml(part))
-    return overlay(raw, read_overlay(changes, config.parent)) if changes else raw
-
-
-def read_overlay(path: Path, home: Path) -> dict[str, Any]:
-    """Read what is merged over the configuration of the folder ``home``; folders as of :func:`relocate`.
-
-    Raises:
-        ConfigError: The file cannot be read, is not YAML, or is not a mapping.
-    """
-    raw = read_yaml(path)
-    relocate(raw, path, home)
+    for path in merged_files(config, changes):
+        own = read_yaml(path)
+        if path == changes:
+            relocate(own, path, config.parent)
+        raw = overlay(raw, own)
     return raw
 
 
@@ -238,7 +213,8 @@ def relocate(merged: dict[str, Any], path: Path, home: Path, folders: Sequence[s
     """
     if path.resolve().is_relative_to(home.resolve()):
         return
-    own, above = read_merged(path) if path.name == CONFIGURATION else read_yaml(path), path.resolve().parent
+    own = read_merged(path) if path.name == CONFIGURATION else read_yaml(path)
+    above = path.resolve().parent
     for key in folders:
         said = own.get(key)
         if isinstance(said, str) and merged.get(key) == said:
@@ -306,28 +282,34 @@ def parse_config(raw: Mapping[str, Any], source: str = "config.yaml", files: Seq
     return parse_section(raw, source, Config, files)
 
 
-Section = TypeVar("Section", bound=BaseModel)
-
-
 def parse_section(
     raw: object, source: str, model: type[Section], files: Sequence[Path] = (), section: str = ""
 ) -> Section:
-    """Validate a section of the configuration, that of a side study for instance; arguments as `describe`.
+    """Validate a section of the configuration, that of a side study for instance.
+
+    Args:
+        raw: The section.
+        source: Where it stands, for messages.
+        model: What it is compared with.
+        files: Those that were merged, the last of which wins.
+        section: Its key in the files; none: it is all of them.
 
     Raises:
-        ConfigError: Lists every problem with key, value, remedy and place.
+        ConfigError: Lists every problem with key, value, remedy, file and line.
     """
     try:
         return model.model_validate_json(json.dumps(raw, default=str))
     except ValidationError as error:
-        raise describe(error, source, model, files, section) from error
+        lines = [_line(details, model, files, section) for details in error.errors(include_url=False)]
+        listed = "".join(f"\n  - {line}" for line in lines)
+        raise ConfigError(f"{source}: {len(lines)} problem(s){listed}") from error
 
 
 def overlay(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``base`` with ``changes`` put over it, mapping by mapping, as Snakemake merges config files."""
     merged = dict(base)
     for key, value in changes.items():
-        below = merged.get(key)
-        nested = isinstance(value, Mapping) and isinstance(below, Mapping)
-        merged[key] = overlay(below, value) if nested and isinstance(below, Mapping) else value
+        below: Any = merged.get(key)
+        both = isinstance(below, Mapping) and isinstance(value, Mapping)
+        merged[key] = overlay(below, value) if both else value
     return merged

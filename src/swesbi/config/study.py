@@ -11,9 +11,9 @@ from swesbi.config.cohort import Cohort, outside_cohort, study_cohort
 from swesbi.config.models import Config
 from swesbi.config.read import ConfigError, overlay, parse_config, read_yaml
 from swesbi.population.settings import in_declared_range
-from swesbi.recording.cohort.files import SUBJECTS
-from swesbi.recording.cohort.recording_file import Description
+from swesbi.recording.cohort.recording_file import Description, description_of
 from swesbi.recording.samples import CONFIGURED
+from swesbi.recording.settings import RecordingSettings
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Study:
     @property
     def subjects(self) -> tuple[str, ...]:
         """The names of the subjects that the study runs on."""
-        return self.cohort.subjects
+        return tuple(self.cohort.rows)
 
     @property
     def of_outside(self) -> Study:
@@ -58,22 +58,25 @@ class Study:
                 f"subject = {subject!r}: not one of the experiment {experiment!r}, which has "
                 f"{', '.join(self.subjects_of(experiment)) or 'none'}; experiments.{base}.subjects lists them"
             )
-        refused = self.refused(experiment) if experiment in self.config.population_experiments else {}
-        if subject in refused:
-            raise ConfigError(f"subject = {subject!r}: refused by {experiment!r}: {refused[subject]}")
+        if reason := self.refused(experiment).get(subject):
+            raise ConfigError(f"subject = {subject!r}: refused by {experiment!r}: {reason}")
 
-    def description(self, cohort: Cohort, subject: str) -> Description:
+    def description(self, subject: str) -> Description:
         """Return what is said of how the recording of a subject outside the study was made.
 
         Raises:
             RecordingError: A file cannot be used, or says otherwise than the configuration.
         """
-        new = self.config.new_subjects
-        phases, where = (
-            (self.config.recording.phases, CONFIGURED) if new.phases is None else (new.phases, "--phases")
-        )
-        settings = self.config.recording.model_copy(update={"phases": phases})
-        return cohort.description(subject, settings, where)
+        known = self.outside.described.get(subject)
+        return known or description_of(self.outside.folder, subject, *self.settings_of_outside)
+
+    @property
+    def settings_of_outside(self) -> tuple[RecordingSettings, str]:
+        """Quality control of recordings outside the study, and where their number of phases is said."""
+        settings, phases = self.config.recording, self.config.new_subjects.phases
+        if phases is None:
+            return settings, CONFIGURED
+        return settings.model_copy(update={"phases": phases}), "--phases"
 
     @property
     def answering_experiments(self) -> tuple[str, ...]:
@@ -84,7 +87,7 @@ class Study:
 
     def answered(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects of an experiment: within its declared range, for one over a population."""
-        refused = self.refused(experiment) if experiment in self.config.population_experiments else {}
+        refused = self.refused(experiment)
         return tuple(subject for subject in self.subjects_of(experiment) if subject not in refused)
 
     def with_pressures(self, experiment: str) -> tuple[str, ...]:
@@ -94,9 +97,10 @@ class Study:
 
     def refused(self, experiment: str) -> dict[str, str]:
         """Return the subjects outside the declared range of an experiment over a population, and why."""
-        population = self.config.population_experiments[experiment].population
+        if (section := self.config.population_experiments.get(experiment)) is None:
+            return {}
         problems = {
-            subject: in_declared_range(self.cohort.rows[subject].to_context(), population)
+            subject: in_declared_range(self.cohort.rows[subject].to_context(), section.population)
             for subject in self.subjects_of(experiment)
         }
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
@@ -132,28 +136,18 @@ def load_study(
     """
     for path in files:
         read_yaml(path)  # Snakemake, which has merged them, takes the last of two equal keys
-    config = parse_config(raw, source, files)
-    study = Study(config)
-    if new_cohort is None or Path(config.cohort).is_dir():
-        names = None if config.subjects == "all" else config.subjects
-        cohort, known = study_cohort(Path(config.cohort), names, source)
-        study = Study(config, cohort)
-        _check_lists(study, known, source)
+    study = Study(parse_config(raw, source, files))
+    if new_cohort is None or Path(study.config.cohort).is_dir():
+        study = replace(study, cohort=study_cohort(study.config, source))
+        _check_subjects(study, source)
     if new_cohort is None:
         return study
-    return replace(study, outside=outside_cohort(new_cohort, study.description))
+    return replace(study, outside=outside_cohort(new_cohort, *study.settings_of_outside))
 
 
-def _check_lists(study: Study, known: Sequence[str], source: str) -> None:
-    """Check that experiments list subjects of the cohort, and that each that runs has one of the study."""
+def _check_subjects(study: Study, source: str) -> None:
+    """Check that each experiment that runs has a subject of the study."""
     config = study.config
-    for name in config.experiments:
-        if unknown := [each for each in config.listed_subjects(name) or () if each not in known]:
-            raise ConfigError(
-                f"{source}: experiments.{name}.subjects: {unknown[0]!r} has no row in "
-                f"{Path(config.cohort) / SUBJECTS}; it knows {', '.join(known)}. "
-                f"Correct the list, or write experiments.{name}.subjects: all"
-            )
     for name in (*config.experiments_run, *config.populations_run):
         if not study.subjects_of(name):
             base, listed = config.base_of(name), config.listed_subjects(name) or ()

@@ -83,7 +83,7 @@ class PopulationSimulations(artefacts.Artefact, kind="population_simulations"):
         cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance
     ) -> PopulationSimulations:
         """Return what the group of a file holds."""
-        return artefacts.from_group(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
+        return artefacts.from_groups(cls, groups, {"contexts": contexts_of(groups["/"], ALONG)})
 
     @classmethod
     def joined(cls, parts: Sequence[PopulationSimulations]) -> PopulationSimulations:

@@ -54,9 +54,9 @@ class Synthetic:
 
 @dataclass(frozen=True)
 class Acquisition:
-    """How recordings are acquired and read: protocol, quality control, noise components, missing phases."""
+    """How recordings are acquired and read: errors, quality control, noise components, missing phases."""
 
-    protocol: AcquisitionSettings
+    settings: AcquisitionSettings
     recording: RecordingSettings
     measurement: MeasurementSettings
     noise: NoiseComponents
@@ -129,9 +129,9 @@ def _acquire(
 ) -> Observation:
     # one scale of all speeds is a parameter of phi, and in the truth already where it is free
     changes = {"missing_phases": acquisition.missing_phases, "scale_fraction": 0.0}
-    protocol = acquisition.protocol.model_copy(update=changes)
-    samples = acquire(truth, model.recording.context, protocol, rng)
-    moved = _with_discrepancy(samples, truth, protocol.phases, model.settings.discrepancy, rng)
+    settings = acquisition.settings.model_copy(update=changes)
+    samples = acquire(truth, model.recording.context, settings, rng)
+    moved = _with_discrepancy(samples, truth, settings.phases, model.settings.discrepancy, rng)
     return ingest(moved, model.recording.context, acquisition.recording, acquisition.measurement.grid_points)
 
 
@@ -188,8 +188,8 @@ class Reacquisition:
         true_passive, observed_at = self.subject.passive, self.subject.observation
         truth = total_cycle((cycle_phase, active_stiffness_kpa[None]), true_passive, self.measurement)[0]
         missing = tuple(int(index) for index in observed_at.phase_index[~observed_at.measured])
-        protocol = self.acquisition.model_copy(update={"missing_phases": missing})
-        samples = acquire(TruthCurve(cycle_phase, truth), observed_at.context, protocol, rng)
+        settings = self.acquisition.model_copy(update={"missing_phases": missing})
+        samples = acquire(TruthCurve(cycle_phase, truth), observed_at.context, settings, rng)
         recorded = ingest(samples, observed_at.context, self.recording, self.measurement.grid_points)
         calibrated = calibrate_passive(recorded, self.reference, self.passive, self.measurement)
         return features_under(true_passive, recorded, calibrated, self.measurement, self.summary)

@@ -40,7 +40,7 @@ class RowMaker:
     Attributes:
         model: Prior, discrepancy and density.
         conditions: Gated and free-running recordings, noise levels and missing phases.
-        protocol: Repeats, samples and failures behind the standard errors.
+        acquisition: Repeats, samples and failures behind the standard errors.
         recording: What ingestion admits.
         cells: What the network sees.
         seed: Of everything that is drawn.
@@ -48,7 +48,7 @@ class RowMaker:
 
     model: SpeedModelSettings
     conditions: ConditionSettings
-    protocol: AcquisitionSettings
+    acquisition: AcquisitionSettings
     recording: RecordingSettings
     cells: CellSettings
     seed: int
@@ -63,7 +63,7 @@ class RowMaker:
         draws = made.theta.shape[1]
         theta, physiology, prior = _flat(made.theta), _flat(made.physiology), self.model.prior
         phi = prior.joined(theta, physiology, sample(len(theta), prior.operator, rng))
-        drawn = draw_cells(len(theta), self.conditions, self.protocol, self.recording, rng)
+        drawn = draw_cells(len(theta), self.conditions, self.acquisition, self.recording, rng)
         taken = (made.active_stiffness_kpa, made.active_slope_kpa, made.shortening, made.shortening_slope)
         wall = WallPhases(*map(_flat, taken)).between(drawn.offset)
         predicted = self.model.predict(phi, wall)
@@ -174,7 +174,7 @@ def trained_over_population(
     maker = RowMaker(
         model=model,
         conditions=conditions,
-        protocol=acquisition,
+        acquisition=acquisition,
         recording=recording,
         cells=CellSettings(cells=acquisition.phases, relative_se=conditions.seen_relative_se),
         seed=integer_seed(seed, "population training"),

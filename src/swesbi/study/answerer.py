@@ -8,25 +8,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.answer import Answer, answered
-from swesbi.answers.files import OBSERVATION, VERDICT, kept_verdict, made_from, save_answer
+from swesbi.answers.files import RecordingRequest
 from swesbi.answers.folder import Folder, observe_folder
-from swesbi.answers.knowledge import Knowledge, knowledge_of_prior
-from swesbi.answers.recording import ModelledRecording, modelled_pushes
+from swesbi.answers.knowledge import Knowledge, knowledge_from
+from swesbi.answers.recording import modelled_pushes
 from swesbi.answers.settings import OneAnswerSettings
-from swesbi.artefacts import ArtefactError, Origin, folder_made_whole
+from swesbi.artefacts import ArtefactError, Origin
 from swesbi.config.read import ConfigError, in_words, merged_files, overlay, read_merged
 from swesbi.config.refusals import context_refusal, why_in_short
 from swesbi.config.study import Study, load_study
 from swesbi.config.view import View
 from swesbi.networks.flow.trained import SHIPPED_NETWORK
-from swesbi.report.sheet import Sheet
 from swesbi.study.nulls import nulls_of
 from swesbi.study.other_network import OtherNetworkError, check_network
 from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 from swesbi.verdict.settings import SHIPPED_NULLS
-from swesbi.verdict.verdict import Verdict
 
 EXIT_REFUSED: Final = 2
 """Of a command that goes on where a subject, or a person, of a folder is refused."""
@@ -40,21 +37,16 @@ BY_PACKAGE: Final = "{subject} is answered by the network that comes with the pa
 INSTEAD: Final = "{subject} is answered by the network of {name}: {why}"
 
 
-class OtherAnswerError(ValueError):
-    """A folder holds the answer to another recording, or something else; it is left as it is."""
-
-
 def study_with(options: argparse.Namespace) -> Study:
     """Return the study with the cohort of the command's options as that of its new subjects.
 
     Raises:
         ConfigError: The configuration, or the cohort, cannot be used.
     """
-    raw = read_merged(options.config, options.overlay)
     chosen = {} if options.phases is None else {"phases": options.phases}
-    merged = overlay(raw, {"new_subjects": chosen})
-    files = merged_files(options.config, options.overlay)
-    return load_study(merged, in_words(options.config, options.overlay), options.cohort, files)
+    given = (options.config, options.overlay)
+    raw = overlay(read_merged(*given), {"new_subjects": chosen})
+    return load_study(raw, in_words(*given), options.cohort, merged_files(*given))
 
 
 def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
@@ -86,10 +78,8 @@ def answer_settings(study: Study, experiment: str, subject: str) -> OneAnswerSet
     Raises:
         ConfigError: The experiment has no such settings.
     """
-    view, said = (
-        View(study.of_outside, {"experiment": experiment, "subject": subject}),
-        study.description(study.outside, subject),
-    )
+    view = View(study.of_outside, {"experiment": experiment, "subject": subject})
+    said = study.description(subject)
     own = {"recording": said.settings.to_plain(), "layout": said.file.layout.to_plain()}
     others = [name for name in OneAnswerSettings.model_fields if name not in own]
     return OneAnswerSettings.from_plain(view.together(*others) | own)
@@ -111,72 +101,6 @@ def check_new_subject(study: Study, subject: str) -> None:
     if subject not in study.outside.rows:
         known = ", ".join((*study.outside.rows, *study.outside.refused))
         raise ConfigError(f"subject = {subject!r}: {study.outside.folder} has {known}")
-
-
-def check_untouched(folder: Path, recording: ModelledRecording) -> None:
-    """Refuse to write over what is no answer, or the answer to another recording or heart.
-
-    Raises:
-        OtherAnswerError: Says what is there.
-        ArtefactError: What is there is damaged.
-    """
-    if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
-        return
-    kept = folder / OBSERVATION
-    remedy = "name another folder by --out, or write over it by --force"
-    if not kept.is_file():
-        raise OtherAnswerError(f"{folder}: is there already and holds no answer; {remedy}")
-    if not recording.is_kept_in(kept):
-        raise OtherAnswerError(
-            f"{folder}: holds the answer to another recording of {recording.observation.subject!r}, or its "
-            f"row of subjects.csv has changed since; {remedy}"
-        )
-
-
-@dataclass(frozen=True)
-class RecordingRequest:
-    """A recording that is asked about, with all that answers it.
-
-    Attributes:
-        recording: The recording, under the model.
-        knowledge: What answers it.
-        settings: What the answer depends on.
-        origin: Seed, subject and code.
-        experiment: By which experiment.
-        note: What to say of that choice; empty where it is the usual one.
-        left_out: What of the recording is left out, or odd, a sentence each.
-    """
-
-    recording: ModelledRecording
-    knowledge: Knowledge
-    settings: OneAnswerSettings
-    origin: Origin
-    experiment: str
-    note: str = ""
-    left_out: tuple[str, ...] = ()
-
-    def kept_in(self, folder: Path) -> Verdict | None:
-        """Return the verdict of this very answer, where it lies in ``folder`` already, whole; else None."""
-        digest = made_from(self.recording, self.knowledge, self.settings, self.origin, self.left_out)
-        observed = self.recording.observation
-        pressures = observed.clinical.has_pressures and observed.is_gated
-        return kept_verdict(folder, digest, pressures=pressures)
-
-    def answer_into(self, folder: Path, *, force: bool = False) -> tuple[Answer, Sheet]:
-        """Answer the recording, put all files into ``folder``, or none, and return what its page shows.
-
-        Raises:
-            OtherAnswerError: The folder holds something else, and ``force`` is not given.
-            ValueError: The recording cannot be answered.
-            ArtefactError: The folder cannot be written.
-        """
-        if not force:
-            check_untouched(folder, self.recording)
-        settings = self.settings
-        answer = answered(self.recording, self.knowledge, settings, self.origin.seed, settings.clinical)
-        with folder_made_whole(folder, VERDICT) as made:
-            page = save_answer(answer, self.knowledge, settings, self.origin, made, self.left_out)
-        return answer, page
 
 
 @dataclass(frozen=True)
@@ -233,10 +157,12 @@ class Answerer:
         else:
             recording = modelled_pushes(observed.observation, settings.model)
         origin = Origin(self.study.config.seed, subject, stage_code(CODE))
-        said = BY_PACKAGE if network and self._by_package(network) else INSTEAD if network else FROM_PRIOR
-        note = why and said.format(subject=subject, name=experiment, why=why)
-        if network == "" and self._of_another_model:
-            note = "\n".join(filter(None, (note, OTHER_NULLS.format(subject=subject))))
+        by_package = network and experiment_files(self.study, network).network == SHIPPED_NETWORK
+        said = BY_PACKAGE if by_package else INSTEAD if network else FROM_PRIOR
+        notes = [said.format(subject=subject, name=experiment, why=why)] if why else []
+        if not (network or self._own_nulls):
+            notes.append(OTHER_NULLS.format(subject=subject))
+        note = "\n".join(notes)
         return RecordingRequest(recording, knowledge, settings, origin, experiment, note, observed.left_out)
 
     def _network(self, subject: str, *, free: bool) -> tuple[str, str]:
@@ -268,22 +194,15 @@ class Answerer:
             return "has not been trained"
         return context_refusal(self.study, experiment, subject)
 
-    def _by_package(self, experiment: str) -> bool:
-        return experiment_files(self.study, experiment).network == SHIPPED_NETWORK
+    @cached_property
+    def _own_nulls(self) -> Path | None:
+        """The null recordings of the model by which the prior answers; None where they are not made."""
+        null = nulls_of(self.study, self.experiments[0])
+        return null if null.is_file() else None
 
     @cached_property
     def _prior(self) -> Knowledge:
-        return knowledge_of_prior(SHIPPED_NULLS if self._of_another_model else self._nulls)
-
-    @cached_property
-    def _nulls(self) -> Path:
-        """The null recordings of the model by which the prior answers."""
-        return nulls_of(self.study, self.experiments[0])
-
-    @property
-    def _of_another_model(self) -> bool:
-        """Whether the null recordings of that model have not been made."""
-        return not self._nulls.is_file()
+        return knowledge_from(self._own_nulls or SHIPPED_NULLS)
 
     def _knowledge(self, experiment: str) -> Knowledge:
         """Return what an experiment knows, trained under the settings that it has now.

@@ -245,18 +245,19 @@ def _known(package: str) -> tuple[Packages, Path, dict[str, Any]]:
 
 
 @cache
-def code_of(module: str, name: str) -> tuple[str, tuple[str, ...]]:
+def code_of(stage: str) -> tuple[str, tuple[str, ...]]:
     """Return the hash of a stage's function and the names of its settings, kept beside the byte code.
 
     Raises:
         As ``Packages.hash``.
     """
+    module, _, name = stage.partition(":")
     packages, file, known = _known(module.partition(".")[0])
-    if (place := f"{module}:{name}") not in known:
+    if stage not in known:
         from swesbi.artefacts.atomic import ArtefactError, atomic_path  # numpy, which no help needs
 
-        known[place] = [packages.hash(module, name), packages.settings(module, name)]
+        known[stage] = [packages.hash(module, name), packages.settings(module, name)]
         with contextlib.suppress(OSError, ArtefactError), atomic_path(file) as temporary:
             temporary.write_text(json.dumps(known))
-    code, settings = known[place]
+    code, settings = known[stage]
     return code, tuple(settings)

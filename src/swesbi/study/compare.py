@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+import pandas as pd
+
 from swesbi.answers.answer import Answer
 from swesbi.answers.change import JOINT, OUTPUTS, TABLE, PersonChangeSettings, save_change
-from swesbi.answers.files import OBSERVATION
+from swesbi.answers.files import OBSERVATION, RecordingRequest
 from swesbi.artefacts import Origin, Provenance, folder_made_whole
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.config.pairs import VisitPair, answered_pairs, left_out, pairs_of, refused_visits, visit_pair
@@ -33,8 +34,6 @@ from swesbi.report.figures.style import save_figure
 from swesbi.study.answerer import (
     EXIT_REFUSED,
     Answerer,
-    RecordingRequest,
-    check_new_subject,
     experiments_to_ask,
     is_everyones,
     study_with,
@@ -56,20 +55,8 @@ GROUP_OUTPUTS: Final = (
     "changes_groups.png",
 )  # fmt: skip
 """Of the groups of these persons."""
-
-
-@dataclass(frozen=True)
-class ChangeRequest:
-    """Whose change, by which experiment, and what answers the visits."""
-
-    answerer: Answerer
-    experiment: str
-    pair: VisitPair
-
-    @property
-    def study(self) -> Study:
-        """The study."""
-        return self.answerer.study
+FAILURES: Final = (ValueError, ArithmeticError, RuntimeError)
+"""Errors of one person, or of groups, that leave the others as they are."""
 
 
 def main(options: argparse.Namespace) -> int:
@@ -85,12 +72,9 @@ def main(options: argparse.Namespace) -> int:
     if options.all:
         return _answer_all(study, options)
     _check_visits(study, options.person)
-    experiment = experiment_with_network(study, options.experiment)
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
-    _check_subjects(study, pair)
-    asked = ChangeRequest(_answerer(study, experiment, options), experiment, pair)
-    folder = options.out or _folder_of(study, experiment) / pair.person
-    _answer(folder, asked)
+    answerer, folder = _answerer(study, options)
+    _answer(options.out or folder / pair.person, answerer, pair)
     return 0
 
 
@@ -115,11 +99,6 @@ def _lost_visits(study: Study) -> dict[str, list[str]]:
     return lost
 
 
-def _check_subjects(study: Study, pair: VisitPair) -> None:
-    for subject in pair.subjects:
-        check_new_subject(study, subject)
-
-
 def experiment_with_network(study: Study, asked: str | None) -> str:
     """Return the experiment asked for; else the first with a network, the package's among them.
 
@@ -130,16 +109,17 @@ def experiment_with_network(study: Study, asked: str | None) -> str:
     return next((name for name in names if experiment_files(study, name).is_there), names[0])
 
 
-def _answerer(study: Study, experiment: str, options: argparse.Namespace) -> Answerer:
-    """Return what answers the visits, or refuse an experiment that has not been run."""
+def _answerer(study: Study, options: argparse.Namespace) -> tuple[Answerer, Path]:
+    """Return what answers the visits, and where changes lie, a folder a person.
+
+    Raises:
+        FileNotFoundError: Its experiment has not been run.
+    """
+    experiment = experiment_with_network(study, options.experiment)
     command = snakemake_options(options.config, options.overlay)
     experiment_files(study, experiment).check(command)
-    return Answerer(study, (experiment,), command, required=True)
-
-
-def _folder_of(study: Study, experiment: str) -> Path:
-    """Return where the changes of persons lie, a folder a person."""
-    return Path(study.config.results) / experiment / CHANGES
+    folder = Path(study.config.results) / experiment / CHANGES
+    return Answerer(study, (experiment,), command, required=True), folder
 
 
 def _answer_all(study: Study, options: argparse.Namespace) -> int:
@@ -160,26 +140,25 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             f"--cohort = {str(study.outside.folder)!r}: no person has two visits; its subjects.csv needs the "
             "columns person and visit, with a row for each visit (docs/compare-and-plan.md)"
         )
-    experiment = experiment_with_network(study, options.experiment)
-    answerer = _answerer(study, experiment, options)
-    folder = options.out or _folder_of(study, experiment)
-    compared: list[ChangeRequest] = []
+    answerer, folder = _answerer(study, options)
+    folder, (experiment,) = options.out or folder, answerer.experiments
+    compared: list[VisitPair] = []
     for pair in answered_pairs(study, experiment):
         if pair.person in refused:
             continue
-        asked = ChangeRequest(answerer, experiment, pair)
         try:
-            _check_subjects(study, pair)
-            _answer(folder / pair.person, asked)
-        except (ValueError, ArithmeticError, RuntimeError) as error:
+            _answer(folder / pair.person, answerer, pair)
+        except FAILURES as error:
             if is_everyones(error):
                 raise
             refused[pair.person] = str(error)
             LOGGER.warning("person %s is refused", pair.person)
         else:
-            compared.append(asked)
-    failed = _write_groups(folder, compared, refused) if compared else ""
-    refused |= _unknown_hearts(study, experiment)
+            compared.append(pair)
+    failed = _write_groups(folder, answerer, compared, refused) if compared else ""
+    for pair in pairs_of(study):
+        if unknown := refused_visits(study, experiment, pair):
+            refused[pair.person] = "; ".join(unknown)
     reasons = "".join(f"\nrefused: {person}: {reason}" for person, reason in refused.items())
     if not compared:
         raise ValueError(f"{study.outside.folder}: no person can be compared{reasons}")
@@ -189,29 +168,24 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
     return EXIT_REFUSED if refused or failed else 0
 
 
-def _unknown_hearts(study: Study, experiment: str) -> dict[str, str]:
-    """Return the persons with a visit that the network does not know, and why."""
-    sentences = {pair.person: refused_visits(study, experiment, pair) for pair in pairs_of(study)}
-    return {person: "; ".join(why) for person, why in sentences.items() if why}
-
-
-def _write_groups(folder: Path, compared: Sequence[ChangeRequest], refused: Mapping[str, str]) -> str:
+def _write_groups(
+    folder: Path, answerer: Answerer, compared: Sequence[VisitPair], refused: Mapping[str, str]
+) -> str:
     """Write the table of all persons who are compared, and what has changed in groups of them.
 
     Where groups fail, none of their files is left, and the table stays.
 
     Args:
         folder: Where their own folders lie, and the output.
+        answerer: What answered them.
         compared: Who they are.
         refused: Who else was to be compared, and why they are not.
 
     Returns:
         Why groups failed, in a line of its own; empty where they did not.
     """
-    import pandas as pd
-
-    study, experiment = compared[0].study, compared[0].experiment
-    made_of = {folder / asked.pair.person: asked.pair.subjects[0] for asked in compared}
+    study, (experiment,) = answerer.study, answerer.experiments
+    made_of = {folder / pair.person: pair.subjects[0] for pair in compared}
     table = pd.concat([read_csv(person / TABLE) for person in made_of], ignore_index=True)
     table.insert(0, "experiment", experiment)
     write_csv(folder / ALL_CHANGES, table)
@@ -225,7 +199,7 @@ def _write_groups(folder: Path, compared: Sequence[ChangeRequest], refused: Mapp
             )
             by = Provenance("", seed=study.config.seed, settings=plain, code_hash=code)
             save_groups(found, made, by, study.config.new_subjects.cohort_title)
-    except (ValueError, ArithmeticError, RuntimeError) as error:
+    except FAILURES as error:
         for file in GROUP_OUTPUTS:
             (folder / file).unlink(missing_ok=True)
         return f"\nno change in groups: {error}"
@@ -251,14 +225,7 @@ def groups_settings(study: Study, experiment: str, refused: Mapping[str, str]) -
 
 
 def save_groups(found: ChangeGroups, folder: Path, made: Provenance, cohort_title: str) -> None:
-    """Write what has changed in groups, and log it.
-
-    Args:
-        found: It.
-        folder: Where its files go.
-        made: What made it.
-        cohort_title: What the figure calls the persons.
-    """
+    """Write what has changed in groups, and log it; the title is what the figure calls the persons."""
     groups, table, persons, *figures = (folder / name for name in GROUP_OUTPUTS)
     found.write(groups, made)
     write_csv(table, change_groups_table(found))
@@ -268,7 +235,7 @@ def save_groups(found: ChangeGroups, folder: Path, made: Provenance, cohort_titl
         LOGGER.info("%s", line)
 
 
-def _answer(folder: Path, asked: ChangeRequest) -> None:
+def _answer(folder: Path, answerer: Answerer, pair: VisitPair) -> None:
     """Answer both visits, then the pair, put all of it into ``folder``, or nothing, and print the change.
 
     Raises:
@@ -278,31 +245,30 @@ def _answer(folder: Path, asked: ChangeRequest) -> None:
         raise ValueError(
             f"{folder}: is a file where the results go; move it, or name another folder by --out"
         )
-    pair, study = asked.pair, asked.answerer.study
-    view = View(study.of_outside, {"experiment": asked.experiment})
-    plain = view.together("model", "changes", "cohort_title")
+    study, (experiment,) = answerer.study, answerer.experiments
+    plain = View(study.of_outside, {"experiment": experiment}).together("model", "changes", "cohort_title")
     plain |= {"person": pair.person, "visits": list(pair.visits)}
     origin = Origin(study.config.seed, pair.person, stage_code(CODE))
     with folder_made_whole(folder) as made:
-        visits = [_visit(made, asked, *visit) for visit in zip(pair.visits, pair.subjects, strict=True)]
-        knowledge = visits[0][0].knowledge
-        answers = [answer for _, answer in visits]
+        visits = [_visit(made, answerer, pair, number) for number in (0, 1)]
+        knowledge, answers = visits[0][0].knowledge, [answer for _, answer in visits]
         change = save_change(answers, knowledge, PersonChangeSettings.from_plain(plain), origin, made)
     print("\n".join([*change_lines(change), f"written to {folder}: {', '.join(OUTPUTS)}, a folder a visit"]))
 
 
-def _visit(made: Path, asked: ChangeRequest, visit: str, subject: str) -> tuple[RecordingRequest, Answer]:
+def _visit(made: Path, answerer: Answerer, pair: VisitPair, number: int) -> tuple[RecordingRequest, Answer]:
     """Answer one visit as `infer` does.
 
     Raises:
         ValueError: It is refused; says which visit.
     """
+    visit, subject = pair.visits[number], pair.subjects[number]
     try:
-        recording = asked.answerer.request(subject)
+        recording = answerer.request(subject)
         return recording, recording.answer_into(made / subject)[0]
     except ValueError as error:
         if is_everyones(error):
             raise
         raise ValueError(
-            f"visit {visit!r} of {asked.pair.person!r} (recording {subject}): {error}; no change is told"
+            f"visit {visit!r} of {pair.person!r} (recording {subject}): {error}; no change is told"
         ) from error

@@ -62,13 +62,11 @@ def _artefact(provenance: Provenance) -> Sections:
 
 
 def _hdf5(path: Path) -> Content:
-    files.check_whole(path)
-    files.check_self_contained(path)
+    made = files.provenance_of(path)
     arrays: dict[str, Array] = {}
-    for group in files.group_names(path):
-        found = files.read_group(path, group)
+    for group, found in files.read_groups(path).items():
         arrays |= {f"{group}/{name}".strip("/"): one for name, one in found.items()}
-    return _artefact(files.hdf5_provenance(path)), arrays
+    return _artefact(made), arrays
 
 
 def _weights(path: Path) -> Content:

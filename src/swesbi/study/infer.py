@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from swesbi.answers.files import OtherAnswerError
+from swesbi.answers.table import TABLE, AnswerRow, answers_table, write_answers
+from swesbi.answers.text import answer_text
+from swesbi.artefacts.csv import read_csv
 from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study
 from swesbi.recording.cohort.files import RECORDINGS, SUBJECTS
-from swesbi.study.answerer import (
-    EXIT_REFUSED,
-    Answerer,
-    OtherAnswerError,
-    experiments_to_ask,
-    is_everyones,
-    study_with,
-)
-
-if TYPE_CHECKING:
-    from swesbi.verdict.summary import AnswerSummary
+from swesbi.study.answerer import EXIT_REFUSED, Answerer, experiments_to_ask, is_everyones, study_with
+from swesbi.verdict.summary import answer_summary
 
 LOGGER: Final = logging.getLogger("swesbi")
 ANSWERS: Final = "answers"
@@ -49,17 +44,6 @@ class Request:
     force: bool
 
 
-@dataclass(frozen=True)
-class FinishedAnswer:
-    """An answer that was given: by which experiment, what to print, and its row of the table."""
-
-    experiment: str
-    text: str
-    summary: AnswerSummary
-    noise: str
-    notes: str
-
-
 def main(options: argparse.Namespace) -> int:
     """Run `infer`; return 0 after printing the answers, or 2 if one of the recordings is refused.
 
@@ -80,7 +64,7 @@ def main(options: argparse.Namespace) -> int:
     out = options.out or typed_in / ANSWERS / study.outside.name
     request = Request(answerer, named, out, options.force)
     if len(named) == 1:
-        print(_given(request, *named).text)
+        print(_given(request, *named)[0])
         return 0
     return _answer_all(request, options.workers)
 
@@ -155,30 +139,29 @@ def _subjects_in(study: Study, path: Path) -> tuple[str, ...]:
     )
 
 
-def _given(request: Request, subject: str) -> FinishedAnswer:
-    """Answer one subject by the first that can; an answer that is there, to just this, is kept."""
-    from swesbi.answers.text import answer_text
-    from swesbi.verdict.summary import answer_summary
+def _given(request: Request, subject: str) -> tuple[str, AnswerRow]:
+    """Answer one subject by the first that can: what to print, and its row of the table.
 
+    An answer that is there, to just this, is kept.
+    """
     asked, folder = request.answerer.request(subject), request.out / subject
-    notes = "; ".join(asked.left_out)
-    if not request.force and (kept := asked.kept_in(folder)) is not None:
-        text = (
-            f"{subject}: {kept.sentence}\nanswered before, and nothing has changed since: {folder.resolve()}"
-        )
-        return FinishedAnswer(asked.experiment, text, answer_summary(kept), asked.recording.noise, notes)
-    answer, _ = asked.answer_into(folder, force=request.force)
-    files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
-    lines = [
-        *(f"{subject}: {sentence}" for sentence in asked.left_out),
-        asked.note,
-        answer_text(answer),
-        f"written to {folder.resolve()}: {files}",
-    ]
-    noise = answer.recording.noise
-    return FinishedAnswer(
-        asked.experiment, "\n".join(filter(None, lines)), answer_summary(answer.verdict), noise, notes
-    )
+    verdict = None if request.force else asked.kept_in(folder)
+    if verdict is not None:
+        said = "answered before, and nothing has changed since"
+        lines = [f"{subject}: {verdict.sentence}", f"{said}: {folder.resolve()}"]
+    else:
+        answer, _ = asked.answer_into(folder, force=request.force)
+        verdict = answer.verdict
+        files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
+        lines = [
+            *(f"{subject}: {sentence}" for sentence in asked.left_out),
+            asked.note,
+            answer_text(answer),
+            f"written to {folder.resolve()}: {files}",
+        ]
+    noise, notes = asked.recording.noise, "; ".join(asked.left_out)
+    row = AnswerRow(subject, asked.experiment, answer_summary(verdict), noise=noise, notes=notes)
+    return "\n".join(filter(None, lines)), row
 
 
 def _answer_all(request: Request, workers: int) -> int:
@@ -187,21 +170,26 @@ def _answer_all(request: Request, workers: int) -> int:
     subjects = request.named or answerer.subjects
     if not (request.named or request.force):
         check_table(request.out, subjects)
-    given: dict[str, FinishedAnswer] = {}
     refused = {name: why for name, why in answerer.folder.refused.items() if name in subjects}
     usable = [name for name in subjects if name not in refused]
+    given: dict[str, AnswerRow] = {}
     progress = Progress("answers", len(usable), unit="recording")
     for subject, found in _found(request, usable, workers):
-        if isinstance(found, FinishedAnswer):
-            given[subject] = found
-            print(found.text, flush=True)
+        if isinstance(found, tuple):
+            text, given[subject] = found
+            print(text, flush=True)
         elif is_everyones(found):
             raise found
         else:
             refused[subject] = str(found)
             LOGGER.warning("subject %s is refused", subject)
         progress.step(note=subject)
-    table = "" if request.named else f"; {_write_table(request, given, refused).resolve()}, .xlsx"
+    table = ""
+    if not request.named:
+        asked = ", ".join(answerer.experiments)
+        rows = given | {name: AnswerRow(name, asked, None, why) for name, why in refused.items()}
+        write_answers(answers_table([rows[subject] for subject in subjects]), request.out)
+        table = f"; {(request.out / TABLE).resolve()}, .xlsx"
     print(f"\n{len(given)} answered, {len(refused)} refused{table}")
     for subject, reason in refused.items():
         print(f"refused: {subject}: {reason}")
@@ -210,7 +198,7 @@ def _answer_all(request: Request, workers: int) -> int:
 
 def _found(
     request: Request, subjects: Sequence[str], workers: int
-) -> Iterator[tuple[str, FinishedAnswer | Exception]]:
+) -> Iterator[tuple[str, tuple[str, AnswerRow] | Exception]]:
     """Yield the answer to each subject, or why there is none, as they are found."""
     answer = partial(_given_or_refused, request)
     if workers == 1:
@@ -222,7 +210,7 @@ def _found(
         yield subject, found
 
 
-def _given_or_refused(request: Request, subject: str) -> FinishedAnswer | Exception:
+def _given_or_refused(request: Request, subject: str) -> tuple[str, AnswerRow] | Exception:
     try:
         return _given(request, subject)
     except (ValueError, ArithmeticError, RuntimeError, OSError) as error:
@@ -237,9 +225,6 @@ def check_table(folder: Path, subjects: Sequence[str]) -> None:
     Raises:
         OtherAnswerError: Names them.
     """
-    from swesbi.answers.table import TABLE
-    from swesbi.artefacts.csv import read_csv
-
     path = folder / TABLE
     answered = list(read_csv(path)["subject"]) if path.is_file() else []
     others = dict.fromkeys(name for name in answered if name not in subjects)
@@ -248,19 +233,3 @@ def check_table(folder: Path, subjects: Sequence[str]) -> None:
             f"{path}: has the answers of {', '.join(others)}, who are not in this folder; name another "
             "folder by --out, or write over it by --force"
         )
-
-
-def _write_table(request: Request, given: Mapping[str, FinishedAnswer], refused: Mapping[str, str]) -> Path:
-    """Write the table of the answers, the subjects in the order of the folder, and return its path."""
-    from swesbi.answers.table import TABLE, AnswerRow, answers_table, write_answers
-
-    answerer = request.answerer
-    rows = []
-    for subject in answerer.subjects:
-        if subject in given:
-            one = given[subject]
-            rows.append(AnswerRow(subject, one.experiment, one.summary, noise=one.noise, notes=one.notes))
-        else:
-            rows.append(AnswerRow(subject, ", ".join(answerer.experiments), None, refused[subject]))
-    write_answers(answers_table(rows), request.out)
-    return request.out / TABLE

@@ -7,15 +7,15 @@ import inspect
 import json
 import logging
 import os
+import pkgutil
 import resource
 import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol, TextIO, get_type_hints
+from typing import Any, Protocol, get_type_hints
 
 from pydantic import TypeAdapter
 
@@ -25,7 +25,7 @@ from swesbi.artefacts.typed import read_as, write_as
 from swesbi.base.processes import exit_when_gone
 from swesbi.base.terminal import terminal
 from swesbi.study.running import RUN
-from swesbi.study.stage import OF_EVERY_JOB, place_of, settings_in
+from swesbi.study.stage import OF_EVERY_JOB, settings_in
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
@@ -65,7 +65,7 @@ def run_job(snakemake: SnakemakeJob) -> None:
     began = time.monotonic() - time.process_time()  # nothing waits before this
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     params = settings_in(snakemake.params)
-    function = stage_of(params["stage"])
+    function = pkgutil.resolve_name(params["stage"])  # its module is imported now, with all that it needs
     run_now = snakemake.config[RUN]
     exit_when_gone(run_now["process"])
     inputs, outputs = (
@@ -80,13 +80,6 @@ def run_job(snakemake: SnakemakeJob) -> None:
         print(f"{PROCESSOR_TIME}{sum(usage.ru_utime + usage.ru_stime for usage in used):.3f} s")
         print(f"{WALL_TIME}{time.monotonic() - began:.2f} s")
         print(f"{MEMORY}{max(usage.ru_maxrss for usage in used) / 1024.0:.0f} MB")
-
-
-def stage_of(stage: str) -> Callable[..., Any]:
-    """Return the function of a stage; its module is imported now, with all that it needs."""
-    module, name = place_of(stage)
-    function: Callable[..., Any] = getattr(import_module(module), name)
-    return function
 
 
 def run_stage(
@@ -178,7 +171,7 @@ def logging_to(
     path.parent.mkdir(parents=True, exist_ok=True)
     shown = terminal(sys.stderr)
     file = path.open("w", encoding="utf-8")
-    handlers = [_handler(file), _handler(shown)]
+    handlers: list[logging.Handler] = [logging.StreamHandler(stream) for stream in (file, shown)]
     LOGGER.setLevel(logging.INFO)
     LOGGER.propagate = False
     for handler in handlers:
@@ -216,9 +209,3 @@ def _message(error: Exception, options: str, log: Path, inputs: Mapping[str, Seq
     if isinstance(error, OSError) and error.filename is None and (reason := write_fault(error)):
         return f"{log}: cannot be written, {reason}"
     return str(error)
-
-
-def _handler(stream: TextIO) -> logging.Handler:
-    handler = logging.StreamHandler(stream)
-    handler.setFormatter(logging.Formatter("%(message)s"))
-    return handler

@@ -25,7 +25,7 @@ from swesbi.config.study import Study, load_study
 from swesbi.config.view import View
 from swesbi.persons.planning.effect import Effect, check_effect, parse_effect, parse_percent, parse_repeats
 from swesbi.study.other_network import check_network
-from swesbi.study.results import ExperimentFiles, experiment_files
+from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 
 if TYPE_CHECKING:
@@ -68,51 +68,46 @@ def main(options: argparse.Namespace) -> int:
         OSError: The study has not been run, or the answer cannot be written.
     """
     options = at_configuration(options)
-    raw = read_merged(options.config, options.overlay)
+    given = (options.config, options.overlay)
+    raw = read_merged(*given)
     if options.bank is not None:
         raw = overlay(raw, {"plan": {"persons": {"number": options.bank}}})
-    files = merged_files(options.config, options.overlay)
-    study = load_study(raw, in_words(options.config, options.overlay), files=files)
-    asked = asked_for(options, study)
+    study = load_study(raw, in_words(*given), files=merged_files(*given))
     experiment = options.experiment or study.config.plan.experiment
-    if experiment not in study.config.population_experiments:
-        known = ", ".join(study.config.population_experiments) or "none"
-        raise ConfigError(
-            f"--experiment {experiment!r}: simulated persons need a network of a population: {known}"
-        )
+    asked = asked_for(options, study, experiment)
     finished = experiment_files(study, experiment)
-    finished.check(snakemake_options(options.config, options.overlay))
-    folder = (
-        options.out
-        or Path(study.config.results) / experiment / "plan" / f"{asked.design}-{asked.effect.slug}"
-    )
-    banks = {
-        repeats: _bank(study, experiment, asked, repeats, finished, options.processes)
-        for repeats in asked.repeats
-    }
+    finished.check(snakemake_options(*given))
+    plans, banks = Path(study.config.results) / experiment / "plan", {}
+    for repeats in asked.repeats:
+        path = plans / "banks" / f"{asked.design}-{asked.effect.slug}-{repeats}x{100.0 * asked.noise:g}.h5"
+        plain = bank_settings(study, experiment, asked, repeats)
+        banks[repeats] = _bank(path, finished.network, plain, study.config.seed, options.processes)
     planned = _planned(study, experiment, asked, banks)
-    print(_written(planned, folder))
+    print(_written(planned, options.out or plans / f"{asked.design}-{asked.effect.slug}"))
     return 0
 
 
-def asked_for(options: argparse.Namespace, study: Study) -> PlanRequest:
+def asked_for(options: argparse.Namespace, study: Study, experiment: str) -> PlanRequest:
     """Return what the options ask for.
 
     Raises:
+        ConfigError: The experiment is not over a population.
         ValueError: It is no effect, or cannot be recorded or answered; names the option and its value.
     """
-    config = study.config
-    experiment = config.population_experiments.get(options.experiment or config.plan.experiment)
+    config, populations = study.config, study.config.population_experiments
+    if experiment not in populations:
+        raise ConfigError(
+            f"--experiment {experiment!r}: simulated persons need a network of a population: "
+            f"{', '.join(populations) or 'none'}"
+        )
     effect = parse_effect(options.effect)
-    if experiment is not None:
-        check_effect(effect, config.priors[config.speed_experiments[experiment.base].prior])
+    check_effect(effect, config.priors[config.speed_experiments[populations[experiment].base].prior])
     repeats = parse_repeats(options.repeats, config.recording.min_repeats_per_phase)
     noise = config.acquisition.repeat_sd_fraction
     if options.noise is not None:
         noise = parse_percent(options.noise, "--noise")
-    if experiment is not None:
-        for number in repeats:
-            _check_noise(noise, number, study, experiment.conditions.relative_se)
+    for number in repeats:
+        _check_noise(noise, number, study, populations[experiment].conditions.relative_se)
     power = config.plan.power if options.power is None else parse_percent(options.power, "--power")
     if not 0.0 < power < 1.0:
         raise ValueError(f"--power {options.power!r}: a share of studies between 0 and 100%, without either")
@@ -161,9 +156,7 @@ def bank_settings(study: Study, experiment: str, asked: PlanRequest, repeats: in
     }
 
 
-def _bank(
-    study: Study, experiment: str, asked: PlanRequest, repeats: int, finished: ExperimentFiles, processes: int
-) -> Bank:
+def _bank(path: Path, estimator: Path, plain: Mapping[str, Any], seed: int, processes: int) -> Bank:
     """Make the bank of a number of repeats, or go on with one that is there.
 
     It is written after every few persons, so that a run that is stopped goes on from there.
@@ -176,13 +169,10 @@ def _bank(
     from swesbi.persons.planning.bank import Bank
     from swesbi.persons.planning.simulation import BankSettings, answered_bank
 
-    settings = BankSettings.from_plain(bank_settings(study, experiment, asked, repeats))
-    check_network(finished.network, settings.train_population)
-    name = f"{asked.design}-{asked.effect.slug}-{repeats}x{100.0 * asked.noise:g}.h5"
-    path = Path(study.config.results) / experiment / "plan" / "banks" / name
-    seed, code = study.config.seed, stage_code(CODE)
-    made = Provenance("", seed=seed, settings=settings.to_plain(), code_hash=code)
-    network, kept = TrainedFlow.read(finished.network), kept_persons(path, made)
+    settings = BankSettings.from_plain(plain)
+    check_network(estimator, settings.train_population)
+    made = Provenance("", seed=seed, settings=settings.to_plain(), code_hash=stage_code(CODE))
+    network, kept = TrainedFlow.read(estimator), kept_persons(path, made)
     for bank in answered_bank(network, kept, settings, seed=seed, processes=processes):
         bank.write(path, made)
     return Bank.read(path)

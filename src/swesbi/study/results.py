@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from swesbi.answers.knowledge import Knowledge, knowledge_of_population, knowledge_of_study
+from swesbi.answers.knowledge import Knowledge, knowledge_from
 from swesbi.artefacts.atomic import make_command
 from swesbi.artefacts.typed import FOLDER
 from swesbi.config.study import Study
@@ -110,9 +110,7 @@ class ExperimentFiles:
         Raises:
             ArtefactError: A file is no such artefact.
         """
-        if self.noise is None:
-            return knowledge_of_population(self.network, self.null)
-        return knowledge_of_study(self.network, self.observations, self.null)
+        return knowledge_from(self.null, self.network, self.observations)
 
     def check(self, options: str = "") -> None:
         """Refuse to answer by a study that has not been run as far as it takes.

@@ -39,9 +39,6 @@ def stage_params(
         values: Gives the settings of a job.
         seed: Of the study.
         sections: Keys of long settings by name: each becomes a param of its own.
-
-    Raises:
-        As ``settings_of``.
     """
 
     def setting(name: str) -> Callable[[Any], dict[str, Any]]:
@@ -50,7 +47,7 @@ def stage_params(
     def section(name: str, key: str) -> Callable[[Any], dict[str, Any]]:
         return lambda wildcards: {name: {key: values(dict(wildcards.items()))[name][key]}}
 
-    names = [name for name in settings_of(stage) if name not in OF_EVERY_JOB]
+    names = _settings_of(stage)
     return {
         "stage": {"stage": stage},
         "code": lambda _: {"code": stage_code(stage)},
@@ -71,28 +68,13 @@ def settings_in(params: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 def plain_settings(stage: str, values: Named) -> dict[str, Any]:
     """Return the plain settings that a stage depends on beside what every job has, out of many by name."""
-    return {name: values[name] for name in settings_of(stage) if name not in OF_EVERY_JOB}
-
-
-def settings_of(stage: str) -> tuple[str, ...]:
-    """Return the names of the settings that a stage depends on.
-
-    Raises:
-        As ``swesbi.study.code.code_of``.
-    """
-    return code_of(*place_of(stage))[1]
+    return {name: values[name] for name in _settings_of(stage)}
 
 
 def stage_code(stage: str) -> str:
-    """Return the hash of the code that a stage runs.
-
-    Raises:
-        As ``swesbi.study.code.code_of``.
-    """
-    return code_of(*place_of(stage))[0]
+    """Return the hash of the code that a stage runs; errors as of ``swesbi.study.code.code_of``."""
+    return code_of(stage)[0]
 
 
-def place_of(stage: str) -> tuple[str, str]:
-    """Return module and name of a stage's function."""
-    module, _, name = stage.partition(":")
-    return module, name
+def _settings_of(stage: str) -> list[str]:
+    return [name for name in code_of(stage)[1] if name not in OF_EVERY_JOB]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 from swesbi.artefacts.atomic import typed
@@ -26,10 +26,8 @@ def main(options: argparse.Namespace) -> int:
         ConfigError: The configuration itself is wrong.
     """
     options = at_configuration(options)
-    cohort: Path = options.cohort
-    source = in_words(options.config, options.overlay)
-    files = merged_files(options.config, options.overlay)
-    config = parse_config(read_merged(options.config, options.overlay), source, files)
+    cohort, given = options.cohort, (options.config, options.overlay)
+    config = parse_config(read_merged(*given), in_words(*given), merged_files(*given))
     settings, where = config.recording, CONFIGURED
     if options.phases is not None:
         where = "--phases"
@@ -37,36 +35,28 @@ def main(options: argparse.Namespace) -> int:
     report = examine_cohort(cohort, settings, config.measurement.grid_points, where)
     here = cohort.resolve() == Path(config.cohort).resolve()
     problems = (*report.problems, *(_unknown_subjects(report, config, options.config) if here else ()))
+    warnings = [f"warning: {note}" for note in report.notes]
+    number = len(report.usable)
+    usable = f"{number} recording{'' if number == 1 else 's'} can be used"
     if problems:
         several = "" if len(problems) > 1 else "1 problem\n  - "
-        usable = [f"{_usable(report)} as they are: {', '.join(report.usable)}"] if report.usable else []
-        lines = [
-            f"{cohort}: {several}{listed(problems)}",
-            *_warnings(report),
-            *usable,
-            "Nothing was written.",
-        ]
+        others = [f"{usable} as they are: {', '.join(report.usable)}"] if report.usable else []
+        lines = [f"{cohort}: {several}{listed(problems)}", *warnings, *others, "Nothing was written."]
         print("\n".join(lines), file=sys.stderr)
         return EXIT_PROBLEMS
-    print(f"{cohort}: {_usable(report)}; origin: {report.origin}")
-    print("\n".join([*_warnings(report), "", summary(report)]))
-    gated = len(report.usable) > len(report.free_running)
-    elsewhere = (_elsewhere(cohort, options.config),) if gated and not here else ()
-    for note in (*elsewhere, *_free_running(report), *_other_files(report)):
+    print(f"{cohort}: {usable}; origin: {report.origin}")
+    print("\n".join([*warnings, "", summary(report)]))
+    if not here and number > len(report.free_running):
+        print(
+            f"note: `{typed('swesbi', 'infer', cohort)}` answers these recordings, and needs no study. "
+            f"To train networks on them, set `cohort` of {options.config} to {cohort} and `results` to "
+            "another folder, and run the study"
+        )
+    for note in _notes(report):
         print(f"note: {note}")
     if options.plot:
         _plot(report, options.plot)
     return 0
-
-
-def _usable(report: CohortReport) -> str:
-    number = len(report.usable)
-    return f"{number} recording{'' if number == 1 else 's'} can be used"
-
-
-def _warnings(report: CohortReport) -> list[str]:
-    """Say which files are of nobody, before all that is said of the others."""
-    return [f"warning: {note}" for note in report.notes]
 
 
 def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:
@@ -74,46 +64,28 @@ def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> lis
     known = report.usable
     if report.problems:
         return []
+    lists = {"subjects": None if config.subjects == "all" else config.subjects}
+    lists |= {f"experiments.{name}.subjects": config.listed_subjects(name) for name in config.experiments}
     reason = f"is no subject of {Path(config.cohort) / SUBJECTS}, which has {', '.join(known)}"
     return [
         Problem(str(source), reason, f"correct `{key}`, or write `{key}: all`", column=key, value=name)
-        for key, names in _lists(config).items()
-        for name in names
+        for key, names in lists.items()
+        for name in names or ()
         if name not in known
     ]
 
 
-def _lists(config: Config) -> Mapping[str, Sequence[str]]:
-    """Return every list of subjects of the configuration that is of its cohort, by its key."""
-    of_study = {"subjects": () if config.subjects == "all" else config.subjects}
-    listed = {name: config.listed_subjects(name) for name in config.experiments}
-    return of_study | {f"experiments.{name}.subjects": names or () for name, names in listed.items()}
-
-
-def _elsewhere(cohort: Path, source: Path) -> str:
-    return (
-        f"`{typed('swesbi', 'infer', cohort)}` answers these recordings, and needs no study. To train "
-        f"networks on them, set `cohort` of {source} to {cohort} and `results` to another "
-        "folder, and run the study"
-    )
-
-
-def _free_running(report: CohortReport) -> tuple[str, ...]:
-    """Say what can be asked about free-running recordings, if there are any."""
-    if not report.free_running:
-        return ()
-    return (
-        f"free-running: {', '.join(report.free_running)}; `swesbi infer` answers them without a network. "
-        "Networks and the experiments of the paper need gated phases: leave them out of `subjects` of a "
-        "study",
-    )
-
-
-def _other_files(report: CohortReport) -> tuple[str, ...]:
-    """Name the files that are read in place of ``SUBJECT.csv``, if there are any."""
+def _notes(report: CohortReport) -> Iterator[str]:
+    """Yield what can be asked about free-running recordings, and which files are read as they are."""
+    if report.free_running:
+        yield (
+            f"free-running: {', '.join(report.free_running)}; `swesbi infer` answers them without a network. "
+            "Networks and the experiments of the paper need gated phases: leave them out of `subjects` of a "
+            "study"
+        )
     files = dict.fromkeys(one.samples.source for one in report.subjects)
-    others = [name for name in files if not name.lower().endswith(".csv")]
-    return (f"read as they are, without a CSV: {', '.join(others)}",) if others else ()
+    if others := [name for name in files if not name.lower().endswith(".csv")]:
+        yield f"read as they are, without a CSV: {', '.join(others)}"
 
 
 def _plot(report: CohortReport, folder: Path) -> None:

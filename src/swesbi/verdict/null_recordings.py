@@ -33,7 +33,7 @@ from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.checks import STRIP_LABELS, Checks, check_recording
+from swesbi.verdict.misfits import STRIP_LABELS, Misfits, misfits_of
 
 GATED_STREAM: Final = "population null"
 PUSHES_STREAM: Final = "null pushes"
@@ -53,8 +53,8 @@ class NullRecordings(artefacts.Artefact, kind="population_null"):
     """
 
     contexts: tuple[Context, ...]
-    gated: Annotated[Checks, artefacts.Part()]
-    pushes: Annotated[Checks, artefacts.Part(group=PUSHES)]
+    gated: Annotated[Misfits, artefacts.Part()]
+    pushes: Annotated[Misfits, artefacts.Part(group=PUSHES)]
 
     @classmethod
     def schema(cls) -> Schema:
@@ -116,7 +116,7 @@ def null_recordings(
 
     def checked(
         made: Callable[[int], SpeedModel], count: int, stream: str
-    ) -> tuple[tuple[Context, ...], Checks]:
+    ) -> tuple[tuple[Context, ...], Misfits]:
         progress = Progress(f"{stream} recordings", count, unit="recording")
         contexts, found = [], []
         for number in range(count):
@@ -134,10 +134,10 @@ def null_recordings(
 
 def infer_checks(
     model: SpeedModel, flow: TrainedFlow, effective_draws: int, exact: ExactSettings, seed: int
-) -> Checks:
+) -> Misfits:
     """Infer one recording by so many effective draws, and return what the tests look at in it."""
     proposal = flow_proposal(flow, model.recording)
     drawn, _ = weighted_posterior(HeartModel(model), proposal, effective_draws, exact, seed)
     rng = generator(seed, "residuals")
     predicted = model.predict(drawn.phi[resampled_rows(drawn.weight, effective_draws, rng)])
-    return check_recording(model, drawn.phi, drawn.weight, predicted, rng)
+    return misfits_of(model, drawn.phi, drawn.weight, predicted, rng)

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import FloatArray, rows_of
-from swesbi.verdict.checks import TESTS, Checks
+from swesbi.verdict.misfits import TESTS, Misfits
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.verdict import GRADES, Status
 
@@ -95,7 +95,7 @@ def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
     return Null(ordered, edge, len(excess) / len(ordered), float(shape), float(scale))
 
 
-def nearest(null: Checks, points: int, declared: bool) -> Checks:
+def nearest(null: Misfits, points: int, declared: bool) -> Misfits:
     """Return the ``NEAREST`` null recordings by number of points, of the same kind of errors.
 
     There are more where several are as near as the last.
@@ -120,12 +120,12 @@ def nearest(null: Checks, points: int, declared: bool) -> Checks:
     return rows_of(null, alike[distance <= reach])
 
 
-def p_values(null: Checks, checks: Checks, rule: RuleSettings) -> FloatArray:
+def p_values(null: Misfits, misfits: Misfits, rule: RuleSettings) -> FloatArray:
     """Return the p-value of each of ``TESTS`` for each of n recordings, among those of the null; (n, 2)."""
-    p = np.empty((len(checks), len(TESTS)))
-    declared, statistics = checks.errors_log_sd > 0.0, checks.statistics()
-    for points, kind in set(zip(checks.points.tolist(), declared.tolist(), strict=True)):
-        rows = (checks.points == points) & (declared == kind)
+    p = np.empty((len(misfits), len(TESTS)))
+    declared, statistics = misfits.errors_log_sd > 0.0, misfits.statistics()
+    for points, kind in set(zip(misfits.points.tolist(), declared.tolist(), strict=True)):
+        rows = (misfits.points == points) & (declared == kind)
         alike = nearest(null, points, kind).statistics()
         for column, values in enumerate(alike.T):
             p[rows, column] = fit_null(values, rule.tail_fraction).p_value(statistics[rows, column])

@@ -30,8 +30,8 @@ from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.seeds import generator
 from swesbi.verdict.answer_lines import ANSWER_LINES
 from swesbi.verdict.beat import ejection_tests, volume_tests
-from swesbi.verdict.checks import BOUNDS, TESTS, WITH_STRIPS, Checks, check_recording
 from swesbi.verdict.context import context_tests
+from swesbi.verdict.misfits import BOUNDS, TESTS, WITH_STRIPS, Misfits, misfits_of
 from swesbi.verdict.modes import modes_in_words
 from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.nulls import Grade, grade_of, nearest, overall_p, p_values, single_level
@@ -114,8 +114,8 @@ def judge(
     works = beats.status == Status.PERIODIC
     predicted = model.predict_from(exact.phi, beats).rows(np.flatnonzero(works))
     rng = generator(seed, "verdict", context.subject)
-    checks = check_recording(model, exact.phi, works / works.sum(), predicted, rng)
-    by_null = null_tests(nulls.gated if model.recording.cell is None else nulls.pushes, checks, rule)
+    misfits = misfits_of(model, exact.phi, works / works.sum(), predicted, rng)
+    by_null = null_tests(nulls.gated if model.recording.cell is None else nulls.pushes, misfits, rule)
     volumes = volume_tests(model, exact.phi, beats, rule.volumes)
     ejection = ejection_tests(beats, context.period_s, clinical, settings.lvet_sd_ms, settings.ejection_time)
     contextual = (*ejection, *context_tests(context, others, nulls.contexts, rule.context_level), *further)
@@ -135,22 +135,22 @@ def _farthest(model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, str
     return float(z.max()), f"speed at {model.recording.phase[int(np.argmax(z))]:.3f} of the cycle"
 
 
-def null_tests(null: Checks, checks: Checks, rule: RuleSettings) -> NullTests:
+def null_tests(null: Misfits, misfits: Misfits, rule: RuleSettings) -> NullTests:
     """Return what the tests of one recording (a row) amount to among null recordings.
 
     A test is flagged where its p-value alone brings the overall one to the level of "doubtful".
     """
-    test_p, limit = p_values(null, checks, rule), single_level(rule.doubtful_level)
-    points = int(checks.points[0])
-    alike = nearest(null, points, bool(checks.errors_log_sd[0] > 0.0)).points
+    test_p, limit = p_values(null, misfits, rule), single_level(rule.doubtful_level)
+    points = int(misfits.points[0])
+    alike = nearest(null, points, bool(misfits.errors_log_sd[0] > 0.0)).points
     residuals = (
-        f"posterior predictive p-value {checks.residuals_p[0]:.2g} of {points} speeds, among null recordings "
-        f"of {alike.min()} to {alike.max()}"
+        f"posterior predictive p-value {misfits.residuals_p[0]:.2g} of {points} speeds, among null "
+        f"recordings of {alike.min()} to {alike.max()}"
     )
-    named = zip(TESTS, (residuals, boundary_detail(checks.bound_ratio[0])), strict=True)
+    named = zip(TESTS, (residuals, boundary_detail(misfits.bound_ratio[0])), strict=True)
     tests = tuple(
         VerdictTest(name, float(value), float(p), limit, bool(p <= limit), detail)
-        for (name, detail), value, p in zip(named, checks.statistics()[0], test_p[0], strict=True)
+        for (name, detail), value, p in zip(named, misfits.statistics()[0], test_p[0], strict=True)
     )
     overall = float(overall_p(test_p)[0])
     beyond = ""

@@ -10,7 +10,7 @@ import pandas as pd
 
 from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import BoolArray
-from swesbi.verdict.checks import TESTS, Checks
+from swesbi.verdict.misfits import TESTS, Misfits
 from swesbi.verdict.nulls import overall_p, p_values, single_level
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.verdict import Status
@@ -48,21 +48,21 @@ AlarmTable = Annotated[pd.DataFrame, TABLE]
 """``alarms.csv``: one :class:`AlarmRow` a row."""
 
 
-def alarm_rows(checks: Mapping[str, Checks], null: Checks, rule: RuleSettings) -> tuple[AlarmRow, ...]:
+def alarm_rows(misfits: Mapping[str, Misfits], null: Misfits, rule: RuleSettings) -> tuple[AlarmRow, ...]:
     """Return the rate of every alarm on every kind of recordings.
 
     Args:
-        checks: What the tests look at, by kind of recordings.
+        misfits: What the tests look at, by kind of recordings.
         null: The same of null recordings.
         rule: Levels of the verdict.
     """
-    raised = {kind: alarms(part, null, rule) for kind, part in checks.items()}
+    raised = {kind: alarms(part, null, rule) for kind, part in misfits.items()}
     return tuple(_row(kind, alarm, part) for kind, by in raised.items() for alarm, part in by.items())
 
 
-def alarms(checks: Checks, null: Checks, rule: RuleSettings) -> dict[str, BoolArray]:
+def alarms(misfits: Misfits, null: Misfits, rule: RuleSettings) -> dict[str, BoolArray]:
     """Return which of ``ALARMS`` are raised on n recordings; shape (n,) each."""
-    test_p = p_values(null, checks, rule)
+    test_p = p_values(null, misfits, rule)
     flagged, overall = test_p <= single_level(rule.doubtful_level), overall_p(test_p)
     columns = (*flagged.T, overall <= rule.doubtful_level, overall <= rule.contradicted_level)
     return dict(zip(ALARMS, columns, strict=True))

@@ -70,7 +70,7 @@ def calibration_of_cohort(
     of_kind = {"model_noise": found.model_noise, "sample_by_sample": found.sample_by_sample}
     ranked = {name: part.ranked for name, part in of_kind.items()}
     table = calibration_table(ranked | {LOCAL: found.local}, found.two_samples, judgement)
-    seen = {name: part.checks for name, part in of_kind.items()}
+    seen = {name: part.misfits for name, part in of_kind.items()}
     alarms = pd.DataFrame([asdict(row) for row in alarm_rows(seen, null.gated, rule)])
     recovery = {
         name: pd.DataFrame([asdict(row) for row in score_recovery(part.recovered(), prior, judgement)])

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Final
 
-from swesbi.artefacts import Artefact, Group, Part, Provenance, build_group, from_group, schema_of, to_group
+from swesbi.artefacts import Artefact, Group, Part, Provenance, build_group, from_groups, schema_of, to_groups
 from swesbi.artefacts.schema import Labels, Schema
 from swesbi.artefacts.stored import labels_of
 from swesbi.base.arrays import below_each_other
@@ -14,7 +14,7 @@ from swesbi.checks.calibration.fresh import FreshRecordings
 from swesbi.checks.calibration.ranks import InferredRecordings, RankedRecordings, TwoSamples
 from swesbi.context import Context
 from swesbi.recording.observation import context_values, contexts_of
-from swesbi.verdict.checks import STRIP_LABELS
+from swesbi.verdict.misfits import STRIP_LABELS
 
 ALONG: Final = "recording"
 OF_CONTEXTS: Final = schema_of(Context, ALONG)["/"]
@@ -91,10 +91,10 @@ class PopulationCalibration(Artefact, kind="population_calibration"):
 
 def _fresh_dataset(fresh: FreshRecordings) -> Group:
     contexts = build_group(OF_CONTEXTS, context_values(fresh.contexts))
-    inferred = to_group(fresh, STRIP_LABELS)
+    inferred = to_groups(fresh, STRIP_LABELS)["/"]
     return replace(inferred.joined(contexts), attrs={REFUSED: fresh.refused})
 
 
 def _fresh_of(dataset: Group) -> FreshRecordings:
-    refused = int(dataset.attrs[REFUSED])
-    return from_group(FreshRecordings, dataset, contexts=contexts_of(dataset, ALONG), refused=refused)
+    given = {"contexts": contexts_of(dataset, ALONG), "refused": int(dataset.attrs[REFUSED])}
+    return from_groups(FreshRecordings, {"/": dataset}, given)

@@ -100,7 +100,7 @@ def scores_on_fresh(
         rule: Levels of the verdict.
     """
     inferred = {MODEL_NOISE: parts.model_noise, SAMPLE_BY_SAMPLE: parts.sample_by_sample}
-    seen = {kind: part.inferred.checks for kind, part in inferred.items()}
+    seen = {kind: part.inferred.misfits for kind, part in inferred.items()}
     raised = alarms(seen[MODEL_NOISE], null.gated, rule)[DOUBTFUL_OR_WORSE]
     recovery = {
         kind: [asdict(row) for row in score_recovery(part.inferred.ranked.recovered(), prior, judgement)]

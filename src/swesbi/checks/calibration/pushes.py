@@ -35,7 +35,7 @@ from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.checks import STRIP_LABELS, Checks, check_recording
+from swesbi.verdict.misfits import STRIP_LABELS, Misfits, misfits_of
 from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.settings import RuleSettings
 
@@ -51,7 +51,7 @@ class InferredPushes(artefacts.Artefact, kind="pushes_calibration"):
     """n free-running recordings of fresh contexts, with what was inferred of each."""
 
     contexts: tuple[Context, ...]
-    checks: Annotated[Checks, artefacts.Part()]
+    misfits: Annotated[Misfits, artefacts.Part()]
     k_hat: Annotated[FloatArray, artefacts.Variable("recording", "1", "Pareto shape of the weights")]
     efficiency: Annotated[
         FloatArray, artefacts.Variable("recording", "1", "effective share of the weighted draws")
@@ -69,12 +69,12 @@ class InferredPushes(artefacts.Artefact, kind="pushes_calibration"):
     def to_groups(self) -> dict[str, artefacts.Group]:
         """Return the content of the file, a row a recording."""
         contexts = artefacts.build_group(OF_CONTEXTS, context_values(self.contexts))
-        return {"/": artefacts.to_group(self, self.labels).joined(contexts)}
+        return {"/": artefacts.to_groups(self, self.labels)["/"].joined(contexts)}
 
     @classmethod
     def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> InferredPushes:
         """Return what the group of a file holds."""
-        return artefacts.from_group(cls, groups["/"], contexts=contexts_of(groups["/"], ALONG))
+        return artefacts.from_groups(cls, groups, {"contexts": contexts_of(groups["/"], ALONG)})
 
     @classmethod
     def joined(cls, parts: Sequence[InferredPushes]) -> InferredPushes:
@@ -123,7 +123,7 @@ def infer_pushes(
         parts.append(
             InferredPushes(
                 contexts=(model.recording.context,),
-                checks=check_recording(model, drawn.phi, drawn.weight, chosen, rng),
+                misfits=misfits_of(model, drawn.phi, drawn.weight, chosen, rng),
                 k_hat=np.array([drawn.k_hat]),
                 efficiency=np.array([drawn.efficiency]),
                 by_mcmc=np.array([by_mcmc]),
@@ -164,7 +164,7 @@ def scores_on_pushes(
 
 def by_pushes(
     inferred: InferredPushes,
-    null: Checks,
+    null: Misfits,
     prior: JointPriorSettings,
     judgement: JudgementSettings,
     rule: RuleSettings,
@@ -179,8 +179,8 @@ def by_pushes(
         rule: Levels of the verdict.
     """
     rows: list[dict[str, object]] = []
-    pushes = inferred.checks.points
-    raised = alarms(inferred.checks, null, rule)[DOUBTFUL_OR_WORSE]
+    pushes = inferred.misfits.points
+    raised = alarms(inferred.misfits, null, rule)[DOUBTFUL_OR_WORSE]
     strata = {"all": np.ones(len(pushes), dtype=bool)}
     strata |= {str(number): pushes == number for number in sorted(set(pushes.tolist()))}
     for name, chosen in strata.items():

@@ -25,7 +25,7 @@ from swesbi.parameters import ISOMETRIC, OF_INTEREST, PHI_NAMES, THETA_NAMES
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
 from swesbi.prior import prior_variance as prior_variance_of
-from swesbi.verdict.checks import Checks
+from swesbi.verdict.misfits import Misfits
 
 LOG_LIKELIHOOD: Final = "log_likelihood"
 QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC, LOG_LIKELIHOOD)
@@ -246,7 +246,7 @@ class InferredRecordings:
 
     ranked: Annotated[RankedRecordings, Part()]
     diagnostics: Annotated[Diagnostics, Part()]
-    checks: Annotated[Checks, Part()]
+    misfits: Annotated[Misfits, Part()]
 
 
 @dataclass(frozen=True)

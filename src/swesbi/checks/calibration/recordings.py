@@ -25,7 +25,7 @@ from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.checks import check_recording
+from swesbi.verdict.misfits import misfits_of
 
 
 def infer_recordings(
@@ -72,8 +72,8 @@ def infer_recordings(
             log_evidence=np.array([drawn.log_evidence]),
             by_mcmc=np.array([by_mcmc]),
         )
-        checks = check_recording(own, drawn.phi, drawn.weight, predicted, rng)
-        parts.append(InferredRecordings(scores, diagnostics, checks))
+        misfits = misfits_of(own, drawn.phi, drawn.weight, predicted, rng)
+        parts.append(InferredRecordings(scores, diagnostics, misfits))
         if progress:
             progress.step()
     return below_each_other(parts)

@@ -81,13 +81,13 @@ class BankSettings(Settings):
 
     def source(self, seed: int) -> TrialSource:
         """Return what persons are drawn with."""
-        protocol = noisier(self.acquisition, self.noise_factor)
+        acquisition = noisier(self.acquisition, self.noise_factor)
         return TrialSource(
             trial=trial_of(self.persons),
             population=of_group(self.population, self.persons.group),
             model=trial_model(self.model, self.persons),
             bounds=self.model.prior,
-            protocol=protocol.model_copy(update={"repeats": self.repeats, "scale_fraction": 0.0}),
+            acquisition=acquisition.model_copy(update={"repeats": self.repeats, "scale_fraction": 0.0}),
             recording=self.recording,
             grid_points=self.grid_points,
             lvesv_fraction=self.lvesv_fraction,

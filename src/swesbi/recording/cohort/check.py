@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from swesbi.recording.cohort.files import PROTOCOL, RECORDINGS, SUBJECTS, check_file
+from swesbi.recording.cohort.files import RECORDING_FILE, RECORDINGS, SUBJECTS, check_file
 from swesbi.recording.cohort.recording import UsableRecording, ingested, read_raw, twins_among
 from swesbi.recording.cohort.recording_file import (
     Description,
@@ -104,7 +104,7 @@ def examine_cohort(
     problems.extend(table.problems)
     described = partial(description_of, cohort, settings=settings, phases_source=phases_source)
     said = _collect(problems, partial(described, "")) or Description(settings, RecordingFile(), phases_source)
-    _collect(problems, partial(noise_groups_of, said.file, cohort / PROTOCOL, table.names))
+    _collect(problems, partial(noise_groups_of, said.file, cohort / RECORDING_FILE, table.names))
     check = partial(_check, cohort, said, described, table=table, grid_points=grid_points)
     checked = [_collect(problems, partial(check, name)) for name in table.names]
     usable = {name: one for name, one in zip(table.names, checked, strict=True) if one is not None}

@@ -11,7 +11,7 @@ from swesbi.recording.tables.files import OTHERS, SUFFIXES
 from swesbi.recording.tables.table import spelling
 
 SUBJECTS: Final = "subjects.csv"
-PROTOCOL: Final = "recording.yaml"
+RECORDING_FILE: Final = "recording.yaml"
 RECORDINGS: Final = "swe"
 
 

@@ -17,7 +17,7 @@ from pydantic_core import ErrorDetails
 
 from swesbi.base.settings import Settings
 from swesbi.base.yaml_files import YamlError, yaml_mapping
-from swesbi.recording.cohort.files import PROTOCOL, RECORDINGS, SUBJECTS, check_file
+from swesbi.recording.cohort.files import RECORDING_FILE, RECORDINGS, SUBJECTS, check_file
 from swesbi.recording.problems import Problem, RecordingError, raise_any
 from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import OTHERS, NoiseDeclaration, RecordingSettings, Repeats
@@ -118,7 +118,7 @@ def description_of(
     path = own_file(cohort, subject)
     if (own.get("protocol") or {}).get("phases") is not None:
         settings, phases_source = _with_phases(settings, file, path), f"protocol.phases in {path}"
-    _check_agreement(cohort / PROTOCOL, file, settings, phases_source)
+    _check_agreement(cohort / RECORDING_FILE, file, settings, phases_source)
     return Description(settings, file.model_copy(update={"origin": in_one_line(file.origin)}), phases_source)
 
 
@@ -175,7 +175,7 @@ def read_recording_file(cohort: Path, subject: str = "") -> RecordingFile:
     Raises:
         RecordingError: A file is missing or no YAML mapping, or says what is not known; lists every problem.
     """
-    path = cohort / PROTOCOL
+    path = cohort / RECORDING_FILE
     check_file(path, cohort)
     plain, own = _mapping(path), _own(cohort, subject)
     file = _validated(RecordingFile, plain, path)

@@ -13,13 +13,13 @@ from typing import Final
 from swesbi.artefacts.atomic import folder_made_whole, typed
 from swesbi.context import CONTEXT
 from swesbi.recording.cohort.clinical import CLINICAL
-from swesbi.recording.cohort.files import PROTOCOL, RECORDINGS, SUBJECTS
+from swesbi.recording.cohort.files import RECORDING_FILE, RECORDINGS, SUBJECTS
 from swesbi.recording.cohort.visits import VISITS
 
 NAME: Final = "letters, digits, - and _; the recording is swe/<subject>.csv or swe/<subject>.mat"
 EXIT_REFUSED: Final = 2
 TEMPLATES: Final = {
-    PROTOCOL: "recording.yaml",
+    RECORDING_FILE: "recording.yaml",
     f"{RECORDINGS}/_example.csv": "example.csv",
     f"{RECORDINGS}/_example_free.csv": "example_free.csv",
 }

@@ -157,7 +157,7 @@ class CohortNoise(artefacts.Artefact, kind="noise"):
             )
             for index, group in enumerate(data["group"].values)
         }
-        return artefacts.from_group(cls, data, groups=found)
+        return artefacts.from_groups(cls, groups, {"groups": found})
 
 
 def fit_cohort(
@@ -296,4 +296,4 @@ def _table(estimates: Sequence[NoiseEstimate], name: str) -> np.ndarray[Any, np.
 def _estimate(data: artefacts.Group) -> NoiseEstimate:
     rows = artefacts.from_rows(ComponentEstimate, data, "component")
     parts = dict(zip(map(str, data["component"].to_numpy()), rows, strict=True))
-    return artefacts.from_group(NoiseEstimate, data, **parts)
+    return artefacts.from_groups(NoiseEstimate, {"/": data}, parts)

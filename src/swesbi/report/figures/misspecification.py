@@ -27,7 +27,7 @@ from swesbi.report.figures.style import (
 )
 from swesbi.report.numbers import as_percent
 from swesbi.report.results import records
-from swesbi.verdict.checks import TESTS
+from swesbi.verdict.misfits import TESTS
 from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 
 ROW_IN: Final = 0.26

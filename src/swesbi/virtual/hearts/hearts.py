@@ -242,11 +242,11 @@ def simulated_generators(
         "y": ("passive law of development", people, PHYSIOLOGY, with_fung_tangent),
         "z": ("structure of development", people, PHYSIOLOGY, of_other_mechanics),
     }
-    protocols: dict[str, AcquisitionSettings] = {}
+    acquisitions: dict[str, AcquisitionSettings] = {}
     if (speed_scale := prior.nuisances.speed_scale) is not None:
         rows["g"] = ("errors and scale doubled", people, PHYSIOLOGY, as_volunteers)
-        protocols["g"] = louder(acquisition, speed_scale)
+        acquisitions["g"] = louder(acquisition, speed_scale)
     return {
-        letter: SimulatedHearts(letter, *row, prior, protocols.get(letter, acquisition), lvesv_fraction)
+        letter: SimulatedHearts(letter, *row, prior, acquisitions.get(letter, acquisition), lvesv_fraction)
         for letter, row in sorted(rows.items())
     }

@@ -220,7 +220,7 @@ def record_visit(
     except RuntimeError as error:
         raise DrawnAgain(VOLUME) from error
     listed = replace(measured, lvesv_ml=float(round(measured.lvesv_ml)))
-    samples = acquire(curve, listed, source.protocol, rng)
+    samples = acquire(curve, listed, source.acquisition, rng)
     try:
         ingest(samples, listed, source.recording, source.grid_points)
     except RecordingError as error:

@@ -25,7 +25,7 @@ VISITS: Final = (BEFORE, AFTER)
 LOADING: Final = ("distal_resistance_pa_s_m3", "arterial_time_constant_s")
 """What of a person's physiology is of the day, beside the heart rate."""
 SPEED_SCALE: Final = "speed_scale"
-PROTOCOL: Final = ACQUISITION.model_copy(update={"scale_fraction": 0.0})
+AT_SCALE_ONE: Final = ACQUISITION.model_copy(update={"scale_fraction": 0.0})
 """That of the virtual volunteers; the scale of the speeds is a person's in part, and so drawn with them."""
 
 

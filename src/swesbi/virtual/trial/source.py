@@ -31,7 +31,7 @@ class TrialSource:
         population: Whose contexts they are: one group.
         model: Prior of phi between persons, and how phi becomes stiffness.
         bounds: Prior of phi of the study, whose bounds no visit leaves.
-        protocol: How they are recorded.
+        acquisition: How they are recorded.
         recording: Quality control.
         grid_points: Size of the analysis grid that ingestion fills.
         lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
@@ -42,7 +42,7 @@ class TrialSource:
     population: PopulationSettings
     model: SpeedModelSettings
     bounds: JointPriorSettings
-    protocol: AcquisitionSettings
+    acquisition: AcquisitionSettings
     recording: RecordingSettings
     grid_points: int
     lvesv_fraction: float

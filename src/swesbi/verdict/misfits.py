@@ -35,7 +35,7 @@ TESTS: Final = ("residuals", "boundary_mass")
 
 
 @dataclass(frozen=True)
-class Checks:
+class Misfits:
     """What the tests look at in n recordings, all gated or all free-running."""
 
     points: Annotated[IntArray, Variable("recording", "1", "measured phases, or accepted pushes")]
@@ -62,13 +62,13 @@ class Checks:
         return np.stack([misfit, boundary_statistic(self.bound_ratio)], axis=1)
 
 
-def check_recording(
+def misfits_of(
     model: SpeedModel,
     phi: FloatArray,
     weight: FloatArray,
     predicted: PredictedSpeeds,
     rng: np.random.Generator,
-) -> Checks:
+) -> Misfits:
     """Return what the tests look at in one recording, as one row.
 
     Args:
@@ -79,7 +79,7 @@ def check_recording(
         rng: Draws the factor of the errors, where these are not known.
     """
     points = len(model.recording.phase)
-    return Checks(
+    return Misfits(
         points=np.array([points]),
         error_fraction=np.array([model.recording.errors.total.mean()]),
         errors_log_sd=np.array([model.recording.errors_log_sd]),
