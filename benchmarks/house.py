@@ -12,8 +12,8 @@ and ``__init__`` and ``__main__`` of the package itself. All else is science.
   counted from its ``def`` to its last line, docstring included.
 - ``reruns``: how many stages an edit makes run again, as the mean over the lines of definitions: of science
   alone, and of all but stages and configuration.
-- ``start``: ``import swesbi.config`` in a process of its own, the median of five after one not counted; and
-  the dearest ``--help`` of a command over ``import numpy, scipy.stats, pandas``, in turns, medians of five.
+- ``start``: ``import swesbi.config.study`` in a process of its own, the median of five after one not counted;
+  and the dearest ``--help`` of a command over ``import numpy, scipy.stats, pandas``, in turns, medians of 5.
 - ``plan``: ``snakemake -n`` with nothing to do, the median of three after one. Needs a finished study in the
   working folder, of ``config.yaml`` or with ``--configfile`` merged over it; says so where there is none.
 """
@@ -170,9 +170,9 @@ def _is_no_setting(path: Path) -> bool:
 
 
 def _start(_: argparse.Namespace) -> Iterator[Row]:
-    listed = f"import sys, swesbi.config; print(*[name for name in {HEAVY} if name in sys.modules])"
+    listed = f"import sys, swesbi.config.study; print(*[name for name in {HEAVY} if name in sys.modules])"
     runs = [timed([sys.executable, "-c", listed]) for _ in range(STARTS + 1)][1:]
-    yield "import swesbi.config, s of processor / wall", _seconds(runs)
+    yield "import swesbi.config.study, s of processor / wall", _seconds(runs)
     yield "heavy libraries that it brings", runs[0][2].strip() or "none"
     ratios = {name: statistics.median(_of_help(name) for _ in range(STARTS)) for name in COMMANDS}
     dearest = max(ratios, key=ratios.__getitem__)

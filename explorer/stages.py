@@ -6,8 +6,7 @@ from explorer.data import ExploredSubject, page_data
 from explorer.page import render_page
 from explorer.physics import physics
 from swesbi import __version__
-from swesbi.artefacts.texts import Text
-from swesbi.artefacts.typed import BySubject
+from swesbi.artefacts.typed import BySubject, Text
 from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings

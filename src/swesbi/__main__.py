@@ -17,13 +17,16 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from swesbi import __version__
-from swesbi.base.ending import InterruptedBySignal, ended_by_signals, print_to_nobody
+from swesbi.base.ending import (
+    EXIT_REFUSED,
+    EXIT_UNREAD,
+    InterruptedBySignal,
+    ended_by_signals,
+    print_to_nobody,
+)
 from swesbi.base.environment import of_another_folder
 from swesbi.base.extras import missing
 from swesbi.base.terminal import terminal
-
-EXIT_USAGE = 2
-EXIT_UNREAD = 141  # as shells have it of SIGPIPE
 
 
 class Command(NamedTuple):
@@ -77,10 +80,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code: 0, or 2 with one message for input that cannot be used."""
     if sys.platform == "win32":  # which has no fork, no file locks of this kind, and no harmless os.kill
         print("swesbi: needs Linux; on Windows, install it in WSL", file=sys.stderr)
-        return EXIT_USAGE
+        return EXIT_REFUSED
     if renew := of_another_folder():
         print(f"swesbi: {renew}", file=sys.stderr)
-        return EXIT_USAGE
+        return EXIT_REFUSED
     with contextlib.redirect_stdout(terminal(sys.stdout)), contextlib.redirect_stderr(terminal(sys.stderr)):
         return _guarded(list(sys.argv[1:] if arguments is None else arguments))
 
@@ -105,12 +108,12 @@ def _guarded(given: Sequence[str]) -> int:
         print(f"swesbi: {_message(error)}", file=sys.stderr)
         if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
             print_to_nobody()  # it was the printing that failed
-        return EXIT_USAGE
+        return EXIT_REFUSED
     except ModuleNotFoundError as error:
         if (named := missing(error)) is error:
             raise
         print(f"swesbi: {named}", file=sys.stderr)
-        return EXIT_USAGE
+        return EXIT_REFUSED
     except InterruptedBySignal as signal:
         print("\nswesbi: interrupted; of what was being made nothing is left behind", file=sys.stderr)
         return signal.exit_code

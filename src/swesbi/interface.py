@@ -275,7 +275,7 @@ def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.Data
     if not isinstance(recording, Recording):
         raise TypeError(f"infer takes a path or a recording, not {type(recording).__name__}")
     request, speeds = recording.request, recording.speeds
-    chosen = request.origin.seed if seed is None else seed
+    chosen = request.made.seed if seed is None else seed
     answer = answered(request.recording, request.knowledge, request.settings, chosen)
     exact, verdict = answer.posterior, answer.verdict
     certificate: dict[str, object] = {name: getattr(exact, name) for name in CERTIFICATE}

@@ -11,7 +11,7 @@ from studies.validation.figure import draw_validation
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
-from swesbi.answers.knowledge import OF_POPULATION, Knowledge
+from swesbi.answers.knowledge import Knowledge
 from swesbi.artefacts import Group, Provenance, UnfitError
 from swesbi.artefacts.csv import PlainTable
 from swesbi.base.progress import Progress
@@ -62,7 +62,7 @@ def validation_answers(
     """
     if fault := difference(estimator.trained_under, asked.train_population):
         raise UnfitError("estimator", fault)
-    knowledge = Knowledge(OF_POPULATION, null.contexts, estimator, nulls=null)
+    knowledge = Knowledge(null, estimator)
     questioner = Questioner(knowledge, noise.usual, asked, seed)
     label = f"{asked.stream}, {asked.generator}: {asked.source.title}"
     progress = Progress(label, asked.hearts, unit="heart")

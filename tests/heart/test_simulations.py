@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
 
-from swesbi.artefacts import ArtefactError, Provenance, load
+from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.artefacts.typed import BySubject, read_as
 from swesbi.config.view import shard_draws
 from swesbi.heart import prior_simulations as draw
@@ -87,7 +87,7 @@ def test_shards_are_read_in_the_order_of_the_draws(tmp_path: Path) -> None:
     files = [write(tmp_path / "0.h5", range(4)), write(tmp_path / "1.h5", range(4, 9))]
     for order in (files, files[::-1]):
         np.testing.assert_array_equal(read(order).theta, simulate(range(9)).theta)
-    assert load(files[0], PriorSimulations.kind)[0]["theta"].attrs["units"] == "kPa, s-1, s-1"
+    assert PriorSimulations.load(files[0])[0]["/"]["theta"].attrs["units"] == "kPa, s-1, s-1"
 
 
 def test_missing_doubled_or_foreign_shards_are_refused(tmp_path: Path) -> None:

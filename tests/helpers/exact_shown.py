@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from posterior_case import exact_of
 
-from swesbi.artefacts import Origin
+from swesbi.artefacts import Provenance
 from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.predictive_speeds import withheld
 from swesbi.posterior.result import ExactPosterior
@@ -116,4 +116,4 @@ def predictive_panel(subject: str) -> PredictivePanel:
 def write_posterior(path: Path, draws: FloatArray, subject: str) -> None:
     """Write ``posterior.h5`` of an experiment on speeds."""
     exact = replace(exact_of(draws, k_hat=0.2, efficiency=0.8), parameters=PRIOR.names)
-    exact.write(path, Origin(7, subject).provenance("", SETTINGS))
+    exact.write(path, Provenance("", subject, 7, SETTINGS.to_plain()))

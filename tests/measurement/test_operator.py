@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, RECORDING, clean_speed, make_samples, nominal_phase
 from scipy.interpolate import PchipInterpolator
 
-from swesbi.artefacts import Provenance, load
+from swesbi.artefacts import Provenance
 from swesbi.measurement.operator import (
     PassiveBaseline,
     PassiveCalibrationError,
@@ -230,4 +230,4 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
     np.testing.assert_allclose(passive.late_diastolic_observed_kpa, observed)
     assert 0.0 < passive.late_diastolic_active_kpa < 1.0
     assert 0.5 < passive.stiffness_kpa.min() < passive.stiffness_kpa.max() < 10.0
-    assert load(tmp_path / "passive.h5", "passive")[0]["stiffness_kpa"].attrs["units"] == "kPa"
+    assert PassiveBaseline.load(tmp_path / "passive.h5")[0]["/"]["stiffness_kpa"].attrs["units"] == "kPa"

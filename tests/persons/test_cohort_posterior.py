@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from swesbi.artefacts import Provenance, load
+from swesbi.artefacts import Provenance
 from swesbi.parameters import THETA_NAMES
 from swesbi.persons.cohort.cohort import design_of
 from swesbi.persons.cohort.hyperprior import hyperprior_of
@@ -116,7 +116,7 @@ def test_the_file_reads_back_by_us_and_by_arviz(posterior: CohortPosterior, tmp_
     assert opened.posterior["theta"].sizes["subject"] == PERSONS
     loo = arviz.loo(opened, pointwise=False)
     assert np.isfinite(loo.elpd_loo)
-    assert load(path, CohortPosterior.kind)[0]["hyperparameter"].values.size == 18
+    assert CohortPosterior.load(path)[0]["/"]["hyperparameter"].values.size == 18
 
 
 def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from study_copy import ROOT
 
 from swesbi.__main__ import main
 from swesbi.answers.change import JOINT, TABLE, PersonChangeSettings, check_protocols
-from swesbi.artefacts import Origin, Provenance
+from swesbi.artefacts import Provenance
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.ending import InterruptedBySignal
 from swesbi.config.pairs import pairs_of, visit_pair
@@ -184,10 +184,10 @@ class Instead:
         return SimpleNamespace(answer_into=_touched, knowledge=None)
 
     def save_change(
-        self, _: object, __: object, settings: PersonChangeSettings, origin: Origin, folder: Path
+        self, _: object, __: object, settings: PersonChangeSettings, made: Provenance, folder: Path
     ) -> StoredChange:
         change = replace(stored(), person=settings.person)
-        change.write(folder / JOINT, Provenance("", origin.subject))
+        change.write(folder / JOINT, Provenance("", made.subject))
         write_csv(folder / TABLE, change_table(change))
         return change
 

@@ -25,7 +25,7 @@ from exact_case import (
 )
 from pydantic import ValidationError
 
-from swesbi.artefacts import Provenance, load
+from swesbi.artefacts import Provenance
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.ranks import standardised
 from swesbi.parameters import PHI_NAMES, REPORTED_NAMES
@@ -184,12 +184,13 @@ def test_nuisances_are_kept_beside_what_is_reported(
         (read.r_hat, exact.r_hat),
     ):
         np.testing.assert_array_equal(found, expected)
-    assert load(path, Posterior.kind)[0]["joint_parameter"].to_numpy().tolist() == list(prior.names)
+    groups, _ = ExactPosterior.load(path)
+    assert groups["/"]["joint_parameter"].to_numpy().tolist() == list(prior.names)
     for group in ("posterior", "proposal", "weighted"):
-        kept = load(path, Posterior.kind, group)[0]
+        kept = groups[group]
         assert kept["nuisance"].to_numpy().tolist() == list(prior.nuisance_names)
         assert kept["nuisance_parameters"].values.shape[-1] == nuisances
-    of_posterior = load(path, Posterior.kind, "posterior")[0].at("chain", 0)
+    of_posterior = groups["posterior"].at("chain", 0)
     for number, parameter in enumerate(prior.names):
         column = (
             of_posterior[parameter]

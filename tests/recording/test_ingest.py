@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, nominal_phase
 
 from data.makers.files import samples_table
-from swesbi.artefacts import Provenance, load
+from swesbi.artefacts import Provenance
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.clinical import ClinicalRow
@@ -276,7 +276,7 @@ def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     first = artefact.read_bytes()
     observed().write(artefact, Provenance("", "T", 1))
     assert artefact.read_bytes() == first
-    assert list(load(artefact, "observation")[0]["reason"].to_numpy()) == list(REASONS)
+    assert list(Observation.load(artefact)[0]["/"]["reason"].to_numpy()) == list(REASONS)
 
 
 def read(path: Path, table: pd.DataFrame) -> Samples:

@@ -11,7 +11,7 @@ import pytest
 from recordings import CONTEXT, RECORDING, make_samples
 
 from data.makers.files import samples_table
-from swesbi.artefacts import ArtefactError, Provenance, load
+from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.recording.cohort.observed import OfCohort, cohort_noise
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise.cohort import CohortNoise, fit_noise
@@ -74,7 +74,7 @@ def test_the_stage_writes_what_the_fit_found_by_the_model_that_the_cohort_says(
     assert found.of("Q") == found.usual == expected.pooled.components
     assert (expected.pooled.sweep is None) == (repeats == "separate")
     parts = ["repeat", "sample", *(["sweep"] if repeats == "sweeps" else [])]
-    assert load(written, CohortNoise.kind)[0]["component"].to_numpy().tolist() == parts
+    assert CohortNoise.load(written)[0]["/"]["component"].to_numpy().tolist() == parts
     with pytest.raises(ArtefactError, match="the noise of R is not known; it is of P, Q"):
         found.of("R")
     made.contexts.write(tmp_path / "contexts.h5", Provenance(""))

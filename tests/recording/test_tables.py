@@ -20,10 +20,10 @@ from scipy.io import savemat
 
 from data.makers.files import samples_table
 from swesbi.__main__ import main
-from swesbi.artefacts import load
 from swesbi.recording.cohort.recording_file import layout_of
 from swesbi.recording.cohort.subjects import read_subject_table, read_subjects
 from swesbi.recording.ingest import ingest
+from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
@@ -176,9 +176,9 @@ def test_a_matlab_cohort_gives_the_observed_curves_of_its_twin_in_csv(tmp_path: 
     for cohort, suffix in zip(cohorts, ("csv", "mat"), strict=True):
         changes = write_overlay(tmp_path / f"{suffix}.yaml", cohort)
         ingest_one(changes, "S-1", cohort / "S-1.h5")
+    csv, mat = (Observation.load(cohort / "S-1.h5")[0] for cohort in cohorts)
     for group in ("/", "context"):
-        twins = [load(cohort / "S-1.h5", "observation", group)[0] for cohort in cohorts]
-        assert twins[0].to_xarray().identical(twins[1].to_xarray())
+        assert csv[group].to_xarray().identical(mat[group].to_xarray())
 
 
 def as_others_write(table: pd.DataFrame) -> pd.DataFrame:

@@ -16,8 +16,6 @@ from swesbi.artefacts import (
     Provenance,
     Variable,
     atomic_path,
-    load,
-    save,
     to_groups,
 )
 from swesbi.parameters import THETA_NAMES
@@ -39,23 +37,23 @@ def group(dims: str = "phase", units: str = "m s-1", name: str = "speed_m_s") ->
 
 def test_what_is_saved_is_read_back_with_its_provenance(tmp_path: Path) -> None:
     origin = Provenance("toy", "A", 7, {"b": 1.5, "a": [1, 2]}, "cafe")
-    save(tmp_path / "new" / "toy.h5", group(), origin)
-    found, provenance = load(tmp_path / "new" / "toy.h5", "toy")
-    np.testing.assert_array_equal(found["speed_m_s"].values, [1.0, np.nan, 3.0])
+    Toy.save(tmp_path / "new" / "toy.h5", group(), origin)
+    groups, provenance = Toy.load(tmp_path / "new" / "toy.h5")
+    np.testing.assert_array_equal(groups["/"]["speed_m_s"].values, [1.0, np.nan, 3.0])
     assert provenance == origin
 
 
 def test_the_same_content_gives_the_same_bytes(tmp_path: Path) -> None:
     digests = set()
     for name in ("one.h5", "two.h5"):
-        save(tmp_path / name, group(), Provenance("toy"))
+        Toy.save(tmp_path / name, group(), Provenance("toy"))
         digests.add(hashlib.sha256((tmp_path / name).read_bytes()).hexdigest())
     assert len(digests) == 1
 
 
 def test_plain_h5py_sees_units_and_dimension_scales(tmp_path: Path) -> None:
     labels = {"phase": [0.1, 0.2, 0.3]}
-    save(tmp_path / "toy.h5", to_groups(Toy(np.ones(3)), labels), Provenance("toy"))
+    Toy.save(tmp_path / "toy.h5", to_groups(Toy(np.ones(3)), labels), Provenance("toy"))
     with h5py.File(tmp_path / "toy.h5") as file:
         assert file["speed_m_s"].attrs["units"] == "m s-1"
         assert file["speed_m_s"].dims[0][0].name == "/phase"
@@ -65,9 +63,9 @@ def test_plain_h5py_sees_units_and_dimension_scales(tmp_path: Path) -> None:
 
 def test_columns_of_theta_in_another_order_are_not_written(tmp_path: Path) -> None:
     columns, made = Columns(np.ones(3)), Provenance("toy columns")
-    save(tmp_path / "right.h5", to_groups(columns, {"parameter": list(THETA_NAMES)}), made)
+    Columns.save(tmp_path / "right.h5", to_groups(columns, {"parameter": list(THETA_NAMES)}), made)
     with pytest.raises(ArtefactError, match=r"has parameters \['k_sr_per_s', .* expected \['k0_kpa', "):
-        save(tmp_path / "toy.h5", to_groups(columns, {"parameter": list(THETA_NAMES[::-1])}), made)
+        Columns.save(tmp_path / "toy.h5", to_groups(columns, {"parameter": list(THETA_NAMES[::-1])}), made)
 
 
 @pytest.mark.parametrize(
@@ -82,18 +80,18 @@ def test_content_that_differs_from_its_schema_is_not_written(
     tmp_path: Path, wrong: dict[str, Group], message: str
 ) -> None:
     with pytest.raises(ArtefactError, match=message):
-        save(tmp_path / "toy.h5", wrong, Provenance("toy"))
+        Toy.save(tmp_path / "toy.h5", wrong, Provenance("toy"))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_of_another_kind_or_broken_is_named(tmp_path: Path) -> None:
     path = tmp_path / "toy.h5"
-    save(path, group(), Provenance("toy"))
-    with pytest.raises(ArtefactError, match="holds a 'toy' artefact, expected 'pool'"):
-        load(path, "pool")
+    Toy.save(path, group(), Provenance("toy"))
+    with pytest.raises(ArtefactError, match="holds a 'toy' artefact, expected 'toy columns'"):
+        Columns.load(path)
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(ArtefactError, match=r"toy\.h5: has no checksum .* delete it and rerun"):
-        load(path, "toy")
+        Toy.load(path)
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:

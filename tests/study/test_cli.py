@@ -12,9 +12,9 @@ from study_copy import ROOT
 
 from swesbi import __version__
 from swesbi.__main__ import COMMANDS, main
-from swesbi.artefacts import load
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import load_study
+from swesbi.heart.prior_simulations import PriorSimulations
 
 RECORDING = "data/virtual_volunteers/swe/A.csv"
 LIBRARIES = ("numpy", "pandas", "scipy", "pydantic", "h5py", "matplotlib", "torch", "xarray", "snakemake")
@@ -50,7 +50,7 @@ def test_a_job_makes_an_artefact_that_names_its_subject_and_its_code(tmp_path: P
     shard = tmp_path / "shard.h5"
     study = load_study(read_merged(ROOT / "config.yaml", ROOT / "tests" / "smoke.yaml"))
     run_rule("simulate", study, {}, {"shard": shard}, subject="A", prior="paper", shard="0")
-    provenance = load(shard, "simulations")[1]
+    provenance = PriorSimulations.load(shard)[1]
     assert (provenance.subject, provenance.seed, provenance.code_hash) == ("A", study.config.seed, "0")
     assert provenance.settings["prior"] == study.config.priors["paper"].to_plain()
 

@@ -28,7 +28,9 @@ from swesbi.context import Context
 from swesbi.heart.prior_simulations import shard_of_prior
 from swesbi.measurement import baseline
 from swesbi.recording.cohort import observed
-from swesbi.study.code import Packages, Place, Source, code_of
+from swesbi.study.code import Packages, Place
+from swesbi.study.source import Source
+from swesbi.study.stage import stage_code
 
 LAW = "from toy.part import law\ndef run(): return law(1)\n"
 
@@ -330,7 +332,7 @@ def test_stages_reach_their_science_and_no_other() -> None:
 
 
 def test_every_stage_has_a_hash_of_its_own() -> None:
-    assert len({code_of(stage)[0] for stage in STAGES.values()}) == len(STAGES)
+    assert len({stage_code(stage) for stage in STAGES.values()}) == len(STAGES)
 
 
 def assert_followed(trace: Trace, stage: str, at_least: int) -> None:

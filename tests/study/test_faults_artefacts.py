@@ -25,8 +25,6 @@ from swesbi.artefacts import (
     Provenance,
     atomic_path,
     folder_made_whole,
-    load,
-    save,
     schema_of,
 )
 from swesbi.artefacts import provenance as provenance_module
@@ -57,7 +55,7 @@ def passive() -> dict[str, Group]:
 
 
 def write_hdf5(path: Path) -> None:
-    save(path, passive(), Provenance("passive", "A", 3, {"b": 3.0}, "cafe"))
+    PassiveBaseline.save(path, passive(), Provenance("passive", "A", 3, {"b": 3.0}, "cafe"))
 
 
 def write_torch(path: Path) -> None:
@@ -174,7 +172,7 @@ def test_an_older_schema_is_refused_as_such(
 @pytest.mark.usefixtures("snakemake_is_known")
 def test_a_missing_artefact_is_named_with_the_command_that_makes_it(tmp_path: Path) -> None:
     with pytest.raises(ArtefactError, match=r"nowhere\.h5: no such file; make it: rm -f .* snakemake"):
-        load(tmp_path / "nowhere.h5", "passive")
+        PassiveBaseline.load(tmp_path / "nowhere.h5")
 
 
 def test_the_checksum_needs_nothing_but_coreutils(tmp_path: Path) -> None:

@@ -207,9 +207,9 @@ def test_jobs_know_the_process_and_the_options_of_their_run() -> None:
 def test_the_terminal_gets_the_command_with_the_options_of_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from swesbi.artefacts import load
+    from swesbi.networks.paper.pool import Pool
 
     with pytest.raises(SystemExit), logging_to(tmp_path / "job.log", "--configfile tests/smoke.yaml"):
         (tmp_path / "pool.h5").write_bytes(b"short")
-        load(tmp_path / "pool.h5", "pool")
+        Pool.read(tmp_path / "pool.h5")
     assert "pool.h5 --configfile tests/smoke.yaml\n(traceback: " in capsys.readouterr().err

@@ -24,6 +24,7 @@ from swesbi.artefacts import Provenance
 from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel
+from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.parameters import REPORTED_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise.cohort import compare_noise
@@ -182,7 +183,7 @@ def test_a_setting_that_is_null_is_one_that_is_not_there(
     """A network that was trained before there was a setting knows it not; its being null says the same."""
     stage = other_network
     known = {"theta": {"low": 1.0}, "scale": 2.0}
-    monkeypatch.setattr(stage, "load", lambda *_: (None, Provenance("flow", settings=known)))
+    monkeypatch.setattr(TrainedFlow, "load", lambda _: ({}, Provenance("flow", settings=known)))
     stage.check_network(tmp_path, {"theta": {"low": 1.0, "factor": None}, "scale": 2.0})
     with pytest.raises(stage.OtherNetworkError, match="trained with theta.factor = None, the configuration"):
         stage.check_network(tmp_path, {"theta": {"low": 1.0, "factor": 0.5}, "scale": 2.0})

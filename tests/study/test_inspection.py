@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 from study_copy import StudyCopy
 
-from swesbi.artefacts import Array, Artefact, ArtefactError, Group, Provenance, Variable, save, write_json
+from swesbi.artefacts import Array, Artefact, ArtefactError, Group, Provenance, Variable, write_json
 from swesbi.networks.files import write_plain
 from swesbi.study import inspect, parsers
 from swesbi.study.contents import READERS, flatten, read
@@ -40,7 +40,7 @@ def write_fit(path: Path, exponent: float = 3.0, code: str = "abc", factor: floa
     draws = Array(("draw",), factor * np.arange(3.0), {"units": "kPa", "long_name": "stiffness"})
     few = Array(("draw",), np.array([0, 1]))
     made = Provenance(Inspected.kind, "A", 7, {"passive": {"exponent_b": exponent}}, code)
-    save(path, {"/": Group({"k0_kpa": draws}), "few": Group({"index": few})}, made)
+    Inspected.save(path, {"/": Group({"k0_kpa": draws}), "few": Group({"index": few})}, made)
 
 
 @pytest.fixture

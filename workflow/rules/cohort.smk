@@ -24,7 +24,7 @@ rule passive:
     input:
         observation=OBSERVATION,
     output:
-        passive="<results>/cohort/{subject}/passive.h5",
+        passive=PASSIVE,
     log:
         "<results>/logs/passive/{subject}.log",
     params:
@@ -40,7 +40,7 @@ rule noise:
         observations=expand(OBSERVATION, subject=SUBJECTS),
         protocol=str(STUDY.cohort.folder / "recording.yaml"),
     output:
-        noise="<results>/cohort/noise.h5",
+        noise=NOISE,
         contexts="<results>/cohort/contexts.h5",
     log:
         "<results>/logs/noise.log",

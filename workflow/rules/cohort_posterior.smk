@@ -4,12 +4,10 @@
 rule cohort_posterior:
     """The population of a cohort as a posterior, and each subject within it."""
     input:
-        posteriors=of_experiment(
-            "<results>/{experiment}/subjects/{subject}/posterior.h5"
-        ),
-        verdicts=of_experiment("<results>/{experiment}/subjects/{subject}/verdict.json"),
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
-        noise="<results>/cohort/noise.h5",
+        posteriors=of_experiment(POSTERIOR),
+        verdicts=of_experiment(VERDICT),
+        observations=of_experiment(OBSERVATION),
+        noise=NOISE,
     output:
         cohort_posterior="<results>/{experiment}/cohort_posterior.h5",
         table=reported(

@@ -1,8 +1,6 @@
 """The validated study, and what is taken from it everywhere: paths, subjects, params of the stages."""
 
 import os
-import re
-import sys
 from pathlib import Path
 
 from swesbi.config.read import (
@@ -17,9 +15,7 @@ from swesbi.config.read import (
 from swesbi.config.study import load_study
 from swesbi.config.view import View
 from swesbi.report.figures.registry import captions, figure_of
-from swesbi.report.page.names import FURTHER
-from swesbi.study.running import RUN
-from swesbi.study.running import check_dates, current_run, guard_run
+from swesbi.study.running import RUN, check_dates, current_run, guard_run
 from swesbi.study.nulls import nulls_of
 from swesbi.study.stage import stage_params
 
@@ -46,9 +42,14 @@ CONFIG = STUDY.config
 RESULTS = CONFIG.results
 SUBJECTS = list(STUDY.subjects)
 OBSERVATION = "<results>/cohort/{subject}/observation.h5"
+PASSIVE = "<results>/cohort/{subject}/passive.h5"
+NOISE = "<results>/cohort/noise.h5"
+CMAES = "<results>/cmaes/{subject}.h5"
 FLOW = "<results>/{experiment}/flow.h5"
+POSTERIOR = "<results>/{experiment}/subjects/{subject}/posterior.h5"
+VERDICT = "<results>/{experiment}/subjects/{subject}/verdict.json"
+PREDICTIVE = "<results>/{experiment}/subjects/{subject}/predictive.h5"
 EXPERIMENTS = list(CONFIG.experiments_run)
-SHARDS = range(CONFIG.resources.shards_per_subject)
 PARTS = range(CONFIG.resources.population_parts)
 POPULATIONS = list(CONFIG.populations_run)
 SHOWN = [
@@ -56,6 +57,8 @@ SHOWN = [
     for subject in SUBJECTS
     if any(subject in STUDY.subjects_of(name) for name in [*EXPERIMENTS, *POPULATIONS])
 ]
+# of a generated cohort; a recorded one has none
+TRUTH_FILES = [str(path) for path in STUDY.cohort.folder.glob("truth.csv")]
 MAIN = CONFIG.main_experiment
 FEATURE_EXPERIMENTS = [
     name for name in EXPERIMENTS if name in CONFIG.feature_experiments
@@ -119,19 +122,29 @@ def stage(name, **fixed):
     )
 
 
-def reported(
-    path,
-    caption,
-    label,
-    category="Experiment {experiment}",
-    subcategory="Whole cohort",
-):
-    """Return a file with its place in the report."""
+# categories of the report by what lies in the folder of results and is of no experiment
+OF_THE_STUDY = {
+    "figures": "Cohort",
+    "tables": "Tables",
+    "configuration.yaml": "Configuration",
+}
+
+
+def reported(path, caption, label, subcategory="Whole cohort"):
+    """Return a file with its place in the report, which follows from its path.
+
+    ``subcategory`` is that of an experiment's file that is of no subject.
+    """
+    category = "Experiment {experiment}"
+    if "{subject}" in path:
+        subcategory = "Subject {subject}"
+    elif "{experiment}" not in path:
+        category, subcategory = OF_THE_STUDY[path.split("/")[1]], None
     return report(
         path,
         caption=f"../report/{caption}.rst",
         category=category,
-        subcategory=subcategory if category.startswith("Experiment") else None,
+        subcategory=subcategory,
         labels={"result": label},
     )
 
@@ -139,24 +152,24 @@ def reported(
 def drawn(rule, name):
     """Return a rule's figure with its place in the report, which the registry of figures knows."""
     figure = figure_of(rule, name)
-    if figure.of == "cohort":
-        return reported(
-            f"<results>/figures/{name}.png", "figure", figure.label, category="Cohort"
-        )
-    if figure.of == "subject":
-        path = f"<results>/{{experiment}}/subjects/{{subject}}/{name}.png"
-        return reported(path, "figure", figure.label, subcategory="Subject {subject}")
-    path = f"<results>/figures/{name}-{{experiment}}.png"
-    return reported(path, "figure", figure.label, subcategory=figure.subcategory)
+    paths = {
+        "cohort": f"<results>/figures/{name}.png",
+        "subject": f"<results>/{{experiment}}/subjects/{{subject}}/{name}.png",
+    }
+    path = paths.get(figure.of, f"<results>/figures/{name}-{{experiment}}.png")
+    return reported(path, "figure", figure.label, figure.subcategory)
 
 
-def paths_of(pattern, *experiments):
-    """Return a pattern's paths for every subject that each of these experiments answers."""
-    return [
-        path
-        for name in experiments
-        for path in expand(pattern, experiment=name, subject=STUDY.answered(name))
-    ]
+def paths_of(pattern, *experiments, subjects=STUDY.answered, **others):
+    """Return a pattern's paths, each once, for every subject that each of these experiments answers.
+
+    ``subjects`` gives other subjects of an experiment, ``others`` stand for further wildcards.
+    """
+    paths = {}
+    for name in experiments:
+        found = expand(pattern, experiment=name, subject=subjects(name), **others)
+        paths |= dict.fromkeys(found)
+    return list(paths)
 
 
 def of_experiment(pattern):
@@ -187,24 +200,12 @@ def of_its_subject(pattern):
 
 def shown_of(*experiments):
     """Return what is shown of every subject in these experiments."""
-    result = "<results>/{experiment}/subjects/{subject}"
     return {
-        "predictives": paths_of(f"{result}/predictive.h5", *experiments),
-        "posteriors": paths_of(f"{result}/posterior.h5", *experiments),
-        "verdicts": paths_of(f"{result}/verdict.json", *experiments),
-        "cmaes": list(
-            dict.fromkeys(paths_of("<results>/cmaes/{subject}.h5", *experiments))
-        ),
+        "predictives": paths_of(PREDICTIVE, *experiments),
+        "posteriors": paths_of(POSTERIOR, *experiments),
+        "verdicts": paths_of(VERDICT, *experiments),
+        "cmaes": paths_of(CMAES, *experiments),
     }
-
-
-def with_pressures(file):
-    """Return a file of every subject whose pressures were taken, in every experiment over a population."""
-    return [
-        f"<results>/{experiment}/subjects/{subject}/{file}"
-        for experiment in POPULATIONS
-        for subject in STUDY.with_pressures(experiment)
-    ]
 
 
 def shards_of(experiment, subjects):
@@ -213,11 +214,5 @@ def shards_of(experiment, subjects):
         "<results>/simulations/{prior}/{subject}/shard-{shard}.h5",
         prior=CONFIG.experiments[experiment].prior,
         subject=subjects,
-        shard=SHARDS,
+        shard=range(CONFIG.resources.shards_per_subject),
     )
-
-
-def truth_files():
-    """Return the true parameters of a generated cohort; a recorded one has none."""
-    path = STUDY.cohort.folder / "truth.csv"
-    return [str(path)] if path.is_file() else []

@@ -10,7 +10,7 @@ rule predictive:
         passive=rules.passive.output.passive,
         shards=lambda by: shards_of(by.experiment, [by.subject]),
     output:
-        predictive="<results>/{experiment}/subjects/{subject}/predictive.h5",
+        predictive=PREDICTIVE,
     log:
         "<results>/logs/predictive/{experiment}/{subject}.log",
     wildcard_constraints:
@@ -24,13 +24,13 @@ rule predictive:
 rule predictive_speeds:
     """New recordings under prior and exact posterior, noise and discrepancy included."""
     input:
-        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
-        verdict="<results>/{experiment}/subjects/{subject}/verdict.json",
+        posterior=POSTERIOR,
+        verdict=VERDICT,
         observation=OBSERVATION,
         noise=rules.noise.output.noise,
         shards=lambda by: shards_of(by.experiment, [by.subject]),
     output:
-        predictive="<results>/{experiment}/subjects/{subject}/predictive.h5",
+        predictive=PREDICTIVE,
     log:
         "<results>/logs/predictive_speeds/{experiment}/{subject}.log",
     wildcard_constraints:
@@ -47,7 +47,7 @@ rule cmaes:
         observation=OBSERVATION,
         passive=rules.passive.output.passive,
     output:
-        cmaes="<results>/cmaes/{subject}.h5",
+        cmaes=CMAES,
     log:
         "<results>/logs/cmaes/{subject}.log",
     params:
@@ -61,9 +61,9 @@ rule epochs:
     input:
         pool=rules.pool.output.pool,
         checkpoints=rules.train.output.checkpoints,
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
-        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
-        verdicts=of_experiment("<results>/{experiment}/subjects/{subject}/verdict.json"),
+        observations=of_experiment(OBSERVATION),
+        passives=of_experiment(PASSIVE),
+        verdicts=of_experiment(VERDICT),
     output:
         epochs="<results>/{experiment}/epochs.csv",
     log:

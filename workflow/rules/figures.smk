@@ -25,12 +25,10 @@ rule exact_subject_figures:
     """Predictive check and exact posterior of one subject, on speeds or over a population."""
     input:
         predictive=rules.predictive.output.predictive,
-        posterior=of_its_subject(
-            "<results>/{experiment}/subjects/{subject}/posterior.h5"
-        ),
-        verdict="<results>/{experiment}/subjects/{subject}/verdict.json",
+        posterior=of_its_subject(POSTERIOR),
+        verdict=VERDICT,
         cmaes=rules.cmaes.output.cmaes,
-        truth=truth_files(),
+        truth=TRUTH_FILES,
     output:
         ppc_png=drawn("exact_subject_figures", "ppc"),
         posterior_png=drawn("exact_subject_figures", "posterior"),
@@ -48,7 +46,7 @@ rule exact_figures:
     """Predictive checks and exact posteriors of the cohort, for each experiment on speeds."""
     input:
         unpack(lambda by: shown_of(by.experiment)),
-        truth=truth_files(),
+        truth=TRUTH_FILES,
     output:
         ppc_pdf="<results>/figures/ppc-{experiment}.pdf",
         ppc_png=drawn("exact_figures", "ppc"),
@@ -101,16 +99,10 @@ rule workflow_figure:
     input:
         pool=f"<results>/{MAIN}/pool.h5",
         training=f"<results>/{MAIN}/training.csv",
-        observations=paths_of("<results>/cohort/{subject}/observation.h5", MAIN),
-        predictives=paths_of(
-            "<results>/{experiment}/subjects/{subject}/predictive.h5", MAIN
-        ),
-        posteriors=paths_of(
-            "<results>/{experiment}/subjects/{subject}/posterior.h5", MAIN
-        ),
-        verdicts=paths_of(
-            "<results>/{experiment}/subjects/{subject}/verdict.json", MAIN
-        ),
+        observations=paths_of(OBSERVATION, MAIN),
+        predictives=paths_of(PREDICTIVE, MAIN),
+        posteriors=paths_of(POSTERIOR, MAIN),
+        verdicts=paths_of(VERDICT, MAIN),
     output:
         figure_pdf="<results>/figures/workflow.pdf",
         figure_png=drawn("workflow_figure", "workflow"),

@@ -17,8 +17,11 @@ if CONFIG.networks:
 rule checks:
     """Every table of calibration: coverage, ranks, strata, alarms, by number of pushes."""
     input:
-        tables_of(SPEED_EXPERIMENTS, "calibration", "alarms"),
-        tables_of(POPULATIONS, "calibration", "alarms", "strata", "pushes"),
-        tables_of(
-            [*SPEED_EXPERIMENTS, *POPULATIONS], "recovery", "recovery_acquisition"
+        files_of(
+            [*SPEED_EXPERIMENTS, *POPULATIONS],
+            "calibration.csv",
+            "alarms.csv",
+            "recovery.csv",
+            "recovery_acquisition.csv",
         ),
+        files_of(POPULATIONS, "strata.csv", "pushes.csv"),

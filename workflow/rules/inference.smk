@@ -4,8 +4,8 @@
 rule pool:
     """Features of every simulation, noise augmentation, pooled standardisation."""
     input:
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
-        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
+        observations=of_experiment(OBSERVATION),
+        passives=of_experiment(PASSIVE),
         shards=lambda by: shards_of(by.experiment, STUDY.subjects_of(by.experiment)),
     output:
         pool="<results>/{experiment}/pool.h5",
@@ -46,13 +46,8 @@ rule posterior:
         pool=of_its_subject("<results>/{experiment}/pool.h5"),
         estimator=rules.train.output.estimator,
     output:
-        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
-        verdict=reported(
-            "<results>/{experiment}/subjects/{subject}/verdict.json",
-            "prior_support",
-            "verdict on prior support",
-            subcategory="Subject {subject}",
-        ),
+        posterior=POSTERIOR,
+        verdict=reported(VERDICT, "prior_support", "verdict on prior support"),
     log:
         "<results>/logs/posterior/{experiment}/{subject}.log",
     wildcard_constraints:
@@ -68,8 +63,8 @@ rule recovery:
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
-        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
+        observations=of_experiment(OBSERVATION),
+        passives=of_experiment(PASSIVE),
     output:
         recovery=reported(
             "<results>/{experiment}/recovery.csv", "recovery", "recovery, own noise"
@@ -89,8 +84,8 @@ rule recovery_acquisition:
     input:
         pool=rules.pool.output.pool,
         estimator=rules.train.output.estimator,
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
-        passives=of_experiment("<results>/cohort/{subject}/passive.h5"),
+        observations=of_experiment(OBSERVATION),
+        passives=of_experiment(PASSIVE),
     output:
         recovery_acquisition=reported(
             "<results>/{experiment}/recovery_acquisition.csv",

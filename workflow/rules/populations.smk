@@ -20,9 +20,7 @@ rule train_population:
     """The network of an experiment over a population, in minutes; its log says how long it will still take."""
     input:
         shards=expand(
-            "<results>/{experiment}/simulations/shard-{shard}.h5",
-            shard=PARTS,
-            allow_missing=True,
+            rules.population_simulate.output.shard, shard=PARTS, allow_missing=True
         ),
     output:
         estimator=FLOW,
@@ -58,9 +56,7 @@ rule population_scores:
     """Coverage, ranks and contraction over all fresh contexts, and coverage by stratum."""
     input:
         parts=expand(
-            "<results>/{experiment}/calibration/part-{part}.h5",
-            part=PARTS,
-            allow_missing=True,
+            rules.population_calibration.output.part, part=PARTS, allow_missing=True
         ),
         null=nulls,
     output:
@@ -110,9 +106,7 @@ rule pushes_table:
     """Coverage by number of pushes."""
     input:
         parts=expand(
-            "<results>/{experiment}/pushes/part-{part}.h5",
-            part=PARTS,
-            allow_missing=True,
+            rules.pushes_calibration.output.part, part=PARTS, allow_missing=True
         ),
         null=nulls,
     output:
@@ -147,14 +141,14 @@ rule population_null:
 rule population_answers:
     """Posterior, verdict and predictive check of one subject."""
     input:
-        observation=of_its_subject("<results>/cohort/{subject}/observation.h5"),
-        noise="<results>/cohort/noise.h5",
+        observation=of_its_subject(OBSERVATION),
+        noise=NOISE,
         estimator=FLOW,
         null=nulls,
     output:
-        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
-        verdict="<results>/{experiment}/subjects/{subject}/verdict.json",
-        predictive="<results>/{experiment}/subjects/{subject}/predictive.h5",
+        posterior=POSTERIOR,
+        verdict=VERDICT,
+        predictive=PREDICTIVE,
     log:
         "<results>/logs/population_answers/{experiment}/{subject}.log",
     wildcard_constraints:
@@ -168,8 +162,8 @@ rule population_answers:
 rule population_cohort:
     """Every subject of the cohort in one table and one figure, those refused with the reason."""
     input:
-        verdicts=of_experiment("<results>/{experiment}/subjects/{subject}/verdict.json"),
-        truth=truth_files(),
+        verdicts=of_experiment(VERDICT),
+        truth=TRUTH_FILES,
     output:
         cohort=reported(
             "<results>/{experiment}/cohort.csv",
@@ -208,11 +202,9 @@ rule strata_figure:
 rule population_agreement:
     """Draws of each subject compared with the exact ones of the experiment that shares its model, by a classifier."""
     input:
-        posteriors=of_experiment(
-            "<results>/{experiment}/subjects/{subject}/posterior.h5"
-        ),
+        posteriors=of_experiment(POSTERIOR),
         base_posteriors=lambda by: expand(
-            "<results>/{experiment}/subjects/{subject}/posterior.h5",
+            POSTERIOR,
             experiment=CONFIG.base_of(by.experiment),
             subject=STUDY.answered(by.experiment),
         ),

@@ -4,9 +4,9 @@
 rule pressures:
     """The posterior of one subject from speeds and pressures."""
     input:
-        observation=of_its_subject("<results>/cohort/{subject}/observation.h5"),
-        noise="<results>/cohort/noise.h5",
-        of_speeds="<results>/{experiment}/subjects/{subject}/posterior.h5",
+        observation=of_its_subject(OBSERVATION),
+        noise=NOISE,
+        of_speeds=POSTERIOR,
     output:
         posterior="<results>/{experiment}/subjects/{subject}/with_pressures.h5",
     log:
@@ -22,19 +22,16 @@ rule pressures:
 rule pressures_table:
     """Every quantity without and with pressures, of each subject that has them."""
     input:
-        observations=[
-            f"<results>/cohort/{subject}/observation.h5"
-            for subject in SUBJECTS
-            if any(subject in STUDY.with_pressures(name) for name in POPULATIONS)
-        ],
-        posteriors=with_pressures("posterior.h5"),
-        with_pressures=with_pressures("with_pressures.h5"),
+        observations=paths_of(OBSERVATION, *POPULATIONS, subjects=STUDY.with_pressures),
+        posteriors=paths_of(POSTERIOR, *POPULATIONS, subjects=STUDY.with_pressures),
+        with_pressures=of_subjects(
+            POPULATIONS, "with_pressures.h5", subjects=STUDY.with_pressures
+        ),
     output:
         table=reported(
             "<results>/tables/pressures.csv",
             "table_pressures",
             "what cuff pressures add",
-            category="Tables",
         ),
     log:
         "<results>/logs/pressures_table.log",

@@ -6,40 +6,34 @@ rule report:
     input:
         recording=str(STUDY.cohort.folder / "recording.yaml"),
         observations=expand(OBSERVATION, subject=SHOWN),
-        verdicts=shown_of(*EXPERIMENTS)["verdicts"],
-        trainings=tables_of(EXPERIMENTS, "training"),
-        recoveries=tables_of(EXPERIMENTS, "recovery"),
-        recovery_acquisitions=tables_of(EXPERIMENTS, "recovery_acquisition"),
+        verdicts=paths_of(VERDICT, *EXPERIMENTS),
+        trainings=files_of(EXPERIMENTS, "training.csv"),
+        recoveries=files_of(EXPERIMENTS, "recovery.csv"),
+        recovery_acquisitions=files_of(EXPERIMENTS, "recovery_acquisition.csv"),
         ppc_csv=rules.tables.output.ppc_csv,
         features_csv=rules.tables.output.features_csv,
         posterior_csv=rules.tables.output.posterior_csv,
         comparison_csv=rules.paper_comparison.output.comparison_csv,
         statements_csv=rules.paper_comparison.output.statements_csv,
         study_pngs=expand("<results>/figures/{name}.png", name=names_of("cohort")),
-        training_pngs=expand(
-            "<results>/figures/training-{experiment}.png", experiment=EXPERIMENTS
-        ),
-        exact_posteriors=shown_of(*SPEED_EXPERIMENTS)["posteriors"],
-        calibrations=tables_of(SPEED_EXPERIMENTS, "calibration"),
-        alarms=tables_of(SPEED_EXPERIMENTS, "alarms"),
-        identifiabilities=tables_of(SPEED_EXPERIMENTS, "identifiability"),
-        noise=noise_files()[:1],
-        truth_csv=["<results>/tables/truth.csv" for _ in truth_files()],
-        exact_pngs=expand(
-            "<results>/figures/{name}-{experiment}.png",
-            name=names_of("speeds"),
-            experiment=SPEED_EXPERIMENTS,
-        )
-        + (["<results>/figures/noise.png"] if SPEED_EXPERIMENTS else []),
-        population_cohorts=tables_of(POPULATIONS, "cohort"),
-        population_strata=tables_of(POPULATIONS, "strata"),
-        population_pngs=[
-            path for name in POPULATIONS for path in figures_of(name, ["png"])
+        training_pngs=figures_of(EXPERIMENTS, names_of("experiment"), ["png"]),
+        exact_posteriors=paths_of(POSTERIOR, *SPEED_EXPERIMENTS),
+        calibrations=files_of(SPEED_EXPERIMENTS, "calibration.csv"),
+        alarms=files_of(SPEED_EXPERIMENTS, "alarms.csv"),
+        identifiabilities=files_of(SPEED_EXPERIMENTS, "identifiability.csv"),
+        noise=NOISE_FILES[:1],
+        truth_csv=TRUTH_TABLES,
+        exact_pngs=[
+            *figures_of(SPEED_EXPERIMENTS, names_of("speeds"), ["png"]),
+            *expand("<results>/figures/{name}.png", name=NOISE_FIGURES),
         ],
-        pressures_csv=pressures_tables(),
-        cohort_posteriors=expand(
-            "<results>/{experiment}/cohort_posterior.h5",
-            experiment=exact_experiments(),
+        population_cohorts=files_of(POPULATIONS, "cohort.csv"),
+        population_strata=files_of(POPULATIONS, "strata.csv"),
+        population_pngs=figures_of(POPULATIONS, OF_POPULATION, ["png"]),
+        pressures_csv=PRESSURES_TABLES,
+        cohort_posteriors=files_of(
+            filter(STUDY.answered, [*SPEED_EXPERIMENTS, *POPULATIONS]),
+            "cohort_posterior.h5",
         ),
         validation=[
             path for path in [CONFIG.validation_table] if path and Path(path).is_file()
@@ -49,10 +43,7 @@ rule report:
         report=PAGES[0],
         pages=PAGES[1:],
         configuration=reported(
-            "<results>/configuration.yaml",
-            "configuration",
-            "every choice of this run",
-            category="Configuration",
+            "<results>/configuration.yaml", "configuration", "every choice of this run"
         ),
     log:
         "<results>/logs/report.log",

@@ -4,7 +4,7 @@
 rule speed_pool:
     """Simulations of every subject at the measured phases of its recording."""
     input:
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
+        observations=of_experiment(OBSERVATION),
         shards=lambda by: shards_of(by.experiment, STUDY.subjects_of(by.experiment)),
     output:
         pool="<results>/{experiment}/pool.h5",
@@ -23,8 +23,8 @@ rule train_flow:
     """The network of an experiment on speeds, in minutes; its log says how long it will still take."""
     input:
         pool=rules.speed_pool.output.pool,
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
-        noise="<results>/cohort/noise.h5",
+        observations=of_experiment(OBSERVATION),
+        noise=NOISE,
     output:
         estimator=FLOW,
         training="<results>/{experiment}/training.csv",
@@ -42,11 +42,11 @@ rule train_flow:
 rule exact_posterior:
     """The network's draws weighted with the simulator, or MCMC; how reliable they are stands beside them."""
     input:
-        observation=of_its_subject("<results>/cohort/{subject}/observation.h5"),
-        noise="<results>/cohort/noise.h5",
+        observation=of_its_subject(OBSERVATION),
+        noise=NOISE,
         estimator=FLOW,
     output:
-        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
+        posterior=POSTERIOR,
     log:
         "<results>/logs/exact_posterior/{experiment}/{subject}.log",
     wildcard_constraints:
@@ -60,18 +60,13 @@ rule exact_posterior:
 rule verdict:
     """One verdict a subject, with the tests and features that say so."""
     input:
-        posterior="<results>/{experiment}/subjects/{subject}/posterior.h5",
+        posterior=POSTERIOR,
         null=nulls,
-        observation="<results>/cohort/{subject}/observation.h5",
+        observation=OBSERVATION,
         contexts="<results>/cohort/contexts.h5",
-        noise="<results>/cohort/noise.h5",
+        noise=NOISE,
     output:
-        verdict=reported(
-            "<results>/{experiment}/subjects/{subject}/verdict.json",
-            "verdict",
-            "verdict of the misspecification tests",
-            subcategory="Subject {subject}",
-        ),
+        verdict=reported(VERDICT, "verdict", "verdict of the misspecification tests"),
     log:
         "<results>/logs/verdict/{experiment}/{subject}.log",
     wildcard_constraints:
@@ -86,7 +81,7 @@ rule misspecification_figure:
     """The verdict's tests of every subject, and how often they raise an alarm."""
     input:
         table="<results>/{experiment}/alarms.csv",
-        verdicts=of_experiment("<results>/{experiment}/subjects/{subject}/verdict.json"),
+        verdicts=of_experiment(VERDICT),
     output:
         figure_pdf="<results>/figures/misspecification-{experiment}.pdf",
         figure_png=drawn("misspecification_figure", "misspecification"),
@@ -103,7 +98,7 @@ rule misspecification_figure:
 rule noise_figure:
     """Noise between repeats and between samples: of each recording, and of the whole cohort."""
     input:
-        noise="<results>/cohort/noise.h5",
+        noise=NOISE,
     output:
         figure_pdf="<results>/figures/noise.pdf",
         figure_png="<results>/figures/noise.png",
@@ -118,11 +113,9 @@ rule noise_figure:
 rule identifiability:
     """Contraction, profiles of the exact likelihood, information of each phase, and other designs."""
     input:
-        posteriors=of_experiment(
-            "<results>/{experiment}/subjects/{subject}/posterior.h5"
-        ),
-        observations=of_experiment("<results>/cohort/{subject}/observation.h5"),
-        noise="<results>/cohort/noise.h5",
+        posteriors=of_experiment(POSTERIOR),
+        observations=of_experiment(OBSERVATION),
+        noise=NOISE,
     output:
         identifiability="<results>/{experiment}/identifiability.h5",
         summary=reported(
@@ -166,8 +159,8 @@ rule identifiability_figures:
 rule calibration_recordings:
     """Recordings of known parameters in one subject's context, inferred by the network and exactly."""
     input:
-        observation=of_its_subject("<results>/cohort/{subject}/observation.h5"),
-        noise="<results>/cohort/noise.h5",
+        observation=of_its_subject(OBSERVATION),
+        noise=NOISE,
         estimator=FLOW,
     output:
         recordings="<results>/{experiment}/subjects/{subject}/calibration_recordings.h5",
@@ -184,8 +177,8 @@ rule calibration_recordings:
 rule calibration_local:
     """Calibration at one subject's own data, and its samplers beside long Markov chains."""
     input:
-        observation="<results>/cohort/{subject}/observation.h5",
-        noise="<results>/cohort/noise.h5",
+        observation=OBSERVATION,
+        noise=NOISE,
         estimator=FLOW,
         posterior=rules.exact_posterior.output.posterior,
     output:
@@ -203,12 +196,8 @@ rule calibration_local:
 rule calibration:
     """Every check of calibration, and the coverage of known parameters."""
     input:
-        recordings=of_experiment(
-            "<results>/{experiment}/subjects/{subject}/calibration_recordings.h5"
-        ),
-        local_parts=of_experiment(
-            "<results>/{experiment}/subjects/{subject}/calibration_local.h5"
-        ),
+        recordings=of_experiment(rules.calibration_recordings.output.recordings),
+        local_parts=of_experiment(rules.calibration_local.output.local),
         null=nulls,
     output:
         calibration="<results>/{experiment}/calibration.h5",

@@ -7,23 +7,14 @@ rule tables:
         **shown_of(*EXPERIMENTS),
     output:
         ppc_csv=reported(
-            "<results>/tables/ppc.csv",
-            "table_ppc",
-            "table 1: predictive scores",
-            category="Tables",
+            "<results>/tables/ppc.csv", "table_ppc", "table 1: predictive scores"
         ),
         ppc_tex="<results>/tables/ppc.tex",
         features_csv=reported(
-            "<results>/tables/features.csv",
-            "table_features",
-            "features",
-            category="Tables",
+            "<results>/tables/features.csv", "table_features", "features"
         ),
         posterior_csv=reported(
-            "<results>/tables/posterior.csv",
-            "table_posterior",
-            "posteriors",
-            category="Tables",
+            "<results>/tables/posterior.csv", "table_posterior", "posteriors"
         ),
         posterior_tex="<results>/tables/posterior.tex",
     log:
@@ -37,19 +28,12 @@ rule tables:
 rule truth:
     """Credible intervals of every experiment beside the truth of a generated cohort."""
     input:
-        posteriors=paths_of(
-            "<results>/{experiment}/subjects/{subject}/posterior.h5", *EXPERIMENTS
-        ),
-        verdicts=paths_of(
-            "<results>/{experiment}/subjects/{subject}/verdict.json", *EXPERIMENTS
-        ),
+        posteriors=paths_of(POSTERIOR, *EXPERIMENTS),
+        verdicts=paths_of(VERDICT, *EXPERIMENTS),
         truth=str(STUDY.cohort.folder / "truth.csv"),
     output:
         truth_csv=reported(
-            "<results>/tables/truth.csv",
-            "table_truth",
-            "truth of a generated cohort",
-            category="Tables",
+            "<results>/tables/truth.csv", "table_truth", "truth of a generated cohort"
         ),
     log:
         "<results>/logs/truth.log",
@@ -66,29 +50,23 @@ rule paper_comparison:
         ppc=rules.tables.output.ppc_csv,
         posterior=rules.tables.output.posterior_csv,
         features=rules.tables.output.features_csv,
-        recoveries=expand(
-            "<results>/{experiment}/recovery.csv", experiment=FEATURE_EXPERIMENTS
-        ),
+        recoveries=files_of(FEATURE_EXPERIMENTS, "recovery.csv"),
         training=f"<results>/{MAIN}/training.csv",
         pool=f"<results>/{MAIN}/pool.h5",
-        verdicts=paths_of(
-            "<results>/{experiment}/subjects/{subject}/verdict.json", MAIN
-        ),
-        observations=paths_of("<results>/cohort/{subject}/observation.h5", MAIN),
-        cmaes=paths_of("<results>/cmaes/{subject}.h5", MAIN),
+        verdicts=paths_of(VERDICT, MAIN),
+        observations=paths_of(OBSERVATION, MAIN),
+        cmaes=paths_of(CMAES, MAIN),
     output:
         comparison_csv=reported(
             "<results>/tables/paper_comparison.csv",
             "table_comparison",
             "beside the paper",
-            category="Tables",
         ),
         comparison_tex="<results>/tables/paper_comparison.tex",
         statements_csv=reported(
             "<results>/tables/statements.csv",
             "table_statements",
             "statements of the paper",
-            category="Tables",
         ),
     log:
         "<results>/logs/paper_comparison.log",

@@ -6,87 +6,60 @@ from swesbi.report.page.names import FURTHER
 
 IMAGES = ["pdf", "png"]
 PAGES = ["<results>/index.html", *expand("<results>/report/{page}.html", page=FURTHER)]
+OF_POPULATION = [*names_of("population"), *names_of("experiment")]
+# what some studies have no need of, or nothing to make of
+TRUTH_TABLES = ["<results>/tables/truth.csv"] if TRUTH_FILES else []
+PRESSURES_TABLES = (
+    ["<results>/tables/pressures.csv"]
+    if any(map(STUDY.with_pressures, POPULATIONS))
+    else []
+)
+NOISE_FILES = (
+    [NOISE, "<results>/cohort/contexts.h5"] if SPEED_EXPERIMENTS or POPULATIONS else []
+)
+NOISE_FIGURES = ["noise"] if SPEED_EXPERIMENTS else []
+EXPLORER_PAGES = (
+    ["<results>/explorer.html"] if EXPLORER.is_file() and SPEED_EXPERIMENTS else []
+)
 
 
-def tables_of(experiments, *tables):
-    """Return these tables of each of these experiments."""
-    return expand(
-        "<results>/{experiment}/{table}.csv", experiment=experiments, table=tables
-    )
+def files_of(experiments, *files):
+    """Return these files of each of these experiments."""
+    return expand("<results>/{experiment}/{file}", experiment=experiments, file=files)
 
 
-def figures_of(experiment, images=IMAGES):
-    """Return the figures of an experiment over a population: those of pressures where there are any."""
-    asked = {
-        "pressures": STUDY.with_pressures(experiment),
-        "cohort_posterior": STUDY.answered(experiment),
-    }
-    names = [*names_of("population"), *names_of("experiment")]
-    return expand(
-        f"<results>/figures/{{figure}}-{experiment}.{{image}}",
-        figure=[name for name in names if asked.get(name, True)],
-        image=images,
-    )
+def of_subjects(experiments, *files, subjects=STUDY.answered):
+    """Return these files of every subject of these experiments, subject by subject."""
+    pattern = "<results>/{experiment}/subjects/{subject}/{file}"
+    return paths_of(pattern, *experiments, subjects=subjects, file=files)
 
 
-def exact_experiments():
-    """Return the experiments with exact posteriors that answer at least one subject."""
-    return [*SPEED_EXPERIMENTS, *filter(STUDY.answered, POPULATIONS)]
+def figures_of(experiments, names, images=IMAGES):
+    """Return these figures of each of these experiments, where there is something to draw."""
+    needed = {"pressures": STUDY.with_pressures, "cohort_posterior": STUDY.answered}
+    return [
+        f"<results>/figures/{name}-{experiment}.{image}"
+        for experiment in experiments
+        for name in names
+        if name not in needed or needed[name](experiment)
+        for image in images
+    ]
 
 
 def cohort_posteriors(experiments):
     """Return the posterior of the cohort in those of these experiments that answer a subject."""
-    return expand(
-        "<results>/{experiment}/{file}",
-        experiment=[name for name in exact_experiments() if name in experiments],
-        file=["cohort_posterior.h5", "cohort_posterior.csv", "cohort_subjects.csv"],
+    return files_of(
+        [name for name in experiments if STUDY.answered(name)],
+        "cohort_posterior.h5",
+        "cohort_posterior.csv",
+        "cohort_subjects.csv",
     )
-
-
-def pressures_tables():
-    """Return the table of what pressures add, which there is where any were taken."""
-    there = any(map(STUDY.with_pressures, POPULATIONS))
-    return ["<results>/tables/pressures.csv"] if there else []
-
-
-def noise_files():
-    """Return the cohort's noise, which only experiments on speeds need."""
-    asked = SPEED_EXPERIMENTS or POPULATIONS
-    return (
-        ["<results>/cohort/noise.h5", "<results>/cohort/contexts.h5"] if asked else []
-    )
-
-
-def explorer_page():
-    """Return the page on which the model is moved by hand, if an experiment on speeds runs."""
-    asked = EXPLORER.is_file() and SPEED_EXPERIMENTS
-    return ["<results>/explorer.html"] if asked else []
 
 
 def shown_singly(experiment):
     """Return the subjects whose answers have figures of their own: all of a small cohort, none of a large one."""
     subjects = STUDY.subjects_of(experiment)
     return STUDY.answered(experiment) if len(subjects) <= MOST_SHOWN else ()
-
-
-def of_shown(*files):
-    """Return these files of every subject that is shown singly by an experiment over a population."""
-    return [
-        f"<results>/{experiment}/subjects/{subject}/{file}"
-        for experiment in POPULATIONS
-        for subject in shown_singly(experiment)
-        for file in files
-    ]
-
-
-def of_subjects(experiments, *files):
-    """Return these files of every subject of these experiments, subject by subject."""
-    return [
-        f"<results>/{experiment}/subjects/{subject}/{file}"
-        for experiment in experiments
-        for subject in STUDY.subjects_of(experiment)
-        for file in files
-    ]
 
 
 def population_outputs():
@@ -97,46 +70,41 @@ def population_outputs():
         if CONFIG.base_of(name) in EXPERIMENTS and shown_singly(name)
     ]
     return [
-        *tables_of(POPULATIONS, "strata", "calibration", "recovery"),
-        *tables_of(POPULATIONS, "recovery_acquisition", "alarms", "cohort"),
-        *(path for experiment in POPULATIONS for path in figures_of(experiment)),
+        *files_of(POPULATIONS, "strata.csv", "calibration.csv", "recovery.csv"),
+        *files_of(POPULATIONS, "recovery_acquisition.csv", "alarms.csv", "cohort.csv"),
+        *figures_of(POPULATIONS, OF_POPULATION),
         *cohort_posteriors(POPULATIONS),
-        *pressures_tables(),
-        *tables_of(compared, "agreement"),
-        *of_shown("ppc.png", "posterior.png"),
+        *PRESSURES_TABLES,
+        *files_of(compared, "agreement.csv"),
+        *of_subjects(POPULATIONS, "ppc.png", "posterior.png", subjects=shown_singly),
     ]
 
 
 def cohort_outputs():
     """Return figures and tables of the experiments on the cohort, and the pages."""
-    speeds = [*names_of("speeds")]
     return [
         *PAGES,
-        *explorer_page(),
+        *EXPLORER_PAGES,
         *expand(
-            "<results>/figures/{name}.{image}", name=names_of("cohort"), image=IMAGES
+            "<results>/figures/{name}.{image}",
+            name=[*names_of("cohort"), *NOISE_FIGURES],
+            image=IMAGES,
         ),
-        *expand(
-            "<results>/figures/noise.{image}", image=IMAGES if SPEED_EXPERIMENTS else []
-        ),
-        *expand("<results>/figures/training-{experiment}.png", experiment=EXPERIMENTS),
+        *figures_of(EXPERIMENTS, names_of("experiment"), ["png"]),
         *expand(
             "<results>/tables/{table}.{kind}",
             table=["ppc", "posterior", "paper_comparison"],
             kind=["csv", "tex"],
         ),
         *expand("<results>/tables/{table}.csv", table=["features", "statements"]),
-        *("<results>/tables/truth.csv" for _ in truth_files()),
-        *expand(
-            "<results>/figures/{name}-{experiment}.{image}",
-            name=speeds,
-            experiment=SPEED_EXPERIMENTS,
-            image=IMAGES,
+        *TRUTH_TABLES,
+        *figures_of(SPEED_EXPERIMENTS, names_of("speeds")),
+        *files_of(SPEED_EXPERIMENTS, "calibration.csv", "alarms.csv"),
+        *files_of(
+            SPEED_EXPERIMENTS, "identifiability.csv", "information.csv", "design.csv"
         ),
-        *tables_of(SPEED_EXPERIMENTS, "calibration", "alarms"),
-        *tables_of(SPEED_EXPERIMENTS, "identifiability", "information", "design"),
         *cohort_posteriors(SPEED_EXPERIMENTS),
-        *tables_of(EXPERIMENTS, "recovery", "recovery_acquisition"),
+        *files_of(EXPERIMENTS, "recovery.csv", "recovery_acquisition.csv"),
         *of_subjects(EXPERIMENTS, "ppc.png", "posterior.png"),
     ]
 
@@ -150,40 +118,22 @@ def linked_artefacts():
     """Return the results that the landing page leads to, in the order in which it lists them."""
     shown = [path for path in study_outputs() if path not in PAGES]
     of_subject = ["verdict.json", "posterior.h5", "predictive.h5"]
+    of_part = expand(
+        "{file}-{part}.h5", file=["simulations/shard", "calibration/part"], part=PARTS
+    )
     return [
-        *explorer_page(),
+        *EXPLORER_PAGES,
         *(path for path in shown if path.startswith("<results>/tables/")),
         *(path for path in shown if path.startswith("<results>/figures/")),
-        *expand("<results>/figures/training-{experiment}.pdf", experiment=EXPERIMENTS),
-        *expand(
-            "<results>/{experiment}/{file}",
-            experiment=EXPERIMENTS,
-            file=["pool.h5", "training.csv"],
-        ),
-        *expand(
-            "<results>/{experiment}/{file}.pt",
-            experiment=FEATURE_EXPERIMENTS,
-            file=["estimator", "checkpoints"],
-        ),
-        *expand(
-            "<results>/{experiment}/{file}.h5",
-            experiment=SPEED_EXPERIMENTS,
-            file=["flow", "calibration", "identifiability"],
-        ),
-        *tables_of([MAIN], "epochs"),
-        *expand(
-            "<results>/{experiment}/{file}",
-            experiment=POPULATIONS,
-            file=["flow.h5", "training.csv", "calibration.h5"],
-        ),
-        *expand(
-            "<results>/{experiment}/{file}-{part}.h5",
-            experiment=POPULATIONS,
-            file=["simulations/shard", "calibration/part"],
-            part=PARTS,
-        ),
-        *of_shown(*of_subject),
-        *with_pressures("with_pressures.h5"),
+        *figures_of(EXPERIMENTS, names_of("experiment"), ["pdf"]),
+        *files_of(EXPERIMENTS, "pool.h5", "training.csv"),
+        *files_of(FEATURE_EXPERIMENTS, "estimator.pt", "checkpoints.pt"),
+        *files_of(SPEED_EXPERIMENTS, "flow.h5", "calibration.h5", "identifiability.h5"),
+        *files_of([MAIN], "epochs.csv"),
+        *files_of(POPULATIONS, "flow.h5", "training.csv", "calibration.h5"),
+        *files_of(POPULATIONS, *of_part),
+        *of_subjects(POPULATIONS, *of_subject, subjects=shown_singly),
+        *of_subjects(POPULATIONS, "with_pressures.h5", subjects=STUDY.with_pressures),
         *of_subjects(EXPERIMENTS, *of_subject),
         *of_subjects(
             SPEED_EXPERIMENTS, "calibration_recordings.h5", "calibration_local.h5"
@@ -194,8 +144,8 @@ def linked_artefacts():
             subject=SHOWN,
             file=["observation", "passive"],
         ),
-        *noise_files(),
-        *expand("<results>/cmaes/{subject}.h5", subject=SHOWN),
+        *NOISE_FILES,
+        *expand(CMAES, subject=SHOWN),
         *dict.fromkeys(
             path
             for experiment in EXPERIMENTS

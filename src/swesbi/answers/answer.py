@@ -86,44 +86,29 @@ def answered(
 
     Raises:
         NoLikelihoodError: Every simulation of the first round fails.
-        ValueError: The network takes no such recording, or null distributions are missing.
+        ValueError: The network takes no such recording.
     """
-    exact, efficiency = inferred(recording, knowledge, settings, seed)
-    if knowledge.nulls is None:
-        raise ValueError("a recording is judged by null distributions, and none are given")
     model, stream, observed = recording.model, recording.stream, recording.observation
+    subject, network = observed.subject, knowledge.proposal(model.recording)
+    drawn, efficiency = exact_posterior(HeartModel(model), network, settings.exact, seed, stream, subject)
+    log_certificate(subject, drawn)
+    exact = described(drawn, model.settings.prior, network)
     beats = model.simulate(exact.phi)
     after = reported(model, exact.phi, beats)
     # the posterior may have begun with draws of a network, so those of the prior are drawn anew
-    rng = generator(seed, stream, observed.subject, "prior curves")
+    rng = generator(seed, stream, subject, "prior curves")
     phi = draw_prior(model.settings.prior, settings.predictive.draws, rng)
     before = PriorDraws(phi, reported(model, phi, model.simulate(phi)))
     tests = (*recording.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
     hearts, clinical = knowledge.hearts, observed.clinical
     judged = judge(exact, model, beats, knowledge.nulls, hearts, settings, seed, clinical, tests)
     verdict = contractions(after, before.reported, settings.uninformative).beside(judged)
-    LOGGER.info("subject %s: %s", observed.subject, verdict.sentence)
+    LOGGER.info("subject %s: %s", subject, verdict.sentence)
     found = None
     if pressures is not None and recording.has_pressures:
         both = with_pressures(model, clinical, pressures)
-        names = (stream, "pressures", observed.subject)
-        found = informed(both, exact.weighted, settings.exact, seed, *names)
+        found = informed(both, exact.weighted, settings.exact, seed, stream, "pressures", subject)
     return Answer(recording, exact, verdict, after, before, found)
-
-
-def inferred(
-    recording: ModelledRecording, knowledge: Knowledge, settings: AnswerSettings, seed: int
-) -> tuple[ExactPosterior, tuple[float, ...]]:
-    """Return the exact posterior of a recording, and the efficiency after each round.
-
-    Raises:
-        As of :func:`answered`.
-    """
-    network, subject = knowledge.proposal(recording.model.recording), recording.observation.subject
-    sizes, stream = settings.exact, recording.stream
-    exact, efficiency = exact_posterior(HeartModel(recording.model), network, sizes, seed, stream, subject)
-    log_certificate(subject, exact)
-    return described(exact, recording.model.settings.prior, network), efficiency
 
 
 def informed(

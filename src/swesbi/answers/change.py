@@ -12,7 +12,7 @@ import numpy as np
 
 from swesbi.answers.answer import Answer
 from swesbi.answers.knowledge import Knowledge
-from swesbi.artefacts import Origin
+from swesbi.artefacts import Provenance
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
@@ -52,7 +52,7 @@ def save_change(
     answers: Sequence[Answer],
     knowledge: Knowledge,
     settings: PersonChangeSettings,
-    origin: Origin,
+    made: Provenance,
     folder: Path,
 ) -> StoredChange:
     """Infer two visits of one person together, and write what has changed between them.
@@ -61,7 +61,7 @@ def save_change(
         answers: To both visits, the earlier first.
         knowledge: What answered them.
         settings: Whose visits they are, and what they share.
-        origin: Seed, person and code.
+        made: Seed, person, settings and code, as the file states them.
         folder: Output; it is there.
 
     Raises:
@@ -78,13 +78,13 @@ def save_change(
     ]
     both = both_visits(models, observed, settings.changes)
     names = (settings.person, *(each.subject for each in observed))
-    found = infer_change(both, own, settings.changes, origin.seed, *names)
+    found = infer_change(both, own, settings.changes, made.seed, *names)
     judged = [answer.verdict for answer in answers]
     (earlier, later), (first, second) = observed, judged
     subjects, statuses = (earlier.subject, later.subject), (first.status, second.status)
     whose = (settings.person, settings.visits, subjects, statuses)
     stored = stored_change(found, *whose, settings.changes, settings.model.prior.names)
-    stored.write(folder / JOINT, origin.provenance("", settings))
+    stored.write(folder / JOINT, made)
     write_csv(folder / TABLE, change_table(stored))
     shown = [
         _shown(*each, stored.interval_mass) for each in zip(models, observed, found.phi, judged, strict=True)

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 from swesbi.answers.answer import answered, informed
-from swesbi.answers.knowledge import OF_POPULATION, Knowledge
-from swesbi.answers.output import predictive_output
+from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.predictive import AnyCheck, check_answer
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
-from swesbi.checks.free_predictive import FreePredictiveCheck
-from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
@@ -33,7 +31,7 @@ class AnswerOfPopulation(NamedTuple):
 
     posterior: ExactPosterior
     verdict: Verdict
-    predictive: PredictiveCheck | FreePredictiveCheck
+    predictive: AnyCheck
 
 
 def answer_of_population(
@@ -69,9 +67,9 @@ def answer_of_population(
         uninformative=uninformative,
     )
     recording = ModelledRecording(observation, speed_model(observation, noise, model), stream=STREAM)
-    knowledge = Knowledge(OF_POPULATION, null.contexts, estimator, nulls=null)
+    knowledge = Knowledge(null, estimator)
     answer = answered(recording, knowledge, settings, seed)
-    check = predictive_output(answer, settings, seed).check
+    check = check_answer(answer, settings, seed)
     return AnswerOfPopulation(answer.posterior, answer.verdict, check)
 
 

@@ -9,17 +9,21 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
+from matplotlib.figure import Figure
+
 from swesbi.answers.answer import Answer, answered
 from swesbi.answers.knowledge import Knowledge
-from swesbi.answers.output import predictive_output
+from swesbi.answers.predictive import AnyCheck, check_answer
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.answers.sheet import sheet_of
-from swesbi.artefacts import ArtefactError, Origin, folder_made_whole, write_json
+from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole, write_json
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.recording.observation import Observation, same_recording
+from swesbi.checks.free_predictive import FreePredictiveCheck
+from swesbi.recording.observation import SOURCES, Observation, same_recording
+from swesbi.report.figures.free_predictive import draw_free_check
 from swesbi.report.figures.posterior_subject import draw_exact_subject
-from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel
+from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel, PredictivePanel, draw_subject_check
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Sheet
@@ -53,7 +57,7 @@ class RecordingRequest:
         recording: The recording, under the model.
         knowledge: What answers it.
         settings: What the answer depends on.
-        origin: Seed, subject and code.
+        made: Seed, subject, settings and code, as its files state them.
         experiment: By which experiment.
         note: What to say of that choice; empty where it is the usual one.
         left_out: What of the recording is left out, or odd, a sentence each.
@@ -62,7 +66,7 @@ class RecordingRequest:
     recording: ModelledRecording
     knowledge: Knowledge
     settings: OneAnswerSettings
-    origin: Origin
+    made: Provenance
     experiment: str
     note: str = ""
     left_out: tuple[str, ...] = ()
@@ -73,7 +77,7 @@ class RecordingRequest:
         said = {
             "notes": list(self.left_out),
             "settings": self.settings.to_plain(),
-            "origin": asdict(self.origin),
+            "origin": {name: getattr(self.made, name) for name in ("seed", "subject", "code_hash")},
             "knowledge": self.knowledge.made_from,
             "noise": self.recording.noise,
             "tests": [asdict(test) for test in self.recording.tests],
@@ -109,7 +113,7 @@ class RecordingRequest:
         if not force:
             check_untouched(folder, self.recording)
         settings = self.settings
-        answer = answered(self.recording, self.knowledge, settings, self.origin.seed, settings.clinical)
+        answer = answered(self.recording, self.knowledge, settings, self.made.seed, settings.clinical)
         with folder_made_whole(folder, VERDICT) as made:
             page = self._write(answer, made)
         return answer, page
@@ -117,22 +121,29 @@ class RecordingRequest:
     def _write(self, answer: Answer, folder: Path) -> Sheet:
         """Write the answer into a folder that is there, and return what its page shows."""
         settings, exact, title = self.settings, answer.posterior, self.settings.cohort_title
-        made = self.origin.provenance("", settings)
-        self.recording.observation.write(folder / OBSERVATION, made)
-        exact.write(folder / POSTERIOR_FILE, made)
+        self.recording.observation.write(folder / OBSERVATION, self.made)
+        exact.write(folder / POSTERIOR_FILE, self.made)
         further = {MADE_FROM: self.digest, NOTES: list(self.left_out)}
         write_json(folder / VERDICT, answer.verdict.to_json() | further)
         if answer.with_pressures is not None:
-            answer.with_pressures.write(folder / WITH_PRESSURES, made)
-        shown = predictive_output(answer, settings, self.origin.seed)
-        shown.check.write(folder / "predictive.h5", made)
-        save_figure(shown.draw(title), folder / "ppc.png")
+            answer.with_pressures.write(folder / WITH_PRESSURES, self.made)
+        check = check_answer(answer, settings, self.made.seed)
+        check.write(folder / "predictive.h5", self.made)
+        save_figure(draw_check(answer, check, title), folder / "ppc.png")
         began = PRIOR_DRAWS if self.knowledge.flow is None else NETWORK_ALONE
-        panel = ExactPanel(self.origin.subject, exact, None, answer.verdict, None, began)
+        panel = ExactPanel(self.made.subject, exact, None, answer.verdict, None, began)
         save_figure(draw_exact_subject(panel, settings.joint_prior, title), folder / "posterior.png")
-        page = sheet_of(answer, self.knowledge, shown, settings)
+        page = sheet_of(answer, self.knowledge, check, settings)
         save_figure(draw_sheet(page), folder / "sheet.pdf")
         return page
+
+
+def draw_check(answer: Answer, check: AnyCheck, title: str) -> Figure:
+    """Draw the predictive check of an answer."""
+    observed, verdict = answer.recording.observation, answer.verdict
+    if isinstance(check, FreePredictiveCheck):
+        return draw_free_check(observed.subject, check, verdict, SOURCES[observed.errors_from], title)
+    return draw_subject_check(PredictivePanel(observed.subject, check, None, verdict), title)
 
 
 def check_untouched(folder: Path, recording: ModelledRecording) -> None:

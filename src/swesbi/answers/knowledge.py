@@ -28,20 +28,28 @@ class Knowledge:
     """What answers recordings.
 
     Attributes:
-        population: Whose prior the percentiles of an answer are of, in words.
-        hearts: Contexts with which the subject's is compared.
+        nulls: The null recordings that the tests compare with.
         flow: The trained network; None: the inference begins with the prior.
         trained: Contexts that the network was trained on, if these are but some: it is shown the nearest.
-        nulls: The null recordings that the tests compare with; None: nothing is judged.
         made_from: Checksums of the files that all of this was read from.
     """
 
-    population: str = OF_PRIOR
-    hearts: Sequence[Context] = ()
+    nulls: NullRecordings
     flow: TrainedFlow | None = None
     trained: Sequence[Context] = ()
-    nulls: NullRecordings | None = None
     made_from: tuple[str, ...] = ()
+
+    @property
+    def hearts(self) -> Sequence[Context]:
+        """Contexts with which the subject's is compared."""
+        return self.trained or self.nulls.contexts
+
+    @property
+    def population(self) -> str:
+        """Whose prior the percentiles of an answer are of, in words."""
+        if self.flow is None:
+            return OF_PRIOR
+        return OF_STUDY if self.trained else OF_POPULATION
 
     def proposal(self, recording: SpeedRecording) -> FlowProposal | None:
         """Return the network's posterior of a recording; None where there is no network.
@@ -70,8 +78,7 @@ def knowledge_from(null: Path, network: Path | None = None, cohort: Sequence[Pat
     Raises:
         ArtefactError: A file is no such artefact.
     """
-    trained, nulls = [Observation.read(path).context for path in cohort], NullRecordings.read(null)
-    whose = OF_PRIOR if network is None else OF_STUDY if cohort else OF_POPULATION
+    nulls, trained = NullRecordings.read(null), [Observation.read(path).context for path in cohort]
     flow = None if network is None else TrainedFlow.read(network)
     read = tuple(map(stated_checksum, filter(None, (network, *cohort, null))))
-    return Knowledge(whose, trained or nulls.contexts, flow, trained, nulls, read)
+    return Knowledge(nulls, flow, trained, read)

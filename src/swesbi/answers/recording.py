@@ -58,13 +58,11 @@ def noise_test(
         whose: What they are of ("the cohort", "the folder").
         level: Of the test.
     """
-    why = ""
-    if comparison is None:
-        why = "not tested: no other recording of the same kind is in the folder"
-    elif np.isnan(comparison.p_value):
-        why = f"not tested: the recording alone does not tell its noise, and that of {whose} is used"
-    if comparison is None or why:
-        return VerdictTest("noise", 0.0, None, level, flagged=False, detail=why)
+    if comparison is None or np.isnan(comparison.p_value):
+        why = f"the recording alone does not tell its noise, and that of {whose} is used"
+        if comparison is None:
+            why = "no other recording of the same kind is in the folder"
+        return VerdictTest("noise", 0.0, None, level, flagged=False, detail=f"not tested: {why}")
     return VerdictTest(
         name="noise",
         statistic=comparison.statistic,

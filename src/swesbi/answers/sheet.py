@@ -9,33 +9,42 @@ import numpy as np
 
 from swesbi.answers.answer import Answer
 from swesbi.answers.knowledge import Knowledge
-from swesbi.answers.output import PredictiveOutput
+from swesbi.answers.predictive import AnyCheck
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import OneAnswerSettings
 from swesbi.base.arrays import FloatArray
+from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
 from swesbi.posterior.result import ExactPosterior
-from swesbi.report.sheet import Population, PressuresPosterior, Sheet
+from swesbi.report.sheet import (
+    Population,
+    PressuresPosterior,
+    Sheet,
+    curve_free,
+    curve_gated,
+    recorded_free,
+    recorded_gated,
+)
 
 
-def sheet_of(
-    answer: Answer, knowledge: Knowledge, shown: PredictiveOutput, settings: OneAnswerSettings
-) -> Sheet:
-    """Return what the page of an answer shows."""
+def sheet_of(answer: Answer, knowledge: Knowledge, check: AnyCheck, settings: OneAnswerSettings) -> Sheet:
+    """Return what the page of an answer, with its predictive check, shows."""
     recording, exact = answer.recording, answer.posterior
-    clinical = recording.observation.clinical
+    observed, both = recording.observation, answer.with_pressures
+    if isinstance(check, FreePredictiveCheck):
+        recorded, curve = recorded_free(observed), curve_free(check)
+    else:
+        recorded, curve = recorded_gated(observed), curve_gated(check)
     return Sheet(
-        context=recording.observation.context,
+        context=observed.context,
         verdict=answer.verdict,
         result=exact,
         values=_rows(answer.reported),
-        recorded=replace(shown.recorded, noise=recording.noise),
-        curve=shown.curve,
+        recorded=replace(recorded, noise=recording.noise),
+        curve=curve,
         population=Population(knowledge.population, _rows(answer.prior.reported), knowledge.hearts),
         more=_more(recording, exact, settings),
-        informed=[]
-        if answer.with_pressures is None
-        else [PressuresPosterior(clinical, answer.with_pressures)],
+        informed=[] if both is None else [PressuresPosterior(observed.clinical, both)],
         cohort_title=settings.cohort_title,
     )
 

@@ -86,9 +86,9 @@ def _row(asked: AnswerRow) -> Mapping[str, object]:
         return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
     answer = asked.answer
     values = [*answer.limits.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
-    said: dict[str, object] = {name: getattr(answer, name) for name in ("status", "reason", "interval_mass")}
-    said |= {"noise": asked.noise, "notes": asked.notes}
-    return row | said | dict(zip(answer_columns(), values, strict=True))
+    row |= {name: getattr(answer, name) for name in ("status", "reason", "interval_mass")}
+    row |= {"noise": asked.noise, "notes": asked.notes}
+    return row | dict(zip(answer_columns(), values, strict=True))
 
 
 def write_answers(table: pd.DataFrame, folder: Path) -> None:

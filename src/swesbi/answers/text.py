@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import groupby
 from typing import Final
 
@@ -20,12 +19,13 @@ WIDTH: Final = 24
 
 def answer_text(answer: Answer) -> str:
     """Return verdict, intervals and certificate in lines, what can best be relied on first."""
-    observed, exact, verdict = answer.recording.observation, answer.posterior, answer.verdict
+    exact, verdict = answer.posterior, answer.verdict
     prior = answer.recording.model.settings.prior
-    doubt = "" if exact.converged else "; NOT CONVERGED, do not use"
-    mass = f"{100.0 * exact.interval_mass:.0f} % interval"
     bounds = dict(zip(PHI_NAMES, prior.parameters, strict=False))
-    lines = [f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds"]
+    lines = [f"{answer.recording.observation.subject}: {verdict.sentence}"]
+    lines += [f"  {reason}" for reason in verdict.reasons]
+    mass = f"{100.0 * exact.interval_mass:.0f} % interval"
+    lines.append(f"{'':{WIDTH}}{'median':>8}  {mass:<18}  prior's bounds")
     for trust, group in groupby(ANSWER_LINES, lambda line: line.trust):
         where = " (each condition is in verdict.json)" if trust == "conditional" else ""
         lines.append(f"{IN_WORDS[trust]}{where}:")
@@ -33,37 +33,30 @@ def answer_text(answer: Answer) -> str:
             name = line.parameter.name
             said, own = verdict.answer[name], bounds.get(name)
             lines.append(_line(name, float(said["median"]), float(said["low"]), float(said["high"]), own))
-    if answer.with_pressures is not None:
-        lines.append(_pressures_text(observed.clinical, answer.with_pressures, prior.parameters))
+    if (both := answer.with_pressures) is not None:
+        lines.append(_of_pressures(answer.recording.observation.clinical, both))
+        ends = median_and_interval(both.phi, both.interval_mass)
+        for name, low, median, high in zip(PHI_NAMES, *ends, strict=False):
+            lines.append(_line(name, median, low, high, bounds.get(name)))
     lines.append(f"errors: {answer.recording.noise}")
-    return "\n".join(
-        [
-            f"{observed.subject}: {verdict.sentence}",
-            *(f"  {reason}" for reason in verdict.reasons),
-            *lines,
-            f"certificate: draws by {sampler_in_words(verdict)}; weights: {weights_in_words(verdict)} "
-            f"(k-hat at most {exact.k_hat_limit:.2f}){doubt}",
-        ]
+    lines.append(
+        f"certificate: draws by {sampler_in_words(verdict)}; weights: {weights_in_words(verdict)} "
+        f"(k-hat at most {exact.k_hat_limit:.2f}){_doubt(exact)}"
     )
+    return "\n".join(lines)
 
 
-def _pressures_text(
-    clinical: ClinicalMeasures, result: ExactPosterior, prior: Sequence[ParameterPrior]
-) -> str:
-    """Return the answer with pressures in lines, beside the bounds of the prior."""
-    doubt = "" if result.converged else "; NOT CONVERGED, do not use"
-    ends = median_and_interval(result.phi, result.interval_mass)
+def _of_pressures(clinical: ClinicalMeasures, result: ExactPosterior) -> str:
+    """Return what the answer with pressures is by, above its lines."""
     by = "MCMC" if result.by_mcmc else f"importance weights, efficiency {100.0 * result.efficiency:.0f} %"
-    return "\n".join(
-        [
-            f"with cuff pressures {clinical.sbp_mmhg:g} / {clinical.dbp_mmhg:g} mmHg (by {by}{doubt}); the "
-            "verdict is that of the speeds:",
-            *(
-                _line(name, median, low, high, own)
-                for name, own, low, median, high in zip(PHI_NAMES, prior, *ends, strict=False)
-            ),
-        ]
+    return (
+        f"with cuff pressures {clinical.sbp_mmhg:g} / {clinical.dbp_mmhg:g} mmHg (by {by}{_doubt(result)}); "
+        "the verdict is that of the speeds:"
     )
+
+
+def _doubt(exact: ExactPosterior) -> str:
+    return "" if exact.converged else "; NOT CONVERGED, do not use"
 
 
 def _line(name: str, median: float, low: float, high: float, prior: ParameterPrior | None) -> str:

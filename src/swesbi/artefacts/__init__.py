@@ -1,6 +1,6 @@
 """HDF5 artefacts: named, dimensioned arrays with units and provenance, written whole or not at all."""
 
-from swesbi.artefacts.artefact import Artefact, load, save
+from swesbi.artefacts.artefact import Artefact
 from swesbi.artefacts.atomic import (
     ArtefactError,
     DamagedArtefactError,
@@ -10,7 +10,7 @@ from swesbi.artefacts.atomic import (
 )
 from swesbi.artefacts.files import write_json
 from swesbi.artefacts.groups import Array, Group
-from swesbi.artefacts.provenance import Origin, Provenance, read_provenance
+from swesbi.artefacts.provenance import Provenance, read_provenance
 from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_group
 from swesbi.artefacts.stored import (
     from_groups,
@@ -29,7 +29,6 @@ __all__ = [
     "DamagedArtefactError",
     "Group",
     "Labels",
-    "Origin",
     "Part",
     "Provenance",
     "UnfitError",
@@ -41,9 +40,7 @@ __all__ = [
     "from_groups",
     "from_rows",
     "labels_of",
-    "load",
     "read_provenance",
-    "save",
     "schema_of",
     "stacked_values",
     "to_groups",

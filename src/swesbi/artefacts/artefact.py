@@ -1,21 +1,18 @@
-"""A dataclass that is an HDF5 file: written and read by the marks on its fields, known by its kind."""
+"""A dataclass that is an HDF5 file: written and read by the marks on its fields."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Self
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path
-from swesbi.artefacts.files import UNREADABLE, append_checksum, check_identity, provenance_of, read_group
+from swesbi.artefacts.files import UNREADABLE, append_checksum, check_identity, provenance_of, read_groups
 from swesbi.artefacts.groups import ROOT, Group, as_netcdf
 from swesbi.artefacts.provenance import Provenance
 from swesbi.artefacts.schema import Labels, Schema, check_group
 from swesbi.artefacts.stored import from_groups, labels_of, schema_of, to_groups
-
-CLASSES: Final[dict[str, type[Artefact]]] = {}
-"""Classes of artefacts by kind."""
 
 
 class Artefact:
@@ -33,11 +30,10 @@ class Artefact:
     labels: ClassVar[Mapping[str, Any]] = {}
 
     def __init_subclass__(cls, kind: str = "", **others: Any) -> None:  # noqa: ANN401
-        """Make the class known under its kind; a class without one lies in no file of its own."""
+        """Keep the kind; a class without one is of its parent's, or lies in no file of its own."""
         super().__init_subclass__(**others)
         if kind:
             cls.kind = kind
-            CLASSES[kind] = cls
 
     @classmethod
     def schema(cls) -> Schema:
@@ -71,70 +67,62 @@ class Artefact:
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Read a file; errors are those of :func:`load`."""
-        found = {group: load(path, cls.kind, group) for group in cls.schema()}
-        made = next(iter(found.values()))[1]
-        return cls.rebuilt({group: dataset for group, (dataset, _) in found.items()}, made)
+        """Read a file; errors are those of :meth:`load`."""
+        return cls.rebuilt(*cls.load(path))
 
     def write(self, path: Path, made: Provenance) -> None:
-        """Write the file, whole or not at all; errors are those of :func:`save`."""
-        save(path, self.to_groups(), made.of(self.kind))
+        """Write the file, whole or not at all; errors are those of :meth:`save`."""
+        self.save(path, self.to_groups(), made)
 
+    @classmethod
+    def load(cls, path: Path) -> tuple[dict[str, Group], Provenance]:
+        """Read the groups that the schema names into memory, with its provenance.
 
-def save(path: Path, groups: Mapping[str, Group], provenance: Provenance) -> None:
-    """Write groups to the HDF5 file ``path``, atomically, with a checksum at its end.
+        Nothing of the content is used before its checksum, its structure, its kind and version and the
+        dimensions, units, types and labels of its groups are as they should be.
 
-    Args:
-        path: File to write; its folder is made if need be.
-        groups: The group "/" is the root.
-        provenance: Becomes the root attributes.
+        Raises:
+            DamagedArtefactError: The file was cut off or changed, differs from its schema or is of another
+                schema version; the message gives the command that makes it again.
+            ArtefactError: The file is missing, or is of another kind.
+        """
+        made = provenance_of(path)
+        check_identity(path, cls.kind, made)
+        try:
+            groups = read_groups(path)
+            cls._check(groups)
+        except UNREADABLE as error:
+            fault = f"does not follow the schema of kind {cls.kind!r} ({error})"
+            raise DamagedArtefactError(path, fault) from error
+        return {name: groups[name] for name in cls.schema()}, made
 
-    Raises:
-        ArtefactError: A dataset of the schema is missing or differs from it, or the file cannot be written.
-    """
-    try:
-        for name in _class_of(provenance.kind).schema():
+    @classmethod
+    def save(cls, path: Path, groups: Mapping[str, Group], made: Provenance) -> None:
+        """Write groups to a file, atomically, with a checksum at its end.
+
+        Args:
+            path: File to write; its folder is made if need be.
+            groups: The group "/" is the root.
+            made: Becomes the root attributes.
+
+        Raises:
+            ArtefactError: A dataset is missing or differs from its schema, or the file cannot be written.
+        """
+        try:
+            cls._check(groups)
+        except ValueError as error:
+            raise ArtefactError(f"{path}: {error}") from error
+        root = groups.get(ROOT, Group({}))
+        whole = {**groups, ROOT: replace(root, attrs={**root.attrs, **made.of(cls.kind).attributes()})}
+        content = as_netcdf(whole)
+        with atomic_path(path) as temporary:
+            temporary.write_bytes(content)
+            append_checksum(temporary)
+
+    @classmethod
+    def _check(cls, groups: Mapping[str, Group]) -> None:
+        """Compare groups with the schema; one that the schema does not name is free."""
+        for name, variables in cls.schema().items():
             if name not in groups:
-                raise ValueError(f"a {provenance.kind!r} artefact needs the group {name!r}")
-            _check(provenance.kind, name, groups[name])
-    except ValueError as error:
-        raise ArtefactError(f"{path}: {error}") from error
-    root = groups.get(ROOT, Group({}))
-    whole = {**groups, ROOT: replace(root, attrs={**root.attrs, **provenance.attributes()})}
-    content = as_netcdf(whole)
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(content)
-        append_checksum(temporary)
-
-
-def load(path: Path, kind: str, group: str = ROOT) -> tuple[Group, Provenance]:
-    """Read one group of an artefact into memory, with its provenance.
-
-    Nothing of the content is used before its checksum, its structure, its kind and version and the
-    dimensions, units, types and labels of the group are as they should be.
-
-    Raises:
-        DamagedArtefactError: The file was cut off or changed, differs from its schema or is of another
-            schema version; the message gives the command that makes it again.
-        ArtefactError: The file is missing, or is of another kind.
-    """
-    provenance = provenance_of(path)
-    check_identity(path, kind, provenance)
-    try:
-        found = read_group(path, group)
-        _check(kind, group, found)
-    except UNREADABLE as error:
-        raise DamagedArtefactError(path, f"does not follow the schema of kind {kind!r} ({error})") from error
-    return found, provenance
-
-
-def _check(kind: str, name: str, group: Group) -> None:
-    """Compare one group with the schema of its kind; a group that the schema does not name is free."""
-    known = _class_of(kind)
-    check_group(name, group, known.schema().get(name, {}), known.required_labels())
-
-
-def _class_of(kind: str) -> type[Artefact]:
-    if kind not in CLASSES:
-        raise ValueError(f"unknown artefact kind {kind!r}; known: {', '.join(CLASSES)}")
-    return CLASSES[kind]
+                raise ValueError(f"a {cls.kind!r} artefact needs the group {name!r}")
+            check_group(name, groups[name], variables, cls.required_labels())

@@ -13,7 +13,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -32,25 +33,19 @@ NO_CHECKSUM: Final = "has no checksum at its end: it was cut off, or written or 
 CHANGED: Final = "does not match its checksum: its content has changed since it was written"
 BLOCK: Final = 1 << 20
 DEEPEST: Final = 2
-OTHER_LOCK: Final = "flag values don't match"
-"""In what the library says of a file that this process holds open under another kind of lock."""
 
 
-def open_hdf5(path: Path) -> h5py.File:
-    """Open an HDF5 file to be read, without a lock: files are replaced whole; some file systems have none.
+@contextmanager
+def open_hdf5(path: Path) -> Iterator[h5py.File]:
+    """Open an HDF5 file to be read, through Python: so the HDF5 library locks nothing.
 
-    A file that this process holds open under some kind of lock opens again under that kind alone.
+    Files are replaced whole, some file systems have no locks, and this process may hold the file open.
 
     Raises:
         OSError: It is no HDF5 file, or cannot be read.
     """
-    for locking in (False, "best-effort"):
-        try:
-            return h5py.File(path, "r", locking=locking)
-        except OSError as error:
-            if OTHER_LOCK not in str(error):
-                raise
-    return h5py.File(path, "r", locking=True)
+    with path.open("rb") as opened, h5py.File(opened, "r") as file:
+        yield file
 
 
 def hdf5_provenance(path: Path) -> Provenance:
@@ -64,21 +59,15 @@ def hdf5_provenance(path: Path) -> Provenance:
 
 
 def read_groups(path: Path) -> dict[str, Group]:
-    """Return all groups of an HDF5 file by name, its root first; errors as of :func:`read_group`."""
+    """Return all groups of an HDF5 file by name, its root first.
+
+    Raises:
+        Exception: One of ``UNREADABLE``: the file is no such HDF5 file.
+    """
     names = [ROOT]
     with open_hdf5(path) as file:
         file.visit(names.append)
         return {name: group_of(file[name]) for name in names if isinstance(file[name], h5py.Group)}
-
-
-def read_group(path: Path, group: str = ROOT) -> Group:
-    """Return a group of an HDF5 file.
-
-    Raises:
-        Exception: One of ``UNREADABLE``: the file is no such HDF5 file, or has no such group.
-    """
-    with open_hdf5(path) as file:
-        return group_of(file[group])
 
 
 def provenance_of(path: Path) -> Provenance:

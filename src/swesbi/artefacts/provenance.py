@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from swesbi import __version__
-from swesbi.base.settings import Settings
 
 SCHEMA_VERSION = 2
 """Raised whenever what a file holds changes: 2 since artefacts end with a checksum.
@@ -22,6 +21,7 @@ class Provenance:
     """The root attributes of an artefact; no timestamp, so the same inputs give the same file.
 
     ``subject`` is empty for what belongs to the whole cohort; ``settings`` are those that the stage used.
+    The class of a file names the ``kind``, which is empty until then.
     """
 
     kind: str
@@ -47,19 +47,6 @@ class Provenance:
             "package_version": self.package_version,
             "code_hash": self.code_hash,
         }
-
-
-@dataclass(frozen=True)
-class Origin:
-    """The study's seed, the subject (empty for the whole cohort) and the hash of the code that runs."""
-
-    seed: int
-    subject: str = ""
-    code_hash: str = ""
-
-    def provenance(self, kind: str, settings: Settings) -> Provenance:
-        """Return the provenance of an artefact of this ``kind`` made under these ``settings``."""
-        return Provenance(kind, self.subject, self.seed, settings.to_plain(), self.code_hash)
 
 
 def read_provenance(attributes: Mapping[str, Any]) -> Provenance:

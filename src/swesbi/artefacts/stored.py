@@ -98,7 +98,22 @@ def from_groups(
         groups: Group name -> dataset.
         given: Values of fields that are not read; of a part's as ``part.name``.
     """
-    return _rebuilt(stored, groups, given or {}, _leaves(cast("type", stored)))
+    leaves, known = _leaves(cast("type", stored)), given or {}
+
+    def rebuilt(part: Any, above: str) -> Any:  # noqa: ANN401
+        """Rebuild the whole, or a part with the way to it, from what is given or else stored by path."""
+        values = {}
+        for name in (member.name for member in fields(part)):
+            path = f"{above}{name}"
+            if path in known:
+                values[name] = known[path]
+            elif path in leaves:
+                values[name] = _read(leaves[path], groups)
+            elif name in _marked(part):
+                values[name] = rebuilt(_marked(part)[name][0], f"{path}.")
+        return part(**values)
+
+    return cast("Stored", rebuilt(stored, ""))
 
 
 def from_rows(stored: type[Stored], dataset: Group, along: str, **given: Sequence[Any]) -> list[Stored]:
@@ -149,26 +164,6 @@ def _marked(stored: type) -> dict[str, tuple[Any, Variable | Labels | Part]]:
 def _is_text(hint: Any) -> bool:  # noqa: ANN401
     of_text = get_origin(hint) is Literal and isinstance(get_args(hint)[0], str)
     return of_text or hint is str or hint == NDArray[np.str_]
-
-
-def _rebuilt(
-    stored: type[Stored],
-    groups: Mapping[str, Group],
-    given: Mapping[str, Any],
-    leaves: Mapping[str, _Leaf],
-    above: str = "",
-) -> Stored:
-    """Rebuild a dataclass, or a part of one with the way to it, from what is given or else stored by path."""
-    values = {}
-    for name in (member.name for member in fields(cast("Any", stored))):
-        path = f"{above}{name}"
-        if path in given:
-            values[name] = given[path]
-        elif path in leaves:
-            values[name] = _read(leaves[path], groups)
-        elif part := _marked(cast("type", stored)).get(name):
-            values[name] = _rebuilt(part[0], groups, given, leaves, f"{path}.")
-    return stored(**values)
 
 
 def _read(leaf: _Leaf, groups: Mapping[str, Group]) -> Any:  # noqa: ANN401

@@ -1,8 +1,8 @@
 """Files read and written as a type says: what a stage takes and returns, by its annotations.
 
 A type is a class with ``read`` and ``write`` (every :class:`Artefact`), or ``Annotated[type, format]`` with a
-format that has both (:class:`~swesbi.artefacts.csv.Table`). An input may also be a ``Path``, a tuple of such
-types, one of the mappings below, or ``None`` where no file is given.
+format that has both (:class:`~swesbi.artefacts.csv.Table`); a text is only written. An input may also be a
+``Path``, a tuple of such types, one of the mappings below, or ``None`` where no file is given.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import NoneType
-from typing import Any, Final, Generic, NamedTuple, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Final, Generic, NamedTuple, TypeVar, get_args, get_origin
 
-from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, UnfitError
+from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, UnfitError, atomic_path
 from swesbi.artefacts.files import provenance_of
 from swesbi.artefacts.provenance import Provenance
 
@@ -103,6 +103,25 @@ class ByName(Files[str, Item]):
     def key(path: Path) -> str:
         """Return the name of a file without its suffix."""
         return path.stem
+
+
+class TextFile:
+    """The format of a text, or of texts by the names of their files without suffix."""
+
+    def write(self, text: str | Mapping[str, str], path: Path) -> None:
+        """Write the text of this file in UTF-8.
+
+        Raises:
+            KeyError: There is none.
+        """
+        with atomic_path(path) as temporary:
+            temporary.write_text(text if isinstance(text, str) else text[path.stem], encoding="utf-8")
+
+
+Text = Annotated[str, TextFile()]
+"""A text that is a file: LaTeX, HTML, YAML."""
+Texts = Annotated[Mapping[str, str], TextFile()]
+"""Texts that are files of one output, by their names without suffix."""
 
 
 def read_as(hint: Any, paths: Sequence[Path], name: str) -> Any:  # noqa: ANN401

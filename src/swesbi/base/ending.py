@@ -1,4 +1,4 @@
-"""How a command ends that is asked to: by Ctrl-C, by SIGTERM, or since nobody reads what it prints."""
+"""How a command ends: with which exit code, by Ctrl-C, by SIGTERM, or since nobody reads what it prints."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final, NoReturn
 
+EXIT_REFUSED: Final = 2
+"""Of a command that something given is of no use to; what can be done without it has been done."""
+EXIT_UNREAD: Final = 141
+"""As shells have it of SIGPIPE."""
 ASKING_TO_END: Final = (signal.SIGINT, signal.SIGTERM)
 LONGEST_S: Final = 4
 """After which a process that is asked to end is ended by the kernel, whatever it is in the midst of."""

@@ -138,24 +138,15 @@ def outside_cohort(folder: Path, settings: RecordingSettings, phases_source: str
         )
     table, layout, groups = _read_folder(folder, OUTSIDE, examine_subjects)
     refused, files = dict(table.refused), {}
-    for subject in table.rows:
+    for subject in [name for name in table.rows if name not in refused]:
         try:
             own = own_file(folder, subject).exists()
             chosen = description_of(folder, subject, settings, phases_source).file.layout if own else layout
             files[subject] = find_recording(folder, subject, chosen.table.file)
         except RecordingError as error:
-            refused.setdefault(subject, str(error))
-    usable = [subject for subject in table.rows if subject not in refused]
-    return Cohort(
-        folder,
-        {subject: table.rows[subject] for subject in usable},
-        {subject: table.clinical[subject] for subject in usable},
-        table.visits,
-        layout,
-        groups,
-        refused,
-        {subject: files[subject] for subject in usable},
-    )
+            refused[subject] = str(error)
+    rows = {subject: row for subject, row in table.rows.items() if subject not in refused}
+    return Cohort(folder, rows, table.clinical, table.visits, layout, groups, refused, files)
 
 
 def _read_folder(

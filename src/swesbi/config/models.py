@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import operator
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final, Literal, Self
 
@@ -51,12 +51,18 @@ FOLDERS: Final = frozenset({"cohort", "simulations", "cmaes", "figures", "tables
 
 
 def check_prior_names(config: Config) -> None:
-    """Every prior that is named exists."""
+    """Every prior that is named exists, with free nuisance parameters where they are integrated out alone."""
     users = {f"experiments.{name}.prior": part.prior for name, part in config.experiments.items()}
     users |= {"passive_reference_prior": config.passive_reference_prior, "cmaes.prior": config.cmaes.prior}
+    integrated = {f"experiments.{name}.prior" for name in config.speed_experiments}
     for key, prior in users.items():
         if prior not in config.priors:
             raise ValueError(f"{key} names the prior {prior!r}; known priors: {', '.join(config.priors)}")
+        if key not in integrated and config.priors[prior].nuisances != NuisanceSettings():
+            raise ValueError(
+                f"{key} names the prior {prior!r}, which frees nuisance parameters; only experiments of kind "
+                "speeds integrate them out: name a prior without them"
+            )
 
 
 def check_experiment_names(config: Config) -> None:
@@ -94,18 +100,6 @@ def check_prior_ranges(config: Config) -> None:
                     f"priors.{name}.{parameter}: bounds {part.low:g} to {part.high:g} leave the range "
                     f"{low:g} to {high:g} in which the forward model is declared; check the unit"
                 )
-
-
-def check_nuisances(config: Config) -> None:
-    """Nuisance parameters are free where they are integrated out: in experiments with an exact likelihood."""
-    users = {f"experiments.{n}.prior": e.prior for n, e in config.experiments.items() if e.kind == "features"}
-    users |= {"passive_reference_prior": config.passive_reference_prior, "cmaes.prior": config.cmaes.prior}
-    for key, prior in users.items():
-        if config.priors[prior].nuisances != NuisanceSettings():
-            raise ValueError(
-                f"{key} names the prior {prior!r}, which frees nuisance parameters; only experiments of kind "
-                "speeds integrate them out: name a prior without them"
-            )
 
 
 def check_feature_names(config: Config) -> None:
@@ -191,20 +185,6 @@ def check_plan(config: Config) -> None:
             f"plan.studies.recycled_draws = {plan.studies.recycled_draws}, but posteriors keep {kept} draws "
             "(changes.exact.draws, and exact.draws of the experiment)"
         )
-
-
-CHECKS: Final[tuple[Callable[[Config], None], ...]] = (
-    check_prior_names,
-    check_experiment_names,
-    check_subjects,
-    check_prior_ranges,
-    check_nuisances,
-    check_feature_names,
-    check_recordings,
-    check_draws,
-    check_population_experiments,
-    check_plan,
-)
 
 
 class Config(Settings):
@@ -293,7 +273,17 @@ class Config(Settings):
 
     @model_validator(mode="after")
     def _check_across_parts(self) -> Self:
-        for check in CHECKS:
+        for check in (
+            check_prior_names,
+            check_experiment_names,
+            check_subjects,
+            check_prior_ranges,
+            check_feature_names,
+            check_recordings,
+            check_draws,
+            check_population_experiments,
+            check_plan,
+        ):
             check(self)
         if self.networks is not None and Path(self.networks).resolve() == Path(self.results).resolve():
             raise ValueError(

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from swesbi.config.read import ConfigError
+from swesbi.config.refusals import context_refusal, values_in
 from swesbi.config.study import Study
-from swesbi.population.settings import in_declared_range
 from swesbi.recording.cohort.files import SUBJECTS
-from swesbi.recording.cohort.visits import Person
 
 LEAST_VISITS: Final = 2
 NO_FOLDER: Final = ("/", "\\", "\0")
@@ -22,11 +21,6 @@ class VisitPair:
     person: str
     visits: tuple[str, str]
     subjects: tuple[str, str]
-
-
-def labels_of(person: Person) -> tuple[str, ...]:
-    """Return what a person's visits are called: by the recording where the table has none."""
-    return tuple(visit or subject for visit, subject in zip(person.visits, person.subjects, strict=True))
 
 
 def pairs_of(study: Study) -> tuple[VisitPair, ...]:
@@ -55,20 +49,8 @@ def refused_visits(study: Study, experiment: str, pair: VisitPair) -> tuple[str,
     return tuple(
         f"visit {visit!r} (recording {subject}) is refused, {reason}"
         for visit, subject in zip(pair.visits, pair.subjects, strict=True)
-        if (reason := _refusal(study, experiment, subject))
+        if (reason := "; ".join(values_in(context_refusal(study, experiment, subject))))
     )
-
-
-def _refusal(study: Study, experiment: str, subject: str) -> str:
-    """Return why the network of an experiment does not know a heart; empty where it does."""
-    from swesbi.verdict.context import outside  # scipy.stats, which no start of Snakemake need wait for
-
-    context = study.outside.rows[subject].to_context()
-    if experiment in study.config.population_experiments:
-        population = study.config.population_experiments[experiment].population
-        return "; ".join(in_declared_range(context, population))
-    trained = [study.cohort.rows[name].to_context() for name in study.subjects_of(experiment)]
-    return "; ".join(outside(context, trained, study.config.new_subjects.margin_fraction))
 
 
 def visit_pair(study: Study, person: str, earlier: str | None = None, later: str | None = None) -> VisitPair:
@@ -90,7 +72,8 @@ def visit_pair(study: Study, person: str, earlier: str | None = None, later: str
     if any(character in person for character in NO_FOLDER) or person in (".", ".."):
         raise ConfigError(f"person = {person!r}: cannot name a folder; rename the person in {table}")
     found = persons[person]
-    labels = labels_of(found)
+    # a visit without a name is called by its recording
+    labels = [visit or subject for visit, subject in zip(found.visits, found.subjects, strict=True)]
     if len(labels) < LEAST_VISITS:
         raise ConfigError(
             f"person = {person!r}: has one visit in {table}, {labels[0]!r}, and a change needs two; give "

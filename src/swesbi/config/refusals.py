@@ -18,7 +18,12 @@ def context_refusal(study: Study, experiment: str, subject: str) -> str:
     return refusal(context, trained, study.config.new_subjects.margin_fraction)
 
 
+def values_in(refusal: str) -> list[str]:
+    """Return the values that a refusal lists, each with the range that it lies outside."""
+    return [line[4:] for line in refusal.splitlines() if line.startswith("  - ")]
+
+
 def why_in_short(refusal: str) -> str:
     """Return a refusal in a few words: of a list the values alone."""
-    values = ", ".join(line[4:] for line in refusal.splitlines() if line.startswith("  - "))
+    values = ", ".join(values_in(refusal))
     return f"does not know such a heart ({values})" if values else refusal

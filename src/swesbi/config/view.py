@@ -17,8 +17,6 @@ from swesbi.config.models import Config
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 
-BASE: Final = "base"
-
 
 class View:
     """The study as one job sees it: plain values by name.
@@ -57,44 +55,33 @@ class View:
 
     def _section(self, name: str) -> Any:  # noqa: ANN401
         """Return a section: of an experiment over a population, of its base, or of the configuration."""
-        if name == BASE:
+        if name == "base":
             return self.of_base
+        of_experiment: list[Settings] = []
         if "experiment" in self.wildcards:
-            if (
-                self.experiment in self.config.population_experiments
-                and name in type(self.population).model_fields
-            ):
-                return getattr(self.population, name)
-            if name in type(self.of_base).model_fields:
-                return getattr(self.of_base, name)
-        if name not in Config.model_fields and "experiment" not in self.wildcards:
+            over_population = self.config.population_experiments.get(self.experiment)
+            of_experiment = [over_population, self.of_base] if over_population else [self.of_base]
+        elif name not in Config.model_fields:
             raise ConfigError(f"{name}: the configuration has no such section; say which experiment")
-        return getattr(self.config, name)
-
-    def wildcard(self, kind: str) -> str:
-        """Return a wildcard, whatever it names.
-
-        Raises:
-            ConfigError: It is missing.
-        """
-        if kind not in self.wildcards:
-            raise ConfigError(f"say which {kind}")
-        return self.wildcards[kind]
+        holders = (section for section in of_experiment if name in type(section).model_fields)
+        return getattr(next(holders, self.config), name)
 
     def named(self, kind: str) -> str:
-        """Return a wildcard that must name something of the study: a subject, an experiment, a prior.
+        """Return a wildcard; the study must have the subject, experiment or prior that it names.
 
         Raises:
             ConfigError: It is missing, or the study has no such thing.
         """
-        name = self.wildcard(kind)
+        if kind not in self.wildcards:
+            raise ConfigError(f"say which {kind}")
+        name = self.wildcards[kind]
         known = {
             "subject": self.study.cohort.rows,
             "experiment": (*self.config.experiments, *self.config.population_experiments),
             "prior": self.config.priors,
-        }
-        if name not in known[kind]:
-            raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known[kind])}")
+        }.get(kind, [name])
+        if name not in known:
+            raise ConfigError(f"{kind} = {name!r}: unknown; the study has {', '.join(known)}")
         return name
 
     @cached_property
@@ -123,7 +110,7 @@ class View:
 
     def share(self, kind: str, parts: int, total: int) -> list[int]:
         """Return the first of the numbers that fall to one of several jobs, and the one after the last."""
-        share = shard_draws(int(self.wildcard(kind)), parts, total)
+        share = shard_draws(int(self.named(kind)), parts, total)
         return [share.start, share.stop]
 
     @classmethod

@@ -7,9 +7,8 @@ without the libraries that made it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Final, Literal
 
 import numpy as np
@@ -19,14 +18,15 @@ from swesbi.artefacts import (
     Group,
     Labels,
     Part,
+    Provenance,
     Variable,
     arranged,
     build_group,
     from_groups,
-    load,
     schema_of,
     values_of,
 )
+from swesbi.artefacts.schema import Schema
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import NUISANCE_COLUMNS, OF_INTEREST, OF_THETA, PHI_NAMES
 from swesbi.posterior import truncated
@@ -87,6 +87,7 @@ class ExactPosterior(Artefact):
     parameters: Annotated[tuple[str, ...], Labels("joint_parameter")] = ()
 
     kind = Posterior.kind
+    labels = Posterior.labels
 
     @property
     def k_hat(self) -> float:
@@ -132,16 +133,15 @@ class ExactPosterior(Artefact):
         return groups
 
     @classmethod
-    def read(cls, path: Path) -> ExactPosterior:
-        """Read ``posterior.h5`` of an experiment on speeds.
+    def schema(cls) -> Schema:
+        """Return groups and datasets of the file: of every posterior, and what it has beside them."""
+        of_all = Posterior.schema()
+        return {**of_all, **{group: {**of_all.get(group, {}), **own} for group, own in SCHEMA.items()}}
 
-        Raises:
-            ArtefactError: The file is not a posterior.
-            KeyError: It is the posterior of an experiment without an exact likelihood.
-        """
-        root, _ = load(path, cls.kind)
-        groups = {group: load(path, cls.kind, group)[0] for group in ("posterior", PROPOSAL, "weighted")}
-        groups["/"] = root
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> ExactPosterior:
+        """Return what the groups of ``posterior.h5`` of an experiment on speeds hold."""
+        root = groups["/"]
         reasons = str(root["reasons"].item())
         given = {
             "phi": phi_of(groups["posterior"].at("chain", 0)),
@@ -167,7 +167,11 @@ SCHEMA: Final = {
         OWN["/"]
         | {
             "reasons": Variable(
-                "", "1", "why the weights were not used, what the sampler missed; or empty", after="converged"
+                "",
+                "1",
+                "why the weights were not used, what the sampler missed; or empty",
+                after="converged",
+                text=True,
             ),
         }
     ),

@@ -12,8 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts.csv import PlainTable
-from swesbi.artefacts.texts import Text
-from swesbi.artefacts.typed import ByPlace, BySubject
+from swesbi.artefacts.typed import ByPlace, BySubject, Text
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.scores import band, reduction_percent

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -13,20 +12,18 @@ from swesbi.answers.folder import Folder, observe_folder
 from swesbi.answers.knowledge import Knowledge, knowledge_from
 from swesbi.answers.recording import modelled_pushes
 from swesbi.answers.settings import OneAnswerSettings
-from swesbi.artefacts import ArtefactError, Origin
-from swesbi.config.read import ConfigError, in_words, merged_files, overlay, read_merged
+from swesbi.artefacts import Provenance
+from swesbi.config.read import ConfigError
 from swesbi.config.refusals import context_refusal, why_in_short
-from swesbi.config.study import Study, load_study
+from swesbi.config.study import Study
 from swesbi.config.view import View
 from swesbi.networks.flow.trained import SHIPPED_NETWORK
 from swesbi.study.nulls import nulls_of
-from swesbi.study.other_network import OtherNetworkError, check_network
+from swesbi.study.other_network import check_network
 from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 from swesbi.verdict.settings import SHIPPED_NULLS
 
-EXIT_REFUSED: Final = 2
-"""Of a command that goes on where a subject, or a person, of a folder is refused."""
 CODE: Final = "swesbi.answers.answer:answered"
 """What makes an answer: the code whose hash its artefacts keep."""
 FROM_PRIOR: Final = "{subject} is answered from the prior of {name}: {why}"
@@ -35,18 +32,6 @@ OTHER_NULLS: Final = (
 )
 BY_PACKAGE: Final = "{subject} is answered by the network that comes with the package"
 INSTEAD: Final = "{subject} is answered by the network of {name}: {why}"
-
-
-def study_with(options: argparse.Namespace) -> Study:
-    """Return the study with the cohort of the command's options as that of its new subjects.
-
-    Raises:
-        ConfigError: The configuration, or the cohort, cannot be used.
-    """
-    chosen = {} if options.phases is None else {"phases": options.phases}
-    given = (options.config, options.overlay)
-    raw = overlay(read_merged(*given), {"new_subjects": chosen})
-    return load_study(raw, in_words(*given), options.cohort, merged_files(*given))
 
 
 def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
@@ -83,24 +68,6 @@ def answer_settings(study: Study, experiment: str, subject: str) -> OneAnswerSet
     own = {"recording": said.settings.to_plain(), "layout": said.file.layout.to_plain()}
     others = [name for name in OneAnswerSettings.model_fields if name not in own]
     return OneAnswerSettings.from_plain(view.together(*others) | own)
-
-
-def is_everyones(error: Exception) -> bool:
-    """Tell whether an error is of the study, its network or the disk, and so of every subject of a folder."""
-    return isinstance(error, ArtefactError | OSError | OtherNetworkError)
-
-
-def check_new_subject(study: Study, subject: str) -> None:
-    """Refuse a subject that the folder does not have, or whose files are wrong.
-
-    Raises:
-        ConfigError: Says which.
-    """
-    if subject in study.outside.refused:
-        raise ConfigError(study.outside.refused[subject])
-    if subject not in study.outside.rows:
-        known = ", ".join((*study.outside.rows, *study.outside.refused))
-        raise ConfigError(f"subject = {subject!r}: {study.outside.folder} has {known}")
 
 
 @dataclass(frozen=True)
@@ -143,7 +110,9 @@ class Answerer:
             FileNotFoundError: The experiment that must answer has not been run.
             OtherNetworkError: A network was trained under other settings.
         """
-        check_new_subject(self.study, subject)
+        if subject not in self.subjects:
+            known = ", ".join(self.subjects)
+            raise ConfigError(f"subject = {subject!r}: {self.study.outside.folder} has {known}")
         # what is wrong with the file comes before what is missing of a study
         if subject in self.folder.refused:
             raise ValueError(self.folder.refused[subject])
@@ -156,14 +125,14 @@ class Answerer:
             recording = self.folder.gated(observed, settings)
         else:
             recording = modelled_pushes(observed.observation, settings.model)
-        origin = Origin(self.study.config.seed, subject, stage_code(CODE))
+        made = Provenance("", subject, self.study.config.seed, settings.to_plain(), stage_code(CODE))
         by_package = network and experiment_files(self.study, network).network == SHIPPED_NETWORK
         said = BY_PACKAGE if by_package else INSTEAD if network else FROM_PRIOR
         notes = [said.format(subject=subject, name=experiment, why=why)] if why else []
         if not (network or self._own_nulls):
             notes.append(OTHER_NULLS.format(subject=subject))
         note = "\n".join(notes)
-        return RecordingRequest(recording, knowledge, settings, origin, experiment, note, observed.left_out)
+        return RecordingRequest(recording, knowledge, settings, made, experiment, note, observed.left_out)
 
     def _network(self, subject: str, *, free: bool) -> tuple[str, str]:
         """Return the first experiment whose network can answer, or none, and why not those before it."""

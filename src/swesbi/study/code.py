@@ -1,141 +1,21 @@
 """A hash of the code that a stage runs: the definitions of this package that its function leads to.
 
-A definition counts by its text, without docstrings, comments, layout and descriptions of settings, and by
-what it names, wherever that lies. Names are resolved by module, not by scope: a local variable that is called
-as a definition of its module counts that too. A text that names a module counts as the whole of it.
+A definition counts by its text and by what it names, wherever that lies. A text that names a module counts as
+the whole of it.
 """
 
 from __future__ import annotations
 
 import ast
-import contextlib
 import hashlib
-import json
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final
 
-Chain = tuple[str, ...]
-"""A module, a name in it, attributes."""
+from swesbi.study.source import EFFECTS, WHOLE, Chain, Source
+
 Place = tuple[str, str]
 """Where a definition lies: its module, and its name there."""
-EFFECTS: Final = ""
-"""Stands for the name of all that a module does when it is imported, beside binding names."""
-WHOLE: Final = "*"
-"""Stands for the name of a whole module."""
-REFUSED: Final = frozenset(("exec", "globals", "locals", "__subclasses__"))
-DATA_FILE: Final = re.compile(r"\w[\w/-]*\.(?!py\b)\w[\w.]*")
-
-
-class Source:
-    """The statements that bind each top-level name of a module, and what each imported name stands for."""
-
-    def __init__(self, name: str, path: Path) -> None:
-        self.name, self.path = name, path
-        self.bound: dict[str, list[ast.stmt]] = {}
-        self.imports: dict[str, Chain] = {}
-        for node in ast.parse(path.read_text(encoding="utf-8"), str(path)).body:
-            self._sort(node)
-
-    def _sort(self, node: ast.stmt) -> None:
-        condition = ast.unparse(node.test) if isinstance(node, ast.If) else ""
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            self.imports |= imported(node)
-        elif isinstance(node, ast.If) and condition.endswith("TYPE_CHECKING"):
-            for part in node.body:
-                self._sort(part)
-        elif condition != "__name__ == '__main__'" and not _is_text(node):
-            self._strip(node)
-            for name in self._names(node):
-                self.bound.setdefault(name, []).append(node)
-
-    def _strip(self, node: ast.stmt) -> None:
-        """Take out docstrings, and descriptions of the fields of settings."""
-        for part in ast.walk(node):
-            if isinstance(part, ast.FunctionDef | ast.ClassDef):
-                part.body = [each for each in part.body if not _is_text(each)]
-            elif isinstance(part, ast.Call) and self.imports.get(_dotted(part.func)[0]) == (
-                "pydantic",
-                "Field",
-            ):
-                part.keywords = [each for each in part.keywords if each.arg != "description"]
-
-    def _names(self, node: ast.stmt) -> list[str]:
-        """Return the names that a statement binds, with ``EFFECTS`` where it does something else."""
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            package = self.name.partition(".")[0]
-            own = {name for name, chain in self.imports.items() if chain[0].partition(".")[0] == package}
-            decorators = {_dotted(part)[0] for part in _walk(node.decorator_list)}
-            # a decorator of the package may note what it decorates
-            return [node.name, *([EFFECTS] if decorators & (own | self.bound.keys()) else [])]
-        stored = (
-            part for part in ast.walk(node) if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
-        )
-        names = dict.fromkeys(part.id for part in stored)
-        plain = names and isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)
-        return [*names, *([] if plain else [EFFECTS])]
-
-    def chains(self, name: str) -> Iterator[Chain]:
-        """Yield what a definition names.
-
-        Raises:
-            ValueError: It does what cannot be followed.
-        """
-        parts = list(_walk(self.bound.get(name, [])))
-        inner = {id(part.value) for part in parts if isinstance(part, ast.Attribute)}
-        for part in parts:
-            found: list[Chain] = []
-            if isinstance(part, ast.Import | ast.ImportFrom):
-                found = list(imported(part).values())
-            elif isinstance(part, ast.Name | ast.Attribute) and id(part) not in inner:
-                first, *rest = _dotted(part)
-                if refused := REFUSED & {first, *rest}:
-                    raise ValueError(f"{self.path}: {min(refused)} cannot be followed; name what is used")
-                starts: list[Chain] = [(self.name, first)] if first in self.bound else []
-                starts += [self.imports[first]] if first in self.imports else []
-                found = [(*start, *rest) for start in starts]
-            elif isinstance(part, ast.Constant) and "." in str(part.value):
-                found = [(str(part.value),)]  # the name of a module, perhaps
-            yield from found
-
-    def text(self, name: str) -> bytes:
-        """Return what a definition says itself, with the data files that it names."""
-        tops = self.bound.get(name, [])
-        texts = [part.value for part in _walk(tops) if isinstance(part, ast.Constant)]
-        named = sorted({text for text in texts if isinstance(text, str) and DATA_FILE.fullmatch(text)})
-        data = [path.read_bytes() for text in named if (path := self.path.parent / text).is_file()]
-        return b"\n".join([*(ast.dump(top).encode() for top in tops), *data])
-
-
-def imported(node: ast.Import | ast.ImportFrom) -> dict[str, Chain]:
-    """Return what each name that an import binds stands for.
-
-    Raises:
-        ValueError: It is a relative or a star import.
-    """
-    if isinstance(node, ast.ImportFrom):
-        if node.level or node.names[0].name == WHOLE:
-            raise ValueError(f"{ast.unparse(node)} cannot be followed; name what is used")
-        return {each.asname or each.name: (node.module or "", each.name) for each in node.names}
-    return {each.asname or each.name.partition(".")[0]: (each.name,) for each in node.names}
-
-
-def _walk(tops: Iterable[ast.AST]) -> Iterator[ast.AST]:
-    return (part for top in tops for part in ast.walk(top))
-
-
-def _dotted(part: ast.AST) -> list[str]:
-    """Return a name and its attributes; of an attribute of something else an empty name first."""
-    if isinstance(part, ast.Attribute):
-        return [*_dotted(part.value), part.attr]
-    return [part.id if isinstance(part, ast.Name) else ""]
-
-
-def _is_text(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
 class Packages:
@@ -143,11 +23,8 @@ class Packages:
 
     def __init__(self, *folders: Path) -> None:
         self.folders = {folder.name: folder for folder in folders}
-        self.source, self.file_of, self.linked = (
-            cache(self._source),
-            cache(self._file_of),
-            cache(self._linked),
-        )
+        self.source, self.file_of = cache(self._source), cache(self._file_of)
+        self.linked = cache(self._linked)
 
     def hash(self, module: str, name: str) -> str:
         """Return 16 hexadecimal digits that name the code that a function leads to.
@@ -230,34 +107,3 @@ class Packages:
         package, *below = module.split(".")
         base = self.folders[package].joinpath(*below)
         return next(filter(Path.is_file, (base / "__init__.py", base.with_suffix(".py"))), None)
-
-
-@cache
-def _known(package: str) -> tuple[Packages, Path, dict[str, Any]]:
-    """Return the sources of this package and of one that imports it, a file of what is known, and that."""
-    folders = dict.fromkeys(Path(str(files(name))) for name in ("swesbi", package))
-    every = sorted(path for folder in folders for path in folder.rglob("*.*") if path.is_file())
-    read = (str(path).encode() + path.read_bytes() for path in every if path.parent.name != "__pycache__")
-    digest = hashlib.sha256(b"\0".join(read)).hexdigest()[:16]
-    file = Path(__file__).parent / "__pycache__" / f"code-{package}.json"
-    known = json.loads(file.read_text()) if file.is_file() else {}
-    return Packages(*folders), file, known if known.get("of") == digest else {"of": digest}
-
-
-@cache
-def code_of(stage: str) -> tuple[str, tuple[str, ...]]:
-    """Return the hash of a stage's function and the names of its settings, kept beside the byte code.
-
-    Raises:
-        As ``Packages.hash``.
-    """
-    module, _, name = stage.partition(":")
-    packages, file, known = _known(module.partition(".")[0])
-    if stage not in known:
-        from swesbi.artefacts.atomic import ArtefactError, atomic_path  # numpy, which no help needs
-
-        known[stage] = [packages.hash(module, name), packages.settings(module, name)]
-        with contextlib.suppress(OSError, ArtefactError), atomic_path(file) as temporary:
-            temporary.write_text(json.dumps(known))
-    code, settings = known[stage]
-    return code, tuple(settings)

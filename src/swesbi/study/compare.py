@@ -13,8 +13,9 @@ import pandas as pd
 from swesbi.answers.answer import Answer
 from swesbi.answers.change import JOINT, OUTPUTS, TABLE, PersonChangeSettings, save_change
 from swesbi.answers.files import OBSERVATION, RecordingRequest
-from swesbi.artefacts import Origin, Provenance, folder_made_whole
+from swesbi.artefacts import Provenance, folder_made_whole
 from swesbi.artefacts.csv import read_csv, write_csv
+from swesbi.base.ending import EXIT_REFUSED
 from swesbi.config.pairs import VisitPair, answered_pairs, left_out, pairs_of, refused_visits, visit_pair
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study
@@ -31,13 +32,8 @@ from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.observation import Observation
 from swesbi.report.figures.change_groups import draw_change_groups
 from swesbi.report.figures.style import save_figure
-from swesbi.study.answerer import (
-    EXIT_REFUSED,
-    Answerer,
-    experiments_to_ask,
-    is_everyones,
-    study_with,
-)
+from swesbi.study.answerer import Answerer, experiments_to_ask
+from swesbi.study.command import OF_ALL, REFUSALS, study_with
 from swesbi.study.job import typed_settings
 from swesbi.study.results import experiment_files
 from swesbi.study.stage import stage_code
@@ -45,7 +41,6 @@ from swesbi.study.stage import stage_code
 LOGGER: Final = logging.getLogger("swesbi")
 CHANGES: Final = "change"
 """The folder of the changes, in that of an experiment; one below it for each person."""
-STAGE: Final = "person_change"
 CODE: Final = "swesbi.answers.change:save_change"
 CODE_OF_GROUPS: Final = "swesbi.persons.change.stored_groups:change_in_groups"
 ALL_CHANGES: Final = "changes.csv"
@@ -55,8 +50,6 @@ GROUP_OUTPUTS: Final = (
     "changes_groups.png",
 )  # fmt: skip
 """Of the groups of these persons."""
-FAILURES: Final = (ValueError, ArithmeticError, RuntimeError)
-"""Errors of one person, or of groups, that leave the others as they are."""
 
 
 def main(options: argparse.Namespace) -> int:
@@ -68,7 +61,7 @@ def main(options: argparse.Namespace) -> int:
         OSError: The study has not been run, or the answer cannot be written.
     """
     options = at_configuration(options)
-    study = study_with(options)
+    study = study_with(options.cohort, options)
     if options.all:
         return _answer_all(study, options)
     _check_visits(study, options.person)
@@ -148,9 +141,9 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             continue
         try:
             _answer(folder / pair.person, answerer, pair)
-        except FAILURES as error:
-            if is_everyones(error):
-                raise
+        except OF_ALL:
+            raise
+        except REFUSALS as error:
             refused[pair.person] = str(error)
             LOGGER.warning("person %s is refused", pair.person)
         else:
@@ -173,16 +166,8 @@ def _write_groups(
 ) -> str:
     """Write the table of all persons who are compared, and what has changed in groups of them.
 
-    Where groups fail, none of their files is left, and the table stays.
-
-    Args:
-        folder: Where their own folders lie, and the output.
-        answerer: What answered them.
-        compared: Who they are.
-        refused: Who else was to be compared, and why they are not.
-
-    Returns:
-        Why groups failed, in a line of its own; empty where they did not.
+    Where groups fail, none of their files is left, and the table stays. Why they fail is returned, in a line
+    of its own; it is empty where they do not.
     """
     study, (experiment,) = answerer.study, answerer.experiments
     made_of = {folder / pair.person: pair.subjects[0] for pair in compared}
@@ -199,7 +184,7 @@ def _write_groups(
             )
             by = Provenance("", seed=study.config.seed, settings=plain, code_hash=code)
             save_groups(found, made, by, study.config.new_subjects.cohort_title)
-    except FAILURES as error:
+    except REFUSALS as error:
         for file in GROUP_OUTPUTS:
             (folder / file).unlink(missing_ok=True)
         return f"\nno change in groups: {error}"
@@ -207,13 +192,7 @@ def _write_groups(
 
 
 def groups_settings(study: Study, experiment: str, refused: Mapping[str, str]) -> dict[str, Any]:
-    """Return what the change in groups depends on beside the changes: groups, and who is left out why.
-
-    Args:
-        study: With the persons outside it.
-        experiment: Whose network answered.
-        refused: Who cannot be compared, and why.
-    """
+    """Return what the change in groups depends on beside the changes: groups, and who is left out why."""
     view = View(study, {"experiment": experiment})
     group_of = {person.name: person.group for person in study.outside.persons}
     persons = [pair.person for pair in answered_pairs(study, experiment)]
@@ -248,11 +227,12 @@ def _answer(folder: Path, answerer: Answerer, pair: VisitPair) -> None:
     study, (experiment,) = answerer.study, answerer.experiments
     plain = View(study.of_outside, {"experiment": experiment}).together("model", "changes", "cohort_title")
     plain |= {"person": pair.person, "visits": list(pair.visits)}
-    origin = Origin(study.config.seed, pair.person, stage_code(CODE))
+    settings = PersonChangeSettings.from_plain(plain)
+    by = Provenance("", pair.person, study.config.seed, settings.to_plain(), stage_code(CODE))
     with folder_made_whole(folder) as made:
         visits = [_visit(made, answerer, pair, number) for number in (0, 1)]
         knowledge, answers = visits[0][0].knowledge, [answer for _, answer in visits]
-        change = save_change(answers, knowledge, PersonChangeSettings.from_plain(plain), origin, made)
+        change = save_change(answers, knowledge, settings, by, made)
     print("\n".join([*change_lines(change), f"written to {folder}: {', '.join(OUTPUTS)}, a folder a visit"]))
 
 
@@ -266,9 +246,9 @@ def _visit(made: Path, answerer: Answerer, pair: VisitPair, number: int) -> tupl
     try:
         recording = answerer.request(subject)
         return recording, recording.answer_into(made / subject)[0]
+    except OF_ALL:
+        raise
     except ValueError as error:
-        if is_everyones(error):
-            raise
         raise ValueError(
             f"visit {visit!r} of {pair.person!r} (recording {subject}): {error}; no change is told"
         ) from error

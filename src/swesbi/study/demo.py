@@ -5,17 +5,17 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from swesbi.checks.truths import Truths
 from swesbi.config.read import CONFIGURATION, at_configuration, installation, read_merged
 from swesbi.config.study import load_study
 from swesbi.parameters import THETA, THETA_NAMES
+from swesbi.report.sheet import Sheet
+from swesbi.study.answerer import Answerer, experiments_to_ask
 from swesbi.verdict.answer_lines import ANSWER_LINES
-
-if TYPE_CHECKING:
-    from swesbi.report.sheet import Sheet
 
 SUBJECT: Final = "G"
 COHORT: Final = "data/virtual_volunteers"
@@ -38,9 +38,6 @@ def main(options: argparse.Namespace) -> int:
 
 def demonstrated(config: Path, out: Path) -> list[str]:
     """Answer the recording into a folder, and return what came out: six lines."""
-    from swesbi.checks.truths import Truths
-    from swesbi.study.answerer import Answerer, experiments_to_ask
-
     study = load_study(read_merged(config), new_cohort=Path(COHORT))
     asked = Answerer(study, experiments_to_ask(study, None), "").request(SUBJECT)
     _, page = asked.answer_into(out, force=True)

@@ -14,12 +14,14 @@ from swesbi.answers.files import OtherAnswerError
 from swesbi.answers.table import TABLE, AnswerRow, answers_table, write_answers
 from swesbi.answers.text import answer_text
 from swesbi.artefacts.csv import read_csv
+from swesbi.base.ending import EXIT_REFUSED
 from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import Progress
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study
 from swesbi.recording.cohort.files import RECORDINGS, SUBJECTS
-from swesbi.study.answerer import EXIT_REFUSED, Answerer, experiments_to_ask, is_everyones, study_with
+from swesbi.study.answerer import Answerer, experiments_to_ask
+from swesbi.study.command import OF_ALL, REFUSALS, study_with
 from swesbi.verdict.summary import answer_summary
 
 LOGGER: Final = logging.getLogger("swesbi")
@@ -54,8 +56,7 @@ def main(options: argparse.Namespace) -> int:
     """
     typed_in = Path.cwd()
     options = at_configuration(options)
-    options.cohort = folder_of(options.recordings)
-    study = study_with(options)
+    study = study_with(folder_of(options.recordings), options)
     named = subjects_of(study, options.recordings, options.subject)
     experiments = experiments_to_ask(study, options.experiment)
     command = snakemake_options(options.config, options.overlay)
@@ -175,14 +176,12 @@ def _answer_all(request: Request, workers: int) -> int:
     given: dict[str, AnswerRow] = {}
     progress = Progress("answers", len(usable), unit="recording")
     for subject, found in _found(request, usable, workers):
-        if isinstance(found, tuple):
+        if isinstance(found, str):
+            refused[subject] = found
+            LOGGER.warning("subject %s is refused", subject)
+        else:
             text, given[subject] = found
             print(text, flush=True)
-        elif is_everyones(found):
-            raise found
-        else:
-            refused[subject] = str(found)
-            LOGGER.warning("subject %s is refused", subject)
         progress.step(note=subject)
     table = ""
     if not request.named:
@@ -198,7 +197,7 @@ def _answer_all(request: Request, workers: int) -> int:
 
 def _found(
     request: Request, subjects: Sequence[str], workers: int
-) -> Iterator[tuple[str, tuple[str, AnswerRow] | Exception]]:
+) -> Iterator[tuple[str, tuple[str, AnswerRow] | str]]:
     """Yield the answer to each subject, or why there is none, as they are found."""
     answer = partial(_given_or_refused, request)
     if workers == 1:
@@ -206,17 +205,19 @@ def _found(
         return
     for subject, found in side_by_side(answer, subjects, workers):
         if isinstance(found, WorkerKilledError):
-            found = RuntimeError(f"{found}; type the same again with fewer --workers: other answers are kept")
+            found = f"{found}; type the same again with fewer --workers: other answers are kept"
         yield subject, found
 
 
-def _given_or_refused(request: Request, subject: str) -> tuple[str, AnswerRow] | Exception:
+def _given_or_refused(request: Request, subject: str) -> tuple[str, AnswerRow] | str:
     try:
         return _given(request, subject)
-    except (ValueError, ArithmeticError, RuntimeError, OSError) as error:
-        return error
+    except OF_ALL:
+        raise
+    except REFUSALS as error:
+        return str(error)
     except MemoryError as error:
-        return RuntimeError(f"the memory ran out {error}".strip())
+        return f"the memory ran out {error}".strip()
 
 
 def check_table(folder: Path, subjects: Sequence[str]) -> None:

@@ -17,6 +17,7 @@ from swesbi.artefacts import Array, ArtefactError, DamagedArtefactError
 from swesbi.artefacts.atomic import typed
 from swesbi.artefacts.files import check_json, check_whole
 from swesbi.artefacts.schema import NUMERIC
+from swesbi.base.ending import EXIT_REFUSED
 from swesbi.study.contents import FACTS, ORIGIN, READERS, SETTINGS, VERDICTS, Content, read
 from swesbi.study.job import options_of
 from swesbi.study.parsers import ARTEFACTS
@@ -41,7 +42,7 @@ def main(given: argparse.Namespace) -> int:
         differences = compare_runs(*given.diff)
         lines = [line for title, below in differences.items() for line in (f"{title}:", *below)]
         print("\n".join([*lines, "the runs differ" if lines else "the runs are equal"]))
-        return 2 if DAMAGED in differences else int(bool(lines))
+        return EXIT_REFUSED if DAMAGED in differences else int(bool(lines))
     status = 0
     for path in _artefacts_in(given.files) if given.check else given.files:
         try:
@@ -50,7 +51,7 @@ def main(given: argparse.Namespace) -> int:
             print(f"{path}: whole" if given.check else summary(path))
         except ArtefactError as error:
             print(f"swesbi: {advised(error)}", file=sys.stderr)
-            status = 2
+            status = EXIT_REFUSED
     return status
 
 
@@ -90,7 +91,7 @@ def advised(error: Exception) -> str:
     if results := next(above, None):
         _, *inside = path.relative_to(results).parts
         if inside[:1] != [CHANGES]:
-            return error.message(options_of(path))
+            return error.message(options_of(results / "logs"))
         whose = ("--person", inside[1]) if len(inside) > 2 else ("--all",)
         again = typed("swesbi", "compare", "--cohort", "FOLDER", *whose)
     elif (path.parent / OBSERVATION).is_file():

@@ -15,7 +15,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol, get_type_hints
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 from pydantic import TypeAdapter
 
@@ -26,6 +26,9 @@ from swesbi.base.processes import exit_when_gone
 from swesbi.base.terminal import terminal
 from swesbi.study.running import RUN
 from swesbi.study.stage import OF_EVERY_JOB, settings_in
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import Snakemake
 
 LOGGER = logging.getLogger("swesbi")
 EXIT_FAILURE = 1
@@ -41,17 +44,7 @@ DRAWN = ("_pdf", "_png")
 """Endings of the outputs of a figure."""
 
 
-class SnakemakeJob(Protocol):
-    """What this module uses of the ``snakemake`` object that a script finds."""
-
-    input: Any
-    output: Any
-    params: Any
-    config: Any
-    log: Any
-
-
-def run_job(snakemake: SnakemakeJob) -> None:
+def run_job(snakemake: Snakemake) -> None:
     """Run the stage of one Snakemake job.
 
     The rule's named inputs become the arguments of the same names, its outputs are what the stage returns,
@@ -193,9 +186,8 @@ def logging_to(
             file.close()
 
 
-def options_of(result: Path) -> str:
-    """Return what Snakemake was given beside its targets, as the newest log of a result's study states."""
-    folder = next(above / "logs" for above in result.parents if (above / "logs").is_dir())
+def options_of(folder: Path) -> str:
+    """Return what Snakemake was given beside its targets, as the newest log of a folder states."""
     logs = sorted(folder.rglob("*.log"), key=lambda log: log.stat().st_mtime)
     lines = logs[-1].read_text(encoding="utf-8").splitlines() if logs else []
     return next((line.removeprefix(RUN_WITH) for line in lines if line.startswith(RUN_WITH)), "")

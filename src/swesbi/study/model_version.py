@@ -94,11 +94,7 @@ def moved(stored: Mapping[str, float], found: Mapping[str, float]) -> list[str]:
 
 
 def check_version(folder: Path, found: Mapping[str, float]) -> None:
-    """Hold the stored fingerprint against the model's own.
-
-    Args:
-        folder: Where it is stored.
-        found: What the model gives.
+    """Hold the fingerprint that is stored in a folder against what the model gives.
 
     Raises:
         ModelVersionError: The model has moved since, or its version has.
@@ -136,12 +132,7 @@ def _read(folder: Path) -> tuple[int, dict[str, float]]:
 
 
 def store_tables(folder: Path, tables: Sequence[Path]) -> None:
-    """Copy tables of a study, each as <experiment>_<name>, and note the version of the model beside them.
-
-    Args:
-        folder: Where they go.
-        tables: ``results/<experiment>/<name>.csv``.
-    """
+    """Copy ``results/<experiment>/<name>.csv`` as <experiment>_<name>, and note the version of the model."""
     stored = {f"{table.parent.name}_{table.stem}": table for table in tables}
     for name, table in stored.items():
         shutil.copyfile(table, folder / f"{name}.csv")
@@ -149,11 +140,9 @@ def store_tables(folder: Path, tables: Sequence[Path]) -> None:
 
 
 def note_versions(folder: Path, names: Iterable[str]) -> None:
-    """Note the version of the model beside stored tables; those that are no longer there are forgotten.
+    """Note the version of the model for tables that it has just made; those no longer there are forgotten.
 
-    Args:
-        folder: Where they lie.
-        names: Of the tables that the model has just made: paths within the folder, without suffix.
+    Names are paths within the folder, without suffix.
     """
     known = read_versions(folder) | dict.fromkeys(names, MODEL_VERSION)
     rows = sorted((name, version) for name, version in known.items() if (folder / f"{name}.csv").is_file())

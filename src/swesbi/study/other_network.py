@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from swesbi.artefacts import load
 from swesbi.networks.flow.trained import SHIPPED_NETWORK, TrainedFlow
 from swesbi.study.contents import flatten
 
@@ -29,7 +28,7 @@ def check_network(estimator: Path, settings: Mapping[str, Any]) -> None:
     Raises:
         OtherNetworkError: Names the first setting that differs.
     """
-    trained = load(estimator, TrainedFlow.kind)[1].settings
+    trained = TrainedFlow.load(estimator)[1].settings
     if estimator == SHIPPED_NETWORK:
         settings, trained = ({"model": each["model"]} for each in (settings, trained))
     if fault := difference(trained, settings):

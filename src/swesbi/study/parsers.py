@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 DEMO_OUT: Final = "swesbi-demo"
 ARTEFACTS: Final = (".h5", ".pt", ".json")
 """Endings of files that have a checksum."""
+LineByLine: Final = partial(argparse.ArgumentParser, formatter_class=argparse.RawDescriptionHelpFormatter)
+"""A parser whose help keeps the lines of its texts."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -39,13 +42,12 @@ def demo() -> argparse.ArgumentParser:
 
 def template() -> argparse.ArgumentParser:
     """Return the options of `template`."""
-    parser = argparse.ArgumentParser(
+    parser = LineByLine(
         prog="swesbi template",
         description="Write an empty folder for recordings, with comments that explain every column.\n"
         "It contains subjects.csv, recording.yaml and the header of a recording. Nothing is overwritten.\n"
         "With --like, propose how a table of another tool is read.",
         epilog="examples:\n  swesbi template data/my_cohort\n  swesbi template --like export.csv",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     asked = parser.add_mutually_exclusive_group(required=True)
     asked.add_argument("cohort", type=Path, nargs="?", help="folder to make; it must be new or empty")
@@ -60,14 +62,13 @@ def template() -> argparse.ArgumentParser:
 
 def validate() -> argparse.ArgumentParser:
     """Return the options of `validate`."""
-    parser = argparse.ArgumentParser(
+    parser = LineByLine(
         prog="swesbi validate",
         description="Check a folder of recordings before inference.\n"
         "If there are problems, all are listed with file, row, column, value and remedy; exit code 2.\n"
         "If there are none, a table summarises each subject: phases, rejected samples with reasons, errors.\n"
         "Number of phases, density and quality control are set in `recording` of config.yaml.",
         epilog="example:\n  swesbi validate data/virtual_volunteers --plot sheets",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("cohort", type=Path, help="folder with subjects.csv, recording.yaml and swe/")
     parser.add_argument("--phases", type=int, help="gated phases of a recording; default: as configured")
@@ -80,7 +81,7 @@ def validate() -> argparse.ArgumentParser:
 
 def infer() -> argparse.ArgumentParser:
     """Return the options of `infer`."""
-    parser = argparse.ArgumentParser(
+    parser = LineByLine(
         prog="swesbi infer",
         description="Infer recordings of a folder: those named, or all of them.\n"
         "Each has a posterior with diagnostics, a verdict, figures and a PDF sheet.\n"
@@ -93,7 +94,6 @@ def infer() -> argparse.ArgumentParser:
         epilog="examples:\n  swesbi infer data/virtual_volunteers/swe/G.csv\n"
         "  swesbi infer data/virtual_trial --workers 2\n\n"
         "Exit code: 0 all were inferred; 2 one was refused. The others of a folder are still inferred.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
         "recordings",
@@ -113,7 +113,7 @@ def infer() -> argparse.ArgumentParser:
 
 def compare() -> argparse.ArgumentParser:
     """Return the options of `compare`."""
-    parser = argparse.ArgumentParser(
+    parser = LineByLine(
         prog="swesbi compare",
         description="Infer what has changed between two visits of a person, or of all persons of a folder.\n"
         "The result is ratios of parameters with intervals, from the joint posterior of both recordings.\n"
@@ -123,7 +123,6 @@ def compare() -> argparse.ArgumentParser:
         "  swesbi compare --cohort data/virtual_trial --all\n\n"
         "Exit code: 0 all were inferred; 2 one was refused, or groups failed. "
         "The others of --all are still inferred.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--cohort", type=Path, required=True, help="folder with the recordings")
     asked = parser.add_mutually_exclusive_group(required=True)
@@ -154,7 +153,7 @@ def _add_answering(parser: argparse.ArgumentParser, folder: str) -> None:
 
 def plan() -> argparse.ArgumentParser:
     """Return the options of `plan`."""
-    parser = argparse.ArgumentParser(
+    parser = LineByLine(
         prog="swesbi plan",
         description="Estimate how many persons a study needs to find an effect, by number of repeats.\n"
         "Persons are simulated, recorded and inferred as real ones are. Many studies are drawn from them.\n"
@@ -162,7 +161,6 @@ def plan() -> argparse.ArgumentParser:
         "A person takes one to two minutes of one core for each number of repeats.\n"
         "Inferred persons are kept in <results>/<experiment>/plan/banks.",
         epilog="example:\n  swesbi plan --effect k_sr=-20% --repeats 3,5",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--effect", required=True, help="of one parameter: k_sr=-20%% (k0, k_atp, k_sr)")
     parser.add_argument(

@@ -11,19 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.artefacts.texts import TextFile
-from swesbi.config.read import (
-    ConfigError,
-    at_configuration,
-    in_words,
-    merged_files,
-    overlay,
-    read_merged,
-    snakemake_options,
-)
-from swesbi.config.study import Study, load_study
+from swesbi.artefacts.typed import TextFile
+from swesbi.config.read import ConfigError, at_configuration, snakemake_options
+from swesbi.config.study import Study
 from swesbi.config.view import View
 from swesbi.persons.planning.effect import Effect, check_effect, parse_effect, parse_percent, parse_repeats
+from swesbi.study.command import study_of
 from swesbi.study.other_network import check_network
 from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
@@ -68,15 +61,12 @@ def main(options: argparse.Namespace) -> int:
         OSError: The study has not been run, or the answer cannot be written.
     """
     options = at_configuration(options)
-    given = (options.config, options.overlay)
-    raw = read_merged(*given)
-    if options.bank is not None:
-        raw = overlay(raw, {"plan": {"persons": {"number": options.bank}}})
-    study = load_study(raw, in_words(*given), files=merged_files(*given))
+    chosen = {} if options.bank is None else {"plan": {"persons": {"number": options.bank}}}
+    study = study_of(options, chosen)
     experiment = options.experiment or study.config.plan.experiment
     asked = asked_for(options, study, experiment)
     finished = experiment_files(study, experiment)
-    finished.check(snakemake_options(*given))
+    finished.check(snakemake_options(options.config, options.overlay))
     plans, banks = Path(study.config.results) / experiment / "plan", {}
     for repeats in asked.repeats:
         path = plans / "banks" / f"{asked.design}-{asked.effect.slug}-{repeats}x{100.0 * asked.noise:g}.h5"

@@ -17,13 +17,14 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from swesbi.artefacts.atomic import where_supported, write_fault
 from swesbi.base.environment import of_another_folder
 
 if TYPE_CHECKING:  # commands that start no run read what runs left, without Snakemake
     from snakemake.exceptions import WorkflowError
+    from snakemake.workflow import Workflow
 
 RUN: Final = "current_run"
 """Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
@@ -36,14 +37,8 @@ LOCK: Final = "swesbi-run.lock"
 def hold_with_others(path: Path, when_alone: Callable[[], None]) -> int:
     """Hold the lock beside other runs; first, if there is none, do what only a lone run may.
 
-    Where the file system knows no such locks, ``when_alone`` is never called.
-
-    Args:
-        path: The lock's file, which stays; its folder is made if need be.
-        when_alone: Called while no other process holds the lock.
-
-    Returns:
-        The open file; the lock lasts until it is closed, which the end of the process does.
+    Where the file system knows no such locks, ``when_alone`` is never called. The file of the lock stays. The
+    open file is returned: the lock lasts until it is closed, which the end of the process does.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
@@ -61,26 +56,12 @@ def _lock(handle: int, mode: int) -> bool:
     return True
 
 
-class Workflow(Protocol):
-    """What this module uses of Snakemake's ``workflow`` object."""
-
-    is_main_process: bool
-    main_snakefile: str
-    config_settings: Any
-    output_settings: Any
-    overwrite_configfiles: Sequence[str | Path]
-
-
 def guard_run(workflow: Workflow, results: str) -> None:
     """Hold the lock of runs until this process ends, and remove what a killed run left.
 
     A Snakefile calls it. Nothing happens in the processes of single jobs, and a dry run changes nothing.
     Unfinished results are made again by ``rerun-incomplete`` of the profile: each is written whole, but
     perhaps under other settings.
-
-    Args:
-        workflow: Snakemake's object of this name, in a Snakefile.
-        results: Folder of the study's results.
 
     Raises:
         WorkflowError: Nothing can be written into that folder, or the environment is that of another one,

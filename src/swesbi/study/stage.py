@@ -6,11 +6,17 @@ which no result depends. Light: Snakefiles read it, so a stage's module is not i
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import json
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Protocol
 
-from swesbi.study.code import code_of
+from swesbi.study.code import Packages
 
 
 class Named(Protocol):
@@ -47,7 +53,7 @@ def stage_params(
     def section(name: str, key: str) -> Callable[[Any], dict[str, Any]]:
         return lambda wildcards: {name: {key: values(dict(wildcards.items()))[name][key]}}
 
-    names = _settings_of(stage)
+    _, names = _code_and_settings(stage)
     return {
         "stage": {"stage": stage},
         "code": lambda _: {"code": stage_code(stage)},
@@ -68,13 +74,41 @@ def settings_in(params: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 def plain_settings(stage: str, values: Named) -> dict[str, Any]:
     """Return the plain settings that a stage depends on beside what every job has, out of many by name."""
-    return {name: values[name] for name in _settings_of(stage)}
+    return {name: values[name] for name in _code_and_settings(stage)[1]}
 
 
 def stage_code(stage: str) -> str:
-    """Return the hash of the code that a stage runs; errors as of ``swesbi.study.code.code_of``."""
-    return code_of(stage)[0]
+    """Return the hash of the code that a stage runs.
+
+    Raises:
+        ModuleNotFoundError, AttributeError: There is no such function.
+        ValueError: Code that it leads to cannot be followed.
+    """
+    return _code_and_settings(stage)[0]
 
 
-def _settings_of(stage: str) -> list[str]:
-    return [name for name in code_of(stage)[1] if name not in OF_EVERY_JOB]
+@cache
+def _code_and_settings(stage: str) -> tuple[str, list[str]]:
+    """Return the hash of a stage's code and the names of its settings, kept beside the byte code."""
+    module, _, name = stage.partition(":")
+    packages, file, known = _known(module.partition(".")[0])
+    if stage not in known:
+        from swesbi.artefacts.atomic import ArtefactError, atomic_path  # numpy, which no help needs
+
+        known[stage] = [packages.hash(module, name), packages.settings(module, name)]
+        with contextlib.suppress(OSError, ArtefactError), atomic_path(file) as temporary:
+            temporary.write_text(json.dumps(known))
+    code, settings = known[stage]
+    return code, [name for name in settings if name not in OF_EVERY_JOB]
+
+
+@cache
+def _known(package: str) -> tuple[Packages, Path, dict[str, Any]]:
+    """Return the sources of this package and of one that imports it, a file of what is known, and that."""
+    folders = dict.fromkeys(Path(str(files(name))) for name in ("swesbi", package))
+    every = sorted(path for folder in folders for path in folder.rglob("*.*") if path.is_file())
+    read = (str(path).encode() + path.read_bytes() for path in every if path.parent.name != "__pycache__")
+    digest = hashlib.sha256(b"\0".join(read)).hexdigest()[:16]
+    file = Path(__file__).parent / "__pycache__" / f"code-{package}.json"
+    known = json.loads(file.read_text()) if file.is_file() else {}
+    return Packages(*folders), file, known if known.get("of") == digest else {"of": digest}

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from swesbi.artefacts.atomic import typed
+from swesbi.base.ending import EXIT_REFUSED
 from swesbi.config.models import Config
 from swesbi.config.read import at_configuration, in_words, merged_files, parse_config, read_merged
 from swesbi.recording.cohort.check import CohortReport, examine_cohort, summary
@@ -15,8 +16,6 @@ from swesbi.recording.cohort.files import SUBJECTS
 from swesbi.recording.problems import Problem, listed
 from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import RecordingSettings
-
-EXIT_PROBLEMS = 2
 
 
 def main(options: argparse.Namespace) -> int:
@@ -43,7 +42,7 @@ def main(options: argparse.Namespace) -> int:
         others = [f"{usable} as they are: {', '.join(report.usable)}"] if report.usable else []
         lines = [f"{cohort}: {several}{listed(problems)}", *warnings, *others, "Nothing was written."]
         print("\n".join(lines), file=sys.stderr)
-        return EXIT_PROBLEMS
+        return EXIT_REFUSED
     print(f"{cohort}: {usable}; origin: {report.origin}")
     print("\n".join([*warnings, "", summary(report)]))
     if not here and number > len(report.free_running):

@@ -140,7 +140,7 @@ def test_a_heart_outside_the_declared_range_is_refused(study: Study, monkeypatch
     thick = replace(made.heart, context=replace(made.heart.context, ivsd_cm=4.0))
     monkeypatch.setattr(HeartAnswersSettings, "recorded", lambda *_: replace(made, heart=thick))
     settings = asked_of(study, "a", 1, STREAM)
-    found = Questioner(Knowledge(), NoiseComponents(0.03, 0.06), settings, 1).answer(0)
+    found = Questioner(Knowledge(cast(Any, None)), NoiseComponents(0.03, 0.06), settings, 1).answer(0)
     assert found.status == "refused" and "ivsd_cm" in found.reason
     assert np.isnan(found.median).all()
 

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts.atomic import folder_made_whole, typed
+from swesbi.base.ending import EXIT_REFUSED
 from swesbi.context import CONTEXT
 from swesbi.recording.cohort.clinical import CLINICAL
 from swesbi.recording.cohort.files import RECORDING_FILE, RECORDINGS, SUBJECTS
 from swesbi.recording.cohort.visits import VISITS
 
 NAME: Final = "letters, digits, - and _; the recording is swe/<subject>.csv or swe/<subject>.mat"
-EXIT_REFUSED: Final = 2
 TEMPLATES: Final = {
     RECORDING_FILE: "recording.yaml",
     f"{RECORDINGS}/_example.csv": "example.csv",

@@ -12,8 +12,7 @@ from pydantic import JsonValue
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError, UnfitError
 from swesbi.artefacts.csv import PlainTable
-from swesbi.artefacts.texts import Text, Texts
-from swesbi.artefacts.typed import ByExperiment, ByPlace
+from swesbi.artefacts.typed import ByExperiment, ByPlace, Text, Texts
 from swesbi.checks.calibration.alarms import AlarmTable
 from swesbi.checks.calibration.table import CalibrationTable
 from swesbi.checks.pressures import PressuresTable

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from swesbi.artefacts.csv import PlainTable
-from swesbi.artefacts.texts import Text
-from swesbi.artefacts.typed import ByExperiment, BySubject
+from swesbi.artefacts.typed import ByExperiment, BySubject, Text
 from swesbi.base.settings import Settings
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings, RecoverySettings
