@@ -2,7 +2,7 @@
 PYTHON ?= python3
 CORES ?= 2
 TESTS ?= not slow and not exhaustive
-OF ?= tests tools
+OF ?= tests tools data
 VENV := .venv
 BIN := $(VENV)/bin
 ANSWERS := $(VENV)/.answers
@@ -105,7 +105,7 @@ test-exhaustive: smoke $(CHECKED) ## 20 kills, all of the fuzzing, whole studies
 mutants: $(CHECKED) ## what the tests guard: one-line faults, each against its package's tests; fails where one lives that was killed
 	$(BIN)/python tests/mutants.py --compare tests/reference/mutants.csv
 
-lint: $(CHECKED) ## ruff and snakefmt; words of README.md and docs/ that only this project uses
+lint: $(CHECKED) ## ruff and snakefmt
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules studies explorer

@@ -9,10 +9,6 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from cases import ROOT, Cases, load_cases, with_numerics
@@ -21,11 +17,21 @@ from matplotlib.figure import Figure
 from references import Comparison, compare_with_physioblocks, compare_with_svzerod
 
 from swesbi.heart.simulate import Beats, simulate
+from swesbi.report.figures.style import (
+    OBSERVED,
+    SERIES,
+    few_ticks,
+    new_figure,
+    save_figure,
+    shared_legend,
+    style,
+)
 
 REFERENCE = ROOT / "tests" / "reference" / "forward_model"
 CENTRE = np.array([[45.0, 5.0, 30.0]])
-OURS, THEIRS = "#0072B2", "#E69F00"
-SUBJECT_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9")
+PANEL_IN = (2.3, 1.7)
+FRAME_IN = 0.5
+OTHER = SERIES[4]
 LABELS = {
     "volume_ml": "volume (mL)",
     "ventricular_pressure_mmhg": "ventricular pressure (mmHg)",
@@ -35,60 +41,62 @@ LABELS = {
     "radial_displacement_mm": "radial displacement (mm)",
     "active_stress_kpa": "active stress (kPa)",
 }
+PANELS = (
+    ("volume_ml", ("ventricular_pressure_mmhg",), LABELS["ventricular_pressure_mmhg"]),
+    ("phase", ("active_stiffness_kpa",), LABELS["active_stiffness_kpa"]),
+    ("phase", ("volume_ml",), LABELS["volume_ml"]),
+    (
+        "phase",
+        ("ventricular_pressure_mmhg", "arterial_pressure_mmhg"),
+        "pressure (mmHg): ventricle, arteries (dotted)",
+    ),
+    ("phase", ("aortic_flow_ml_s", "mitral_flow_ml_s"), "flow (mL/s): aortic, mitral (dotted)"),
+    ("ventricular_pressure_mmhg", ("active_stiffness_kpa",), LABELS["active_stiffness_kpa"]),
+)
+"""Along what, which curves of a beat, and the title."""
 
 
 def overlay(comparison: Comparison, columns: int) -> Figure:
     """Draw every compared quantity of both programs over time, with its RMSE."""
     names = list(comparison.ours)
     rows = -(-len(names) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(3.2 * columns, 2.6 * rows), squeeze=False)
-    for axis, name in zip(axes.flat, names, strict=False):
-        axis.plot(comparison.time_s, comparison.theirs[name], color=THEIRS, lw=3.5, label=comparison.program)
-        axis.plot(comparison.time_s, comparison.ours[name], color=OURS, lw=1.2, ls="--", label="this model")
-        axis.set_xlabel("time (s)")
-        axis.set_title(f"{LABELS[name]}\nRMSE {comparison.rmse(name):.2g}", fontsize=9)
-    for axis in axes.flat[len(names) :]:
-        axis.set_axis_off()
-    handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=2, frameon=False)
-    figure.tight_layout(rect=(0.0, 0.05 if rows > 1 else 0.1, 1.0, 1.0))
+    with style():
+        figure = new_figure(PANEL_IN[0] * columns, PANEL_IN[1] * rows + FRAME_IN)
+        axes = list(figure.subplots(rows, columns, squeeze=False).flat)
+        for axis, name in zip(axes, names, strict=False):
+            axis.plot(
+                comparison.time_s, comparison.theirs[name], color=OTHER, lw=3.5, label=comparison.program
+            )
+            axis.plot(comparison.time_s, comparison.ours[name], "--", color=OBSERVED, label="this model")
+            axis.set(xlabel="time (s)", title=f"{LABELS[name]}\nRMSE {comparison.rmse(name):.2g}")
+            axis.xaxis.set_major_locator(few_ticks())
+        for axis in axes[len(names) :]:
+            axis.remove()
+        shared_legend(figure, axes[:1], entries_a_row=2)
     return figure
 
 
 def six_subjects(cases: Cases) -> Figure:
     """Draw one beat of each virtual volunteer at the prior's centre, nothing fitted."""
-    figure, axes = plt.subplots(2, 3, figsize=(11.0, 6.2))
     fine = with_numerics(cases.settings, steps_per_beat=2000, samples_per_beat=2000)
-    for colour, context in zip(SUBJECT_COLOURS, cases.contexts, strict=True):
-        _draw_subject(list(axes.flat), simulate(CENTRE, context, fine), context.subject, colour)
-    titles = (
-        ("volume (mL)", "ventricular pressure (mmHg)"),
-        ("phase of the cycle", "active stiffness $k_c$ (kPa)"),
-        ("phase of the cycle", "volume (mL)"),
-        ("phase of the cycle", "pressure (mmHg): ventricle, arteries (dotted)"),
-        ("phase of the cycle", "flow (mL/s): aortic, mitral (dotted)"),
-        ("ventricular pressure (mmHg)", "active stiffness $k_c$ (kPa)"),
-    )
-    for axis, (x, y) in zip(axes.flat, titles, strict=True):
-        axis.set_xlabel(x)
-        axis.set_title(y, fontsize=10)
-    handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, title="virtual volunteer", loc="lower center", ncols=6, frameon=False)
-    figure.tight_layout(rect=(0.0, 0.07, 1.0, 1.0))
+    with style():
+        figure = new_figure(3 * PANEL_IN[0], 2 * PANEL_IN[1] + FRAME_IN)
+        axes = list(figure.subplots(2, 3).flat)
+        for colour, context in zip(SERIES, cases.contexts, strict=False):
+            beats = simulate(CENTRE, context, fine)
+            _draw_subject(axes, beats, f"volunteer {context.subject}", colour)
+        for axis, (x, _, title) in zip(axes, PANELS, strict=True):
+            axis.set(xlabel={"phase": "phase of the cycle", **LABELS}[x], title=title)
+        shared_legend(figure, axes[:1], entries_a_row=6)
     return figure
 
 
 def _draw_subject(axes: list[Axes], beats: Beats, subject: str, colour: str) -> None:
-    phase, pressure = beats.cycle_phase, beats.ventricular_pressure_mmhg[0]
-    volume, stiffness = beats.volume_ml[0], beats.active_stiffness_kpa[0]
-    axes[0].plot(volume, pressure, color=colour, label=subject)
-    axes[1].plot(phase, stiffness, color=colour)
-    axes[2].plot(phase, volume, color=colour)
-    axes[3].plot(phase, pressure, color=colour)
-    axes[3].plot(phase, beats.arterial_pressure_mmhg[0], color=colour, ls=":")
-    axes[4].plot(phase, beats.aortic_flow_ml_s[0], color=colour)
-    axes[4].plot(phase, beats.mitral_flow_ml_s[0], color=colour, ls=":")
-    axes[5].plot(pressure, stiffness, color=colour)
+    curves = {name: getattr(beats, name)[0] for _, names, _ in PANELS for name in names}
+    curves |= {"phase": beats.cycle_phase}
+    for axis, (x, names, _) in zip(axes, PANELS, strict=True):
+        for name, line in zip(names, ("-", ":"), strict=False):
+            axis.plot(curves[x], curves[name], color=colour, ls=line, label=subject if line == "-" else None)
 
 
 def distances(comparisons: Sequence[Comparison]) -> pd.DataFrame:
@@ -126,8 +134,7 @@ def main() -> None:
         "six-subjects": six_subjects(load_cases(1)),
     }
     for name, figure in figures.items():
-        figure.savefig(folder / f"forward-model-{name}.png", dpi=150, metadata={"Software": None})
-        plt.close(figure)
+        save_figure(figure, folder / f"forward-model-{name}.png")
 
 
 if __name__ == "__main__":

@@ -8,8 +8,7 @@ large as the widths of posteriors, so that everybody's posterior is known in clo
 (tests/helpers/plan_case.py). A bank of them is planned with, by the settings of `config.yaml`; then trials of
 the size that is needed are drawn afresh, and each is analysed by the posterior of the change in groups, or of
 the cohort, as a real one is. Printed: the power reached with its Monte Carlo interval, trials without an
-effect that find one, and how often the 90 % interval holds the effect. `--first` goes on with a file that was
-begun.
+effect that find one, and how often the 90 % interval holds the effect.
 """
 
 from __future__ import annotations
@@ -33,13 +32,10 @@ import ratio_case  # noqa: E402
 
 from swesbi.config.models import Config  # noqa: E402
 from swesbi.config.read import parse_config, read_merged  # noqa: E402
-from swesbi.persons.change.groups import infer_change_groups  # noqa: E402
 from swesbi.persons.cohort.cohort import Member  # noqa: E402
-from swesbi.persons.cohort.hyperprior import hyperprior_of  # noqa: E402
-from swesbi.persons.cohort.infer import CohortQuestion, CohortResult, infer_population  # noqa: E402
-from swesbi.persons.planning.chance import chance_of  # noqa: E402
+from swesbi.persons.cohort.infer import CohortResult, infer_population, of_ratios, of_theta  # noqa: E402
 from swesbi.persons.planning.effect import log_factor  # noqa: E402
-from swesbi.persons.planning.hyperdraws import StudyAnalysis, evaluate_bank, planned_design  # noqa: E402
+from swesbi.persons.planning.likelihoods import StudyAnalysis, likelihoods_of  # noqa: E402
 from swesbi.persons.planning.power import PowerCurve, power_curve  # noqa: E402
 from swesbi.persons.planning.settings import GROUPS, PAIRED  # noqa: E402
 
@@ -57,12 +53,11 @@ def planned(config: Config, by: StudyAnalysis, design: str) -> PowerCurve:
     """Plan with a bank of persons, and print what is needed."""
     settings = config.plan.studies
     start = time.process_time()
-    bank = plan_case.bank(config.plan.persons.number, design, 1, settings.recycled_draws)
-    found = evaluate_bank(bank, design, settings, by, config.seed)
+    bank = plan_case.bank(config.plan.persons.number, design, 1, 1000)
     evaluated = time.process_time()
+    found = likelihoods_of(bank, design, plan_case.EFFECT, by)
     rule = (config.plan.probability, config.plan.power)
-    chance = chance_of(bank, design, plan_case.EFFECT, by)
-    curve = power_curve(found, chance, plan_case.EFFECT, 3, settings, rule, config.seed)
+    curve = power_curve(found, 3, settings, rule, config.seed)
     studies = 3 * settings.studies * len(settings.sizes)
     print(
         f"{design}, {plan_case.EFFECT.words}: {curve.needed} persons for a power of {config.plan.power:.0%}; "
@@ -76,7 +71,8 @@ def trial(design: str, persons: int, effect: float, by: StudyAnalysis, seed: int
     rng = np.random.default_rng(seed)
     if design == PAIRED:
         members = ratio_case.members_of(plan_case.log_ratios(persons, effect, rng), ("",) * persons, seed)
-        return infer_change_groups(members, case.THETA_PRIOR, by.changes, by.cohort, seed)
+        quantity = of_ratios(case.THETA_PRIOR, by.changes.hyperprior)
+        return infer_population(members, quantity, by.cohort, None, seed)
     draws = np.concatenate(
         [
             plan_case.level_draws(
@@ -88,51 +84,48 @@ def trial(design: str, persons: int, effect: float, by: StudyAnalysis, seed: int
             for number, shift in ((0, 0.0), (7, effect))
         ]
     )
-    treated = [number >= persons for number in range(2 * persons)]
+    groups = ["treated" if number >= persons else "control" for number in range(2 * persons)]
     contexts = case.contexts(2 * persons, rng)
     members = [
-        Member(context, "not contradicted", "", theta, theta[:3])
-        for context, theta in zip(contexts, draws, strict=True)
+        Member(context, "not contradicted", group, theta, theta[:3])
+        for context, group, theta in zip(contexts, groups, draws, strict=True)
     ]
-    design_of_trial = planned_design(GROUPS, treated)
-    prior = hyperprior_of(design_of_trial, case.THETA_PRIOR, by.cohort.hyperprior)
-    return infer_population(
-        members, CohortQuestion(design_of_trial, prior, case.THETA_PRIOR), by.cohort, None, seed
-    )
+    quantity = of_theta(case.THETA_PRIOR, by.cohort.hyperprior, covariates=())
+    return infer_population(members, quantity, by.cohort, None, seed)
 
 
-def run(design: str, trials: int, first: int, csv: Path) -> None:
-    """Plan, then write a row a trial behind those that are in the file already."""
+def run(design: str, trials: int) -> pd.DataFrame:
+    """Plan, then return two rows a trial: with the effect and without."""
     config = shipped()
     by = StudyAnalysis(case.THETA_PRIOR, config.cohort_posterior, config.change_groups)
     needed = planned(config, by, design).needed[0]
     if needed is None:
         raise SystemExit("the power asked for is not reached; nothing to simulate")
     column = plan_case.EFFECT.number + (0 if design == PAIRED else 6)
-    for seed in range(first, first + trials):
+    rows = []
+    for seed in range(1, trials + 1):
         for effect in (log_factor(plan_case.EFFECT), 0.0):
             inferred = trial(design, needed, effect, by, OF_TRIALS + 10 * seed)
             found = np.log(inferred.exact.phi[:, column])
-            row = {
-                "design": design,
-                "persons": needed,
-                "trial": seed,
-                "effect": effect,
-                "probability": (found < 0.0).mean(),
-                "level": (found < effect).mean(),
-                "median": np.median(found),
-                "least_effective": inferred.shrinkage.effective.min(),
-                "sampler": inferred.exact.sampler,
-            }
-            pd.DataFrame([row]).to_csv(csv, mode="a", header=not csv.exists(), index=False)
+            rows.append(
+                {
+                    "persons": needed,
+                    "trial": seed,
+                    "effect": effect,
+                    "probability": (found < 0.0).mean(),
+                    "level": (found < effect).mean(),
+                    "median": np.median(found),
+                    "least_effective": inferred.shrinkage.effective.min(),
+                    "sampler": inferred.exact.sampler,
+                }
+            )
         print(f"trial {seed}", flush=True)
-    summary(pd.read_csv(csv), design, config.plan.probability)
+    return pd.DataFrame(rows)
 
 
 def summary(table: pd.DataFrame, design: str, probability: float) -> None:
-    """Print power, false positives and coverage of all trials of a design."""
-    own = table[table["design"] == design]
-    for effect, part in own.groupby("effect"):
+    """Print power, false positives and coverage of all trials."""
+    for effect, part in table.groupby("effect"):
         found = int((part["probability"] > probability).sum())
         held = int(((part["level"] > 0.05) & (part["level"] < 0.95)).sum())
         low, high = binomtest(found, len(part)).proportion_ci()
@@ -150,10 +143,12 @@ def main() -> None:
     )
     parser.add_argument("--design", choices=[PAIRED, GROUPS], default=PAIRED)
     parser.add_argument("--trials", type=int, default=200)
-    parser.add_argument("--first", type=int, default=1, help="seed of the first trial")
-    parser.add_argument("--csv", type=Path, default=Path("trials.csv"), help="rows are added to it")
+    parser.add_argument("--csv", type=Path, help="table to write, two rows a trial")
     asked = parser.parse_args()
-    run(asked.design, asked.trials, asked.first, asked.csv)
+    table = run(asked.design, asked.trials)
+    summary(table, asked.design, shipped().plan.probability)
+    if asked.csv:
+        table.to_csv(asked.csv, index=False)
 
 
 if __name__ == "__main__":

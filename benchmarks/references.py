@@ -18,7 +18,6 @@ from swesbi.heart.periodic import advance
 Array = NDArray[np.float64]
 
 PA_PER_MMHG: Final = 133.322387415
-UNUSED: Final = 1.0
 
 
 @dataclass(frozen=True)
@@ -35,22 +34,22 @@ class Comparison:
         return float(np.sqrt(np.mean((self.ours[quantity] - self.theirs[quantity]) ** 2)))
 
 
-PHYSIOBLOCKS_OPTIONS: Final = Options(
-    thin_wall=False,
-    mooney_rivlin=False,
-    active_stiffness=True,
-    second_piola=False,
-    length_dependence=True,
-    valve_inertance=True,
-    prescribed_flow=False,
-    atrial_contraction=False,
-    wall_inertia=True,
-    closed_loop=False,
-    proximal_capacitance=True,
+def options(*chosen: str) -> Options:
+    """Return the options of the model with these alone."""
+    return Options(**{name: name in chosen for name in Options._fields})
+
+
+def parameters(**used: float) -> Parameters:
+    """Return the parameters of the model; those that are not used are one."""
+    return Parameters(**dict.fromkeys(Parameters._fields, 1.0) | used)
+
+
+PHYSIOBLOCKS_OPTIONS: Final = options(
+    "active_stiffness", "length_dependence", "valve_inertance", "wall_inertia", "proximal_capacitance"
 )
 # PhysioBlocks 2.0.1, spherical_heart_forward_sim. Its node and backward conductances (5e-12) and its stiff
 # series spring (1e8 Pa) are left out: this model's valves are tight and its spring is rigid.
-PHYSIOBLOCKS_PARAMETERS: Final = Parameters(
+PHYSIOBLOCKS_PARAMETERS: Final = parameters(
     radius=0.0340,
     thickness=0.0113,
     density=1000.0,
@@ -70,30 +69,16 @@ PHYSIOBLOCKS_PARAMETERS: Final = Parameters(
     c_proximal=2e-10,
     r_distal=1.1e8,
     c_systemic=2.0 / 1.1e8,
-    r_pulmonary=UNUSED,
-    c_pulmonary=UNUSED,
     length_dependence=1.0,
-    atrial_kick=UNUSED,
-    atrial_delay=UNUSED,
 )
 PHYSIOBLOCKS_THETA: Final = (273e3, 35.0, 20.0)
 PHYSIOBLOCKS_VENOUS_PRESSURE_PA: Final = 1600.0
 
-SVZEROD_OPTIONS: Final = Options(
-    thin_wall=True,
-    mooney_rivlin=True,
-    active_stiffness=False,
-    second_piola=True,
-    length_dependence=False,
-    valve_inertance=False,
-    prescribed_flow=True,
-    atrial_contraction=False,
-    wall_inertia=True,
-    closed_loop=False,
-    proximal_capacitance=False,
+SVZEROD_OPTIONS: Final = options(
+    "thin_wall", "mooney_rivlin", "second_piola", "prescribed_flow", "wall_inertia"
 )
 # svZeroDSolver, test case chamber_sphere; its valves leak in a way of their own: the net flow is prescribed.
-SVZEROD_PARAMETERS: Final = Parameters(
+SVZEROD_PARAMETERS: Final = parameters(
     radius=0.05,
     thickness=0.01,
     density=1000.0,
@@ -105,19 +90,6 @@ SVZEROD_PARAMETERS: Final = Parameters(
     fibre_viscosity=0.0,
     sigma_0=185e3,
     alpha=0.0,
-    r_mitral=UNUSED,
-    r_aortic=UNUSED,
-    l_mitral=UNUSED,
-    l_aortic=UNUSED,
-    r_proximal=UNUSED,
-    c_proximal=UNUSED,
-    r_distal=UNUSED,
-    c_systemic=UNUSED,
-    r_pulmonary=UNUSED,
-    c_pulmonary=UNUSED,
-    length_dependence=UNUSED,
-    atrial_kick=UNUSED,
-    atrial_delay=UNUSED,
 )
 SVZEROD_THETA: Final = (1.0, 30.0, 30.0)
 SVZEROD_WINDOW_S: Final = (0.17, 0.484, 0.005)

@@ -12,16 +12,11 @@ With a profile, what it asks of a cluster stands beside what the jobs took.
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
-import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
 import yaml
-from threadpoolctl import threadpool_limits
 
-from swesbi.report.figures.style import new_figure, save_figure, style
 from swesbi.study.job import MEMORY, PROCESSOR_TIME, START_UP, WALL_TIME
 
 SAID = {
@@ -31,9 +26,6 @@ SAID = {
     "memory_mb": MEMORY,
 }
 SNAKEMAKE_MB = 500  # its own two processes in a job of a cluster
-SHOWN = 16  # stages in the figure, the rest together
-BENCHMARK = "benchmark_s"  # column: what a fixed piece of work takes on the same machine
-MATRIX, PRODUCTS, VALUES = 400, 150, 400_000
 
 
 def read_jobs(folder: Path) -> pd.DataFrame:
@@ -90,47 +82,17 @@ def by_stage(jobs: pd.DataFrame) -> pd.DataFrame:
     )
     table["share"] = table["cpu_s"] / table["cpu_s"].sum()
     table["start_up_share"] = table["start_up_s"] / table["cpu_s"].sum()
-    table[BENCHMARK] = min(benchmark_s() for _ in range(3))
     return table.sort_values("cpu_s", ascending=False)
 
 
-def benchmark_s() -> float:
-    """Return how long a fixed piece of work takes here and now, about a second: products and exponentials."""
-    rng = np.random.default_rng(0)
-    matrix, values = rng.standard_normal((MATRIX, MATRIX), dtype=np.float32), rng.random(VALUES)
-    start = time.perf_counter()
-    with threadpool_limits(limits=1):  # as in a job
-        for _ in range(PRODUCTS):
-            np.exp(-((matrix @ matrix) ** 2))
-            np.exp(-(values**2)).sum()
-    return time.perf_counter() - start
-
-
-def draw(table: pd.DataFrame, path: Path) -> None:
-    """Draw the processor time of each stage, start-up apart."""
-    rest = table.iloc[SHOWN:].sum().rename(f"{max(0, len(table) - SHOWN)} others")
-    shown = pd.concat([table.iloc[:SHOWN], rest.to_frame().T]).iloc[::-1]
-    start = shown["start_up_s"].clip(upper=shown["cpu_s"]) / 60.0
-    with style():
-        figure = new_figure(6.3, 3.6)
-        axes = figure.subplots()
-        axes.barh(shown.index, shown["cpu_s"] / 60.0 - start, left=start, color="#0072B2", label="work")
-        axes.barh(shown.index, start, color="#E69F00", label="start-up")
-        axes.set_xlabel("processor time (min), all jobs of a stage")
-        axes.legend(frameon=False)
-        save_figure(figure, path)
-        plt.close(figure)
-
-
 def main() -> None:
-    """Print the table, and write table and figure where they are asked for."""
+    """Print the table, and write it where that is asked for."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of a finished study")
     parser.add_argument("--profile", type=Path, help="folder of a profile, to compare with what jobs took")
     parser.add_argument("--table", type=Path, help="CSV to write")
-    parser.add_argument("--figure", type=Path, help="PNG or PDF to write")
     options = parser.parse_args()
     jobs = read_jobs(options.results)
     if options.profile:
@@ -145,8 +107,6 @@ def main() -> None:
     if options.table:
         shares = {"share": 6, "start_up_share": 6}
         table.round(dict.fromkeys(table.columns, 3) | shares).to_csv(options.table, lineterminator="\n")
-    if options.figure:
-        draw(table, options.figure)
 
 
 if __name__ == "__main__":

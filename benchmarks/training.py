@@ -2,7 +2,7 @@
 
     python benchmarks/training.py
     python benchmarks/training.py --epochs 5
-    python benchmarks/training.py --experiment scalar_only --procedures stock sbi fast --traces traces.csv
+    python benchmarks/training.py --experiment scalar_only --procedures stock sbi fast
 
 Reads the pool of a finished study. `stock` is sbi as installed, its own loader included; `sbi` and `fast` are
 the values of `estimator.procedure`. The judge is the mean of log q(theta | z) over recordings of fresh theta
@@ -17,7 +17,7 @@ import contextlib
 import io
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, get_args
 
@@ -32,9 +32,8 @@ from swesbi.checks.synthetic_recovery import own_recovery, synthetic_recordings
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.config.view import View
-from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
+from swesbi.measurement.likelihood import measured_subjects
 from swesbi.measurement.operator import PassiveBaseline
-from swesbi.measurement.settings import MeasurementSettings
 from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import trained_network, trainer_of
@@ -46,6 +45,8 @@ from swesbi.seeds import integer_seed
 from swesbi.study.job import typed_settings
 from swesbi.study.stage import plain_settings
 
+CPU: Final = "cpu"
+COLUMNS: Final = ("epoch", "cpu_s", "wall_s", "validation_loss", "held_out_log_q")
 STEPS_BELOW: Final = (0.0, 0.5, 1.0, 2.0)
 """Levels of log q at which times are compared, in nats below the one that every procedure reached."""
 
@@ -58,36 +59,23 @@ class Rows:
     z: Tensor
 
 
-@dataclass(frozen=True)
-class Epoch:
-    """After one epoch: seconds since the start without judging, losses, and log q of the network kept."""
-
-    epoch: int
-    cpu_s: float
-    wall_s: float
-    training_loss: float
-    validation_loss: float
-    held_out_log_q: float
-
-
 @dataclass
 class Watch:
     """Judges the network after each epoch, with the clocks stopped."""
 
     held_out: Rows
-    epochs: list[Epoch] = field(default_factory=list)
+    epochs: list[dict[str, float]] = field(default_factory=list)
     _best: tuple[float, float] = (np.inf, np.nan)
     _start: tuple[float, float] = field(default_factory=lambda: _clocks())
 
-    def look(self, net: Any, training_loss: float, validation_loss: float) -> None:  # noqa: ANN401
+    def look(self, net: Any, validation_loss: float) -> None:  # noqa: ANN401
         """Record an epoch. The network kept is that of the lowest validation loss so far."""
         now = _clocks()
         if validation_loss < self._best[0]:
             self._best = validation_loss, log_q(net, self.held_out)
-        cpu_s, wall_s = (at - start for at, start in zip(now, self._start, strict=True))
-        self.epochs.append(
-            Epoch(len(self.epochs) + 1, cpu_s, wall_s, training_loss, validation_loss, self._best[1])
-        )
+        spent = (at - start for at, start in zip(now, self._start, strict=True))
+        values = (len(self.epochs) + 1, *spent, validation_loss, self._best[1])
+        self.epochs.append(dict(zip(COLUMNS, values, strict=True)))
         paused = _clocks()
         self._start = (self._start[0] + paused[0] - now[0], self._start[1] + paused[1] - now[1])
 
@@ -99,8 +87,7 @@ def _clocks() -> tuple[float, float]:
 def log_q(net: Any, rows: Rows) -> float:  # noqa: ANN401
     """Return the mean of log q(theta | z) over the rows."""
     with torch.no_grad():
-        device = next(net.parameters()).device
-        return -float(net.loss(rows.theta.to(device), rows.z.to(device)).mean())
+        return -float(net.loss(rows.theta, rows.z).mean())
 
 
 def watched(kind: type, watch: Watch) -> type:
@@ -109,7 +96,7 @@ def watched(kind: type, watch: Watch) -> type:
     class Watched(kind):
         def _summarize_epoch(self, train_loss: float, val_loss: float, *args: object) -> None:
             super()._summarize_epoch(train_loss, val_loss, *args)
-            watch.look(self._neural_net, train_loss, val_loss)
+            watch.look(self._neural_net, val_loss)
 
     return Watched
 
@@ -133,14 +120,13 @@ def run(
     prior: PriorSettings,
     settings: EstimatorSettings,
     seed: int,
-    device: str,
-) -> list[Epoch]:
-    """Train by one procedure and return its epochs."""
+) -> pd.DataFrame:
+    """Train by one procedure and return a row an epoch."""
     with reproducible(seed), contextlib.redirect_stdout(io.StringIO()):
         watch = Watch(held_out)
         if procedure == "stock":
             trainer = watched(NPE_C, watch)(
-                prior=torch_prior(prior, device),
+                prior=torch_prior(prior, CPU),
                 density_estimator=posterior_nn(
                     settings.model,
                     z_score_theta=settings.z_score_theta,
@@ -149,12 +135,12 @@ def run(
                     num_transforms=settings.transforms,
                     num_blocks=settings.blocks,
                 ),
-                device=device,
+                device=CPU,
                 tracker=_Quiet(),
                 show_progress_bars=False,
             )
         else:
-            trainer = watched(trainer_of(procedure), watch)(_Quiet(), prior, settings, device, ())
+            trainer = watched(trainer_of(procedure), watch)(_Quiet(), prior, settings, CPU, ())
         trainer.append_simulations(pool.theta, pool.z, exclude_invalid_x=False)
         trainer.train(
             training_batch_size=settings.batch_size,
@@ -164,39 +150,36 @@ def run(
             max_num_epochs=settings.max_num_epochs,
             clip_max_norm=settings.clip_max_norm,
         )
-    return watch.epochs
+    return pd.DataFrame(watch.epochs)
 
 
-def reached(epochs: Sequence[Epoch], level: float) -> Epoch | None:
-    """Return the first epoch whose kept network has this log q of recordings never seen."""
-    return next((epoch for epoch in epochs if epoch.held_out_log_q >= level), None)
+def speeds(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return a row a procedure: seconds an epoch, and log q where it ended."""
+    ends = {name: epochs.iloc[-1] for name, epochs in runs.items()}
+    rows = {
+        name: {
+            "epochs": int(last["epoch"]),
+            "CPU s/epoch": last["cpu_s"] / last["epoch"],
+            "wall s/epoch": last["wall_s"] / last["epoch"],
+            "held-out log q": last["held_out_log_q"],
+        }
+        for name, last in ends.items()
+    }
+    return pd.DataFrame.from_dict(rows, orient="index")
 
 
-def print_speed(runs: Mapping[str, Sequence[Epoch]]) -> None:
-    """Print seconds an epoch and where each procedure ended."""
-    print(f"{'':24s}{'epochs':>8s}{'CPU s/epoch':>13s}{'wall s/epoch':>14s}{'held-out log q':>16s}")
-    for name, epochs in runs.items():
-        last, n = epochs[-1], len(epochs)
-        print(f"{name:24s}{n:8d}{last.cpu_s / n:13.2f}{last.wall_s / n:14.2f}{last.held_out_log_q:16.3f}")
-
-
-def print_times(runs: Mapping[str, Sequence[Epoch]]) -> None:
-    """Print the time that each procedure took to levels which all reached, and ratios to the first."""
-    ends = {name: epochs[-1].held_out_log_q for name, epochs in runs.items()}
-    lowest, first = min(ends.values()), next(iter(runs))
-    print(f"\n{'log q':>8s}  {'':14s}{'epochs':>8s}{'CPU s':>9s}{'wall s':>9s}{'ratio CPU':>11s}{'wall':>8s}")
-    for below in STEPS_BELOW:
-        at = {name: reached(epochs, lowest - below) for name, epochs in runs.items()}
-        reference = at[first]
-        for name, epoch in at.items():
-            if epoch is None or reference is None:
-                print(f"{lowest - below:8.3f}  {name:14s}     not reached")
-                continue
-            print(
-                f"{lowest - below:8.3f}  {name:14s}{epoch.epoch:8d}{epoch.cpu_s:9.1f}{epoch.wall_s:9.1f}"
-                f"{reference.cpu_s / epoch.cpu_s:11.1f}{reference.wall_s / epoch.wall_s:8.1f}"
-            )
-    print(f"ratio: time of {first} over time of the other")
+def times(runs: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the time of each procedure to levels that all reached, and that of the first over it."""
+    lowest = min(epochs["held_out_log_q"].iloc[-1] for epochs in runs.values())
+    rows = []
+    for level in (lowest - below for below in STEPS_BELOW):
+        first: pd.Series | None = None
+        for name, epochs in runs.items():
+            at = epochs[epochs["held_out_log_q"] >= level].iloc[0]
+            first = at if first is None else first
+            ratios = {f"ratio {clock}": first[clock] / at[clock] for clock in ("cpu_s", "wall_s")}
+            rows.append({"log q": level, "procedure": name, **at[["epoch", "cpu_s", "wall_s"]], **ratios})
+    return pd.DataFrame(rows)
 
 
 def settings_of(study: Study, experiment: str) -> dict[str, Any]:
@@ -204,32 +187,25 @@ def settings_of(study: Study, experiment: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for stage in (trained_network, own_recovery):
         place = f"{stage.__module__}:{stage.__name__}"
-        found |= typed_settings(stage, plain_settings(place, View(study, {"experiment": experiment})))
+        plain = plain_settings(place, View(study, {"experiment": experiment})) | {"seed": study.config.seed}
+        found |= typed_settings(stage, plain)
     return found
-
-
-def read_measured(
-    results: Path, subjects: Sequence[str], measurement: MeasurementSettings
-) -> tuple[MeasuredSubject, ...]:
-    """Read subjects of a finished study."""
-    paths = [results / "cohort" / subject for subject in subjects]
-    return measured_subjects(
-        [Observation.read(path / "observation.h5") for path in paths],
-        {path.name: PassiveBaseline.read(path / "passive.h5") for path in paths},
-        measurement,
-    )
 
 
 def read_held_out(
     results: Path, subjects: Sequence[str], asked: Mapping[str, Any], each: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Simulate fresh theta (n, 3) for each subject, and raw conditioning vectors (n, C)."""
+    """Simulate fresh theta (n, 3) for each subject of a study, and raw conditioning vectors (n, C)."""
+    folders = {subject: results / "cohort" / subject for subject in subjects}
+    measured = measured_subjects(
+        [Observation.read(folder / "observation.h5") for folder in folders.values()],
+        {subject: PassiveBaseline.read(folder / "passive.h5") for subject, folder in folders.items()},
+        asked["measurement"],
+    )
     names = ("prior", "forward_model", "summary", "observation_model")
+    seed = integer_seed(asked["seed"], "training benchmark")
     return synthetic_recordings(
-        read_measured(results, subjects, asked["measurement"]),
-        each * len(subjects),
-        **{name: asked[name] for name in names},
-        seed=integer_seed(asked["seed"], "training benchmark"),
+        measured, each * len(subjects), **{name: asked[name] for name in names}, seed=seed
     )
 
 
@@ -250,8 +226,6 @@ def _arguments() -> argparse.Namespace:
         "--procedures", nargs="+", default=["stock", "fast"], choices=["stock", *get_args(Procedure)]
     )
     parser.add_argument("--seed", type=int, default=1, help="of weights, split and batches")
-    parser.add_argument("--device", default="cpu", choices=["cpu", "cuda"])
-    parser.add_argument("--traces", type=Path, help="CSV file for every epoch of every procedure")
     return parser.parse_args()
 
 
@@ -268,18 +242,16 @@ def main() -> None:
     if arguments.epochs is not None:
         settings = settings.model_copy(update={"max_num_epochs": arguments.epochs - 1})
     few = settings.model_copy(update={"max_num_epochs": 1})
-    runs: dict[str, list[Epoch]] = {}
+    runs: dict[str, pd.DataFrame] = {}
     shape = f"{len(pool.z)} rows of {pool.z.shape[1]} components"
     print(f"{experiment}: {shape}, {len(truth)} recordings never seen")
     for procedure in arguments.procedures:
         some = Rows(pool.theta[:1000], pool.z[:1000])
-        run(procedure, some, held_out, prior, few, 0, arguments.device)  # imports, caches
-        runs[procedure] = run(procedure, pool, held_out, prior, settings, arguments.seed, arguments.device)
-        print_speed({procedure: runs[procedure]})
-    if arguments.traces is not None:
-        frame = pd.DataFrame([{"procedure": name} | asdict(e) for name, es in runs.items() for e in es])
-        frame.to_csv(arguments.traces, index=False)
-    print_times(runs)
+        run(procedure, some, held_out, prior, few, 0)  # imports, caches
+        runs[procedure] = run(procedure, pool, held_out, prior, settings, arguments.seed)
+    print(speeds(runs).to_string(float_format="%.3f"))
+    print(times(runs).to_string(index=False, float_format="%.3f"))
+    print("ratio: time of the first procedure over that of the other")
 
 
 if __name__ == "__main__":

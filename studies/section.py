@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, get_args, get_origin
 
 from swesbi.base.settings import Settings
+from swesbi.config.read import ConfigError
 
 
 def left_out(section: Any, own: Mapping[str, Any], model: type[Settings]) -> Any:  # noqa: ANN401
@@ -34,3 +35,20 @@ def _has_variants(model: type[Settings], key: str) -> bool:
     kind = model.model_fields[key].annotation
     value = get_args(kind)[1] if get_origin(kind) is dict else None
     return isinstance(value, type) and issubclass(value, Settings)
+
+
+def check_experiment(section: str, name: str, known: Collection[str], kind: str) -> None:
+    """Refuse an experiment that a side study cannot ask about.
+
+    Args:
+        section: The side study's section.
+        name: The experiment in it.
+        known: Those that it could be.
+        kind: What these are, in words.
+
+    Raises:
+        ConfigError: It is none of them.
+    """
+    if name not in known:
+        there = ", ".join(known) or "none"
+        raise ConfigError(f"{section}.experiment = {name!r} is no experiment {kind}; known: {there}")

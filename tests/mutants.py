@@ -35,6 +35,7 @@ import pandas as pd
 ROOT: Final = Path(__file__).resolve().parents[1]
 STORED: Final = Path("tests/reference/mutants.csv")
 SOURCE: Final = Path("src/swesbi")
+STUDIES: Final = "studies/"
 COLUMNS: Final = ("mutant", "package", "killed_by", "number")
 SEPARATOR: Final = "; "
 FAST: Final = "not slow and not exhaustive"
@@ -50,23 +51,23 @@ TESTS: Final[Mapping[str, str]] = {
     "artefacts": "study/test_artefacts study/test_faults_artefacts",
     "persons/change": "persons/test_change persons/test_change_groups persons/test_joint_change "
     "persons/test_visits_joint",
-    "persons/cohort": "persons/test_cohort_calibration persons/test_cohort_design "
+    "persons/cohort": "persons/test_change_groups persons/test_cohort_calibration persons/test_cohort_design "
     "persons/test_cohort_posterior persons/test_redraw persons/test_population_likelihood "
     "persons/test_shrinkage",
     "persons/planning": "persons/test_planned_power persons/test_plan_effect persons/test_plan_arms",
-    "checks": "checks/test_calibration checks/test_scores checks/test_information",
+    "checks": "checks/test_calibration checks/test_scores checks/test_information checks/test_power_scaling",
     "config": "config/test_config study/test_new_cohort",
     "heart": "heart/test_simulate heart/test_invariants heart/test_references heart/test_stressed_volume "
     "heart/test_options",
     "networks": "networks/test_flow networks/test_cells networks/test_pool",
-    "virtual/hearts": "virtual/test_passive_of_other_hearts",
+    "studies/validation": "studies/validation/tests/test_passive_of_other_hearts",
     "virtual/trial": "virtual/test_virtual_trial",
     "recording": "recording/test_noise recording/test_folder_noise recording/test_sweeps "
     "recording/test_ingest recording/test_free recording/test_neighbours "
     "virtual/test_virtual_cohort",
     "report": "report/test_report_page report/test_report_exact",
     "study": "study/test_inspection persons/test_plan_effect study/test_code_hash",
-    "verdict": "verdict/test_checks verdict/test_nulls verdict/test_verdict",
+    "verdict": "verdict/test_misfits verdict/test_nulls verdict/test_verdict",
 }
 """Files of tests by package, where a package has no folder of tests, or one that takes minutes."""
 
@@ -77,7 +78,7 @@ class Mutant:
 
     Attributes:
         name: What is wrong.
-        file: Below ``src/swesbi``.
+        file: Below ``src/swesbi``; of a side study, with its folder.
         old: Text that the file has once.
         new: What takes its place.
     """
@@ -86,6 +87,11 @@ class Mutant:
     file: str
     old: str
     new: str
+
+    @property
+    def place(self) -> Path:
+        """The file in the project."""
+        return Path(self.file) if self.file.startswith(STUDIES) else SOURCE / self.file
 
     @property
     def package(self) -> str:
@@ -97,7 +103,8 @@ class Mutant:
     def suite(self) -> tuple[str, ...]:
         """Files or folders of the tests."""
         files = TESTS.get(self.package, "").split()
-        return tuple(f"tests/{name}.py" for name in files) or (f"tests/{self.package}",)
+        beside = "" if self.file.startswith(STUDIES) else "tests/"
+        return tuple(f"{beside}{name}.py" for name in files) or (f"tests/{self.package}",)
 
     def edited(self, folder: Path) -> str:
         """Return the text of the file with the fault.
@@ -105,7 +112,7 @@ class Mutant:
         Raises:
             ValueError: The project in ``folder`` does not have the old text once.
         """
-        path = folder / SOURCE / self.file
+        path = folder / self.place
         text = path.read_text(encoding="utf-8")
         if (places := text.count(self.old)) != 1:
             raise ValueError(f"{self.name}: {path} has {self.old!r} {places} times; write it anew")
@@ -116,7 +123,7 @@ class Mutant:
     @contextmanager
     def applied(self, folder: Path) -> Iterator[None]:
         """Have the project in ``folder`` wrong within the block."""
-        path = folder / SOURCE / self.file
+        path = folder / self.place
         right = path.read_text(encoding="utf-8")
         path.write_text(self.edited(folder), encoding="utf-8")
         try:
@@ -146,8 +153,8 @@ MUTANTS: Final = (
            'array.attrs.get("units") != expected.units', '"units" not in array.attrs'),
     Mutant("artefact with parameters in another order is accepted", "artefacts/schema.py",
            "names[: len(THETA_NAMES)] != THETA_NAMES", "set(names[: len(THETA_NAMES)]) != set(THETA_NAMES)"),
-    Mutant("change in groups divides by the prior of theta, not of the ratio", "persons/change/groups.py",
-           "RatioPrior(theta))", "theta)"),
+    Mutant("change in groups divides by the prior of theta, not of the ratio", "persons/cohort/infer.py",
+           "Quantity(RatioPrior(theta),", "Quantity(theta,"),
     Mutant("falls are counted from a rise on", "persons/change/ratios.py",
            "(joint < -beyond)", "(joint < beyond)"),
     Mutant("pairs of one person with a large statistic count as extreme", "persons/change/one_person.py",
@@ -156,13 +163,17 @@ MUTANTS: Final = (
            "0.5 * (weight @ (draws == truth))", "(weight @ (draws == truth))"),
     Mutant("post-peak error is that before the peak", "checks/scores.py",
            "after = phase >= phase", "after = phase <= phase"),
-    Mutant("slope of the isometric stiffness in k_ATP", "checks/identifiability/information.py",
+    Mutant("slope of the isometric stiffness in k_ATP", "checks/identifiability/quantities.py",
            "exponent / np.expm1(exponent)", "exponent / np.exp(exponent)"),
+    Mutant("power scaling weighs by the whole density", "checks/identifiability/power_scaling.py",
+           "smooth((alpha - 1.0) * log_density)", "smooth(alpha * log_density)"),
+    Mutant("errors of the model in one cell count as independent", "checks/identifiability/information.py",
+           "whole * ((turned * slope[:, None, :]) @ together)", "turned * np.swapaxes(turned, 1, 2)"),
     Mutant("configuration merged over another replaces whole sections", "config/read.py",
            "overlay(below, value) if both else value", "value"),
     Mutant("predictive checks may take more draws than there are", "config/models.py",
            "if wanted > available:", "if wanted > wanted:"),
-    Mutant("factor 2 in the modulus of the wall's own energy", "virtual/hearts/passive.py",
+    Mutant("factor 2 in the modulus of the wall's own energy", "studies/validation/hearts/passive.py",
            "1e-3 * 0.25 *", "1e-3 * 0.5 *"),
     Mutant("relaxation by k_SR drives contraction", "heart/equations.py",
            "activation - theta.k_sr * (1.0 - activation)", "activation + theta.k_sr * (1.0 - activation)"),
@@ -194,10 +205,11 @@ MUTANTS: Final = (
            "relative_se**-2.0", "relative_se**-1.0"),
     Mutant("all subjects of a pool have the same noise", "networks/paper/pool.py",
            'generator(seed, "feature noise", subject.context.subject)', 'generator(seed, "feature noise")'),
-    Mutant("chance of the untreated is put on twice", "persons/planning/chance.py",
+    Mutant("chance of the untreated is put on twice", "persons/planning/likelihoods.py",
            "return moved - _slope", "return moved + _slope"),
-    Mutant("weights of the recycled hyperdraws lost", "persons/planning/hyperdraws.py",
-           "log_density(moved, self.prior) - self.log_drawn", "log_density(moved, self.prior)"),
+    Mutant("what persons were told beforehand counts as told by their recordings",
+           "persons/planning/likelihoods.py",
+           "np.clip(1.0 - spread, LEAST_CONTRACTION, 1.0)", "np.ones_like(spread)"),
     Mutant("ejection fraction taken for what stays", "population/contexts.py",
            "(1.0 - _ejection_fraction(body, age_years, deviation[4]))",
            "_ejection_fraction(body, age_years, deviation[4])"),
@@ -234,7 +246,7 @@ MUTANTS: Final = (
     Mutant("page warns of coverage where its lower limit is below nominal", "report/page/sections.py",
            'table["ci_high"] < table["nominal"]', 'table["ci_low"] < table["nominal"]'),
     Mutant("predicted volume above the measured is called below", "report/tables/subjects.py",
-           'row["ci_low"] > row["measured"]', 'row["ci_low"] < row["measured"]'),
+           'row["low"] > row["measured"]', 'row["low"] < row["measured"]'),
     Mutant("relative difference of two runs by the smaller value", "study/inspect.py",
            "np.maximum(np.abs(a), np.abs(b))", "np.minimum(np.abs(a), np.abs(b))"),
     Mutant("error of a planned mean does not fall with the root of repeats", "study/plan.py",

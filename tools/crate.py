@@ -1,6 +1,8 @@
 """Pack a finished study as an RO-Crate: ``python tools/crate.py RESULTS``, in the project's folder.
 
-The crate holds workflow, settings, data and results, described for machines.
+The crate is a folder with workflow, configuration, environment, recordings, tables and figures. Its
+ro-crate-metadata.json says what each of them is, and that this workflow made these results of these
+recordings (profile Workflow Run Crate 0.5).
 """
 
 from __future__ import annotations
@@ -72,7 +74,10 @@ class CrateFiles:
 
 def main(arguments: Sequence[str]) -> int:
     """Pack a study; return 0, or 2 after one message where it is not finished or has files elsewhere."""
-    options = _parser().parse_args(arguments)
+    parser = argparse.ArgumentParser(prog="tools/crate.py", description=__doc__)
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="folder of results of the study")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="default: crate, in RESULTS")
+    options = parser.parse_args(arguments)
     folder = options.out or options.results / "crate"
     try:
         packed = files_of(options.results)
@@ -184,19 +189,6 @@ def _file(crate: ROCrate, path: Path, licence: str = "") -> Entity:
     said |= {"license": {"@id": licence}} if licence else {}
     within = place.relative_to(here).as_posix()
     return cast(Entity, crate.add_file(path, within, properties=said, record_size=True))
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="tools/crate.py",
-        description="Pack a finished study as an RO-Crate: a folder with workflow, configuration, "
-        "environment, recordings, tables and figures, and ro-crate-metadata.json, which says what each of "
-        "them is and that this workflow made these results of these recordings (profile Workflow Run Crate "
-        "0.5). Run it in the project's folder.",
-    )
-    parser.add_argument("results", type=Path, metavar="RESULTS", help="folder of results of the study")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="default: crate, in RESULTS")
-    return parser
 
 
 if __name__ == "__main__":

@@ -1,4 +1,10 @@
-"""Hold what README and documentation say in numbers against tables, settings and code."""
+"""Hold what README and documentation say in numbers against tables, settings and code.
+
+Every number that README and side studies claim is found in the table, setting or constant that gives it
+(docs/claims.yaml, studies/*/claims.yaml). The tables of all pages are written anew and compared, and the
+version of every stored table is held against the model's. The exit code is 1 where anything fails. Where no
+study is finished, tables are those stored in docs/tables. Run it in the project's folder.
+"""
 
 from __future__ import annotations
 
@@ -27,14 +33,7 @@ def main(arguments: Sequence[str]) -> int:
 
     Every failure is printed with its place, what stands there and what was found.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m tools.verify",
-        description="Find every number that README and side studies claim in the table, setting or constant "
-        "that gives it (docs/claims.yaml, studies/*/claims.yaml), write the tables of all pages anew and "
-        "compare, and hold the version of every stored table against the model's. The exit code is 1 where "
-        "anything fails. Where no study is finished, tables are those stored in docs/tables. Run it in the "
-        "project's folder.",
-    )
+    parser = argparse.ArgumentParser(prog="python -m tools.verify", description=__doc__)
     add_options(parser)
     unfinished = ""
     try:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, where `studies` is found
+
+from studies.validation.hearts.recording import VALIDATION_STREAM
+from studies.validation.hearts.stored import FILES, HeartsOfLetter, StoredHeart
 from swesbi.base.arrays import FloatArray
-from swesbi.virtual.hearts.recording import VALIDATION_STREAM
-from swesbi.virtual.hearts.stored import FILES, HeartsOfLetter, StoredHeart
 
 FOLDER = Path(__file__).parent
 WEAK = 0.35

@@ -10,16 +10,16 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
+from studies.validation.hearts.beat import Beat
+from studies.validation.hearts.stored import StoredHeart, Stream
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.measurement.operator import passive_shape
 from swesbi.population.contexts import draw_one
 from swesbi.population.settings import PopulationSettings
 from swesbi.seeds import generator
+from swesbi.virtual.echocardiography import with_own_lvesv
 from swesbi.virtual.generated import PHYSIOLOGY
-from swesbi.virtual.hearts.beat import Beat
-from swesbi.virtual.hearts.echocardiography import with_own_lvesv
-from swesbi.virtual.hearts.stored import StoredHeart, Stream
 from swesbi.virtual.volunteers import designed_scale
 
 LOGGER = logging.getLogger("swesbi")

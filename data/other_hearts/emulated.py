@@ -16,6 +16,9 @@ import numpy as np
 from benchmarks.references import PHYSIOBLOCKS_OPTIONS
 from data.other_hearts.drawn import Drawn
 from data.other_hearts.physioblocks import ATRIAL_PA, REFERENCE, SIZED, VARIED, WALL_PA, size_of
+from studies.validation.hearts.beat import PHASES, Beat
+from studies.validation.hearts.heart import K_SR
+from studies.validation.hearts.ranges import log_uniform
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.equations import Parameters
@@ -25,9 +28,6 @@ from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG
 from swesbi.parameters import K_ATP, THETA_SI
 from swesbi.prior import PriorSettings, sample
 from swesbi.virtual.generated import Range
-from swesbi.virtual.hearts.beat import PHASES, Beat
-from swesbi.virtual.hearts.heart import K_SR
-from swesbi.virtual.hearts.ranges import log_uniform
 
 LETTER: Final = "p"
 KICK_PA: Final[Range] = (0.0, 1000.0)

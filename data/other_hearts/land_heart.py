@@ -22,13 +22,13 @@ from data.other_hearts.land import (
     bridge_rates,
     tension_kpa,
 )
+from studies.validation.hearts.beat import PHASES, Beat
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.heart.equations import Drive, Flow, State, chamber, circulation_rates
 from swesbi.heart.model import Model, build_model, cavity_volume
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG
-from swesbi.virtual.hearts.beat import PHASES, Beat
 
 PA_PER_KPA: Final = 1e3
 ARTERIAL_PA, PULMONARY_PA = 1e4, 1e3

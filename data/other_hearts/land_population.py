@@ -11,12 +11,12 @@ import numpy as np
 from data.other_hearts.drawn import Drawn
 from data.other_hearts.land import CalciumTransient, LandParameters
 from data.other_hearts.land_heart import LandHeart, land_beat
+from studies.validation.hearts.beat import Beat
+from studies.validation.hearts.ranges import log_uniform
 from swesbi.context import Context
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.virtual.generated import PHYSIOLOGY, Range
-from swesbi.virtual.hearts.beat import Beat
-from swesbi.virtual.hearts.ranges import log_uniform
 from swesbi.virtual.volunteers import PASSIVE_C0_PA, PASSIVE_C2_PA
 
 LETTER: Final = "f"

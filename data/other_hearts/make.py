@@ -24,11 +24,11 @@ from data.other_hearts.drawn import People, Source, draw_heart
 from data.other_hearts.emulated import EmulatedHearts
 from data.other_hearts.land_population import LandHearts
 from data.other_hearts.physioblocks import PhysioBlocksHearts, Program
+from studies.validation.hearts.stored import HeartsOfLetter, StoredHeart, Stream
 from swesbi.artefacts import Provenance
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.parameters import THETA_NAMES
-from swesbi.virtual.hearts.stored import HeartsOfLetter, StoredHeart, Stream
 
 LOGGER = logging.getLogger("swesbi")
 COUNTS: Final[dict[str, dict[Stream, int]]] = {
@@ -36,7 +36,7 @@ COUNTS: Final[dict[str, dict[Stream, int]]] = {
     "f": {"exam": 60, "development": 10},
     "p": {"filling": 600},
 }
-SCRIPT: Final = Path("benchmarks/physioblocks_hearts.py")
+SCRIPT: Final = Path("data/other_hearts/program/physioblocks_hearts.py")
 PRIOR: Final = "calibrated"
 POPULATION: Final = "amortised"
 

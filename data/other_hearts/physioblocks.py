@@ -1,6 +1,6 @@
 """Hearts of letter e: the spherical heart of PhysioBlocks 2.0.1 (Inria) with its own k_c and circulation.
 
-The program runs in a process of its own, ``benchmarks/physioblocks_hearts.py``, which needs `physioblocks`
+The program runs in a process of its own, ``program/physioblocks_hearts.py``, which needs `physioblocks`
 alone. What differs from its reference heart is told here; everything else is as the program ships it.
 """
 
@@ -16,13 +16,13 @@ from typing import Any, Final, Self
 import numpy as np
 
 from data.other_hearts.drawn import Drawn
+from studies.validation.hearts.beat import PHASES, Beat
+from studies.validation.hearts.heart import K_SR
+from studies.validation.hearts.ranges import log_uniform
 from swesbi.context import Context
 from swesbi.parameters import K_0, K_ATP, THETA_SI
 from swesbi.prior import PriorSettings, sample
 from swesbi.virtual.generated import Range
-from swesbi.virtual.hearts.beat import PHASES, Beat
-from swesbi.virtual.hearts.heart import K_SR
-from swesbi.virtual.hearts.ranges import log_uniform
 
 LETTER: Final = "e"
 VARIED: Final[Range] = (0.8, 1.25)

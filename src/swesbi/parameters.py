@@ -192,9 +192,10 @@ CURVE: Final = (
 from the peak to half, late-diastolic mean."""
 DERIVED: Final = (PEAK_ACTIVE, *CURVE, HALF_ACTIVE, ACTIVE_SHARE, ISOMETRIC_STIFFNESS)
 DERIVED_NAMES: Final = tuple(quantity.name for quantity in DERIVED)
-_BY_NAME: Final = {quantity.name: quantity for quantity in (*PHI, *DERIVED)}
+QUANTITIES: Final = {quantity.name: quantity for quantity in (*PHI, *NUISANCES, *DERIVED)}
+"""All of the above by name."""
 REPORTED: Final = tuple(
-    _BY_NAME[name]
+    QUANTITIES[name]
     for name in (
         "duration_ms",
         "peak_kpa",

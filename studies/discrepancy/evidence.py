@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -23,21 +22,11 @@ from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, standardise
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
-from swesbi.posterior.student import fitted_proposal
+from swesbi.posterior.student import StudentMixture, fitted_proposal
 from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, sample, to_logit
 from swesbi.virtual.generated import GeneratedSubject
 
 FloatArray = NDArray[np.float64]
-
-
-class LogitProposal(Protocol):
-    """A density of eta, the logit of phi in its box, that can be drawn from."""
-
-    def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Return eta of shape (count, d)."""
-
-    def log_density(self, eta: FloatArray) -> FloatArray:
-        """Return the log density at eta (n, d); shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +42,10 @@ class PriorProposal:
     def log_density(self, eta: FloatArray) -> FloatArray:
         """Return log p(eta) = log p(phi) + log |d phi / d eta|; shape (n,)."""
         return log_density(from_logit(eta, self.prior), self.prior) + log_jacobian(eta, self.prior)
+
+
+LogitProposal = PriorProposal | StudentMixture
+"""A density of eta, the logit of phi in its box, that can be drawn from."""
 
 
 @dataclass
@@ -155,22 +148,6 @@ def fill_bank(
     """
     bank = Bank(model, pairs)
     bank.extend(PriorProposal(bank.prior), per_round, rng)
-    cover_pairs(bank, per_round, max_rounds, min_effective_draws, rng)
-    return bank
-
-
-def cover_pairs(
-    bank: Bank, per_round: int, max_rounds: int, min_effective_draws: float, rng: np.random.Generator
-) -> None:
-    """Extend a bank by proposals fitted to its worst pair, until all are covered or the rounds are used up.
-
-    Args:
-        bank: A bank with one proposal or more, which count as rounds.
-        per_round: Simulations of each proposal.
-        max_rounds: Proposals at most.
-        min_effective_draws: Effective sample size at which a pair is done.
-        rng: Source of the draws.
-    """
     while bank.rounds < max_rounds:
         log_weights = bank.log_weights()
         effective = np.array([effective_draws(normalised(row)) for row in log_weights])
@@ -178,6 +155,7 @@ def cover_pairs(
         if effective[worst] >= min_effective_draws:
             break
         bank.extend_towards(worst, per_round, rng)
+    return bank
 
 
 def _likelihoods(
@@ -245,21 +223,19 @@ def score_pairs(bank: Bank, theta: FloatArray) -> tuple[PairScore, ...]:
     phi = bank.phi
     density = log_density(phi, bank.prior)
     below = (phi[:, : len(theta)] < theta).astype(np.float64)
-    scores: Sequence[PairScore] = []
+    scores = []
     for index, log_weight in enumerate(bank.log_weights()):
         weight = normalised(log_weight)
         effective = effective_draws(weight)
         highest = int(np.argmax(density + bank.log_likelihood[index]))
-        scores = [
-            *scores,
-            PairScore(
-                log_evidence=float(logsumexp(log_weight) - np.log(len(log_weight))),
-                log_evidence_se=evidence_se(effective, len(log_weight)),
-                truth_level=weight @ below,
-                chi2=float(bank.chi2[index, highest]),
-                effective_draws=effective,
-            ),
-        ]
+        score = PairScore(
+            log_evidence=float(logsumexp(log_weight) - np.log(len(log_weight))),
+            log_evidence_se=evidence_se(effective, len(log_weight)),
+            truth_level=weight @ below,
+            chi2=float(bank.chi2[index, highest]),
+            effective_draws=effective,
+        )
+        scores.append(score)
     return tuple(scores)
 
 

@@ -14,12 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 from scipy.stats import binom
 
-from studies.subject_points import MARKERS
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
 from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
 from swesbi.report.numbers import as_percent
 
 HEIGHT_IN: Final = 4.2
+MARKERS: Final = "osD^vPX*"
 CHANCE: Final = 0.9  # mass of the band in which coverage lies by chance
 EXPLANATION: Final = r"$\delta$: relative error of the speed; $\tau$: error in phase, of the cycle"
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import Field
 
+from studies.section import check_experiment
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import Cycle, Fraction
-from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 from swesbi.config.view import View
 from swesbi.measurement.settings import DiscrepancySettings
@@ -61,12 +61,7 @@ def choice_settings(study: Study, choice: ChoiceSettings) -> dict[str, Any]:
     Raises:
         ConfigError: The experiment is not of kind speeds.
     """
-    known = study.config.speed_experiments
-    if choice.experiment not in known:
-        raise ConfigError(
-            f"discrepancy.experiment = {choice.experiment!r} is no experiment of kind speeds; "
-            f"known: {', '.join(known) or 'none'}"
-        )
+    check_experiment("discrepancy", choice.experiment, study.config.speed_experiments, "of kind speeds")
     section = choice.to_plain()
     none = {"speed_fraction": 0.0, "timing_cycle": 0.0}  # what is chosen already must not matter
     settings = View(study, {"experiment": section.pop("experiment")}).together(

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import logging
 from typing import NamedTuple
-
-import pandas as pd
 
 from studies.discrepancy.evidence import discrepancy_table, score_subject
 from studies.discrepancy.figure import draw_discrepancy
@@ -13,14 +10,11 @@ from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.artefacts.csv import PlainTable
 from swesbi.base.progress import Progress
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.settings import RecordingSettings
 from swesbi.report.figures.style import Drawing
 from swesbi.seeds import generator
 from swesbi.virtual.generated import generate_cohort
-
-LOGGER = logging.getLogger("swesbi")
 
 
 class Choice(NamedTuple):
@@ -58,19 +52,4 @@ def discrepancy(
         progress.step()
     phases = [len(subject.recording.phase) for subject in cohort]
     table = discrepancy_table(study.pairs, scores, phases, study.interval)
-    best = best_pair(table)
-    LOGGER.info(
-        "highest total log evidence over %d generated subjects: speed_fraction %g, timing_cycle %g",
-        len(cohort),
-        best.speed_fraction,
-        best.timing_cycle,
-    )
     return Choice(table, draw_discrepancy(table, study.interval))
-
-
-def best_pair(table: pd.DataFrame) -> DiscrepancySettings:
-    """Return the pair with the highest total log evidence."""
-    row = table.iloc[int(table["log_evidence"].argmax())]
-    return DiscrepancySettings(
-        speed_fraction=float(row["speed_fraction"]), timing_cycle=float(row["timing_cycle"])
-    )

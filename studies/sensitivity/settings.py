@@ -6,10 +6,10 @@ from typing import Any, Final, Self
 
 from pydantic import Field, JsonValue, model_validator
 
+from studies.section import check_experiment
 from swesbi.base.settings import Settings
 from swesbi.checks.settings import BASE
 from swesbi.config.experiments import Name
-from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 from swesbi.config.view import View
 
@@ -61,12 +61,7 @@ def run_settings(study: Study, sensitivity: SensitivitySettings, variant: str) -
     Raises:
         ConfigError: The experiment is not of kind speeds, or the changed configuration is not valid.
     """
-    known = study.config.speed_experiments
-    if sensitivity.experiment not in known:
-        raise ConfigError(
-            f"sensitivity.experiment = {sensitivity.experiment!r} is no experiment of kind speeds; "
-            f"known: {', '.join(known) or 'none'}"
-        )
+    check_experiment("sensitivity", sensitivity.experiment, study.config.speed_experiments, "of kind speeds")
     choice = sensitivity.variants[variant]
     changed = study.with_changes(choice.changes, f"sensitivity.variants.{variant}.changes")
     own = View(changed, {"experiment": sensitivity.experiment}).together(*RUN)

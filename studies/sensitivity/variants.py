@@ -107,7 +107,7 @@ def sensitivity_table(
 def _rows(
     variant: str, label: str, posterior: VariantPosterior, base: VariantPosterior, mass: float
 ) -> list[dict[str, Any]]:
-    quantiles, reference = _quantiles(posterior.phi, mass), _quantiles(base.phi, mass)
+    quantiles, reference = (np.stack(median_and_interval(each.phi, mass)) for each in (posterior, base))
     return [
         {
             "variant": variant,
@@ -125,7 +125,3 @@ def _rows(
         }
         for j, name in enumerate(THETA_NAMES)
     ]
-
-
-def _quantiles(phi: FloatArray, mass: float) -> FloatArray:
-    return np.stack(median_and_interval(phi, mass))

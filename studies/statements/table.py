@@ -8,8 +8,7 @@ import pandas as pd
 
 from studies.statements.settings import OF_STUDY, READING, TRAINING
 from swesbi.recording.acquisition_settings import ACQUISITION_SEED
-from swesbi.report.paper.comparison import DESIGNED
-from swesbi.report.paper.values import numbers
+from swesbi.report.paper.values import DESIGNED, numbers
 
 
 def scores_table(by_variant: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

@@ -8,6 +8,8 @@ from typing import Final
 
 from pydantic import Field, JsonValue
 
+from studies.validation.hearts.generators import Generator, all_generators, generator_of
+from studies.validation.hearts.recording import RecordedHeart, record_heart
 from studies.validation.score import HeartAnswer, intervals, refusal, truths
 from studies.validation.settings import answers_settings, configured
 from swesbi import artefacts
@@ -25,6 +27,7 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise.cohort import compare_noise
+from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.noise.sweeps import levels_by
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import rejection
@@ -34,9 +37,6 @@ from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.verdict.summary import SEPARATOR, label_of_test
 from swesbi.verdict.verdict import Status
-from swesbi.virtual.hearts.generators import all_generators, generator_of
-from swesbi.virtual.hearts.heart import Generator
-from swesbi.virtual.hearts.recording import RecordedHeart, record_heart
 
 ALONG: Final = "heart"
 SCHEMA: Final = artefacts.schema_of(HeartAnswer, ALONG)["/"]
@@ -186,13 +186,17 @@ def of_one_round(settings: HeartAnswersSettings) -> HeartAnswersSettings:
     return settings.model_copy(update={"exact": exact.model_copy(update={"mcmc": mcmc})})
 
 
+def levels_of(samples: Samples, settings: HeartAnswersSettings, repeats: Repeats) -> RepeatLevels:
+    """Return the repeats of a recording, which tell its noise."""
+    return levels_by(repeats, samples, rejection(samples, settings.recording) == ACCEPTED)
+
+
 def recorded_as_answered(
     observation: Observation, samples: Samples, noise: NoiseComponents, settings: HeartAnswersSettings
 ) -> ModelledRecording:
     """Return a recorded heart under the model, with the test of its noise."""
     swept = settings.source.acquisition.sweep_fraction > 0.0
-    repeats: Repeats = "sweeps" if swept else "separate"
-    levels = levels_by(repeats, samples, rejection(samples, settings.recording) == ACCEPTED)
+    levels = levels_of(samples, settings, "sweeps" if swept else "separate")
     test = noise_test(compare_noise(levels, noise), noise, "the cohort", settings.noise_level)
     speeds = measured_speeds(observation, noise)
     return ModelledRecording(observation, SpeedModel(speeds, settings.model), (test,))

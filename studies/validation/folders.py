@@ -23,26 +23,23 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from studies.validation.answers import HeartAnswersSettings, asked_of
-from studies.validation.score import intervals, truths
+from studies.validation.answers import HeartAnswersSettings, asked_of, levels_of, scored
+from studies.validation.hearts.recording import RecordedHeart
 from studies.validation.settings import configured
 from swesbi.answers.answer import answered
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording, noise_test
 from swesbi.artefacts.csv import write_csv
+from swesbi.base.arrays import BoolArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.noise.components import RepeatLevels
+from swesbi.parameters import THETA_NAMES
 from swesbi.recording.noise.folder import FolderRecordings
-from swesbi.recording.noise.sweeps import levels_by
-from swesbi.recording.quality import rejection
-from swesbi.recording.samples import ACCEPTED
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.study.results import Results, population_files
 from swesbi.verdict.verdict import Status
-from swesbi.virtual.hearts.recording import RecordedHeart
 
 GENERATOR: Final = "a"
 TIMES: Final = (0.7, 1.5, 2.0)
@@ -54,11 +51,6 @@ def noisy(settings: HeartAnswersSettings, times: float) -> HeartAnswersSettings:
     own = settings.acquisition
     more = {name: times * getattr(own, name) for name in ("repeat_sd_fraction", "sample_sd_fraction")}
     return settings.model_copy(update={"acquisition": own.model_copy(update=more)})
-
-
-def levels_of(made: RecordedHeart, settings: HeartAnswersSettings) -> RepeatLevels:
-    """Return the repeats of a recording, which tell its noise."""
-    return levels_by("separate", made.samples, rejection(made.samples, settings.recording) == ACCEPTED)
 
 
 def folder(settings: HeartAnswersSettings, seed: int) -> dict[str, RecordedHeart]:
@@ -79,21 +71,18 @@ def answer_folder(
         times: Of the study's noise, for the rows.
     """
     hearts, level = folder(settings, study.config.seed), settings.noise_level
-    repeats = {name: levels_of(made, settings) for name, made in hearts.items()}
+    repeats = {name: levels_of(made.samples, settings, "separate") for name, made in hearts.items()}
     noises = FolderRecordings(repeats, study.config.new_subjects.noise_prior)
-    inside, words = [], []
+    inside, words = list[BoolArray](), list[Status]()
     for name, made in hearts.items():
         noise = noises.noise(name)
         test = noise_test(noises.compared(name), noise.components, "the folder", level)
         model = SpeedModel(measured_speeds(made.observation, noise.components), settings.model)
         recording = ModelledRecording(made.observation, model, (test,), noise.in_words)
         answer = answered(recording, knowledge, settings, study.config.seed)
-        found, truth = (
-            intervals(model, answer.posterior.phi, answer.posterior.interval_mass),
-            truths(made.heart),
-        )
-        inside.append((truth >= found.low) & (truth <= found.high))
-        words.append(answer.verdict.status)
+        status = answer.verdict.status
+        inside.append(scored(made, model, answer.posterior, len(inside), status, "").covered)
+        words.append(status)
         print(f"{times:g} {name:20s}{answer.verdict.sentence[:90]}", flush=True)
     not_contradicted = sum(word.fits for word in words)
     return [
@@ -103,18 +92,18 @@ def answer_folder(
             "contradicted": words.count(Status.CONTRADICTED), "inside": int(column.sum()),
         }
         for quantity, column in zip(QUANTITIES, np.stack(inside).T, strict=True)
-        if quantity in ("k0_kpa", "k_atp_per_s", "k_sr_per_s")
+        if quantity in THETA_NAMES
     ]  # fmt: skip
 
 
 def found_loud(study: Study, quiet: HeartAnswersSettings, loud: HeartAnswersSettings) -> int:
     """Return how many of the loud recordings the noise test finds in the folder of quiet ones."""
     seed, prior = study.config.seed, study.config.new_subjects.noise_prior
-    repeats = {name: levels_of(made, quiet) for name, made in folder(quiet, seed).items()}
+    repeats = {name: levels_of(made.samples, quiet, "separate") for name, made in folder(quiet, seed).items()}
     found = 0
     for name, made in folder(loud, seed).items():
-        compared = FolderRecordings({**repeats, f"loud {name}": levels_of(made, loud)}, prior)
-        result = compared.compared(f"loud {name}")
+        own = {f"loud {name}": levels_of(made.samples, loud, "separate")}
+        result = FolderRecordings(repeats | own, prior).compared(f"loud {name}")
         found += result is not None and result.p_value <= quiet.noise_level
     return found
 

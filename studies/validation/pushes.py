@@ -18,20 +18,19 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest
 
-from studies.validation.answers import HeartAnswersSettings, asked_of
-from studies.validation.score import Intervals, intervals, truths
+from studies.validation.answers import HeartAnswersSettings, asked_of, scored
+from studies.validation.hearts.recording import RecordedHeart
+from studies.validation.score import HeartAnswer, refusal
 from studies.validation.settings import configured
+from studies.validation.table import logs, rate
 from swesbi.answers.recording import ModelledRecording, modelled_pushes
 from swesbi.artefacts.csv import write_csv
-from swesbi.base.arrays import FloatArray
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.context import Context
@@ -51,64 +50,51 @@ from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
 from swesbi.study.other_network import check_network
 from swesbi.study.results import Results, population_files
-from swesbi.virtual.hearts.recording import RecordedHeart
+from swesbi.verdict.summary import REFUSED
 from swesbi.virtual.push_trains import ERROR, ERROR_LOG_SD, record_train
 
 STREAM: Final = "pushes"
+CONFIDENCE: Final = 0.95
 DECLARED: Final = NoiseDeclaration(cv_fraction=ERROR, cv_log_sd=ERROR_LOG_SD)
 
 
-@dataclass(frozen=True)
-class Answered:
-    """One heart's intervals beside its truths, which are NaN where it has none; (q,) each."""
-
-    truth: FloatArray
-    found: Intervals
-    efficiency: float
-    by_mcmc: bool
-
-    @property
-    def inside(self) -> FloatArray:
-        """1 where the truth lies in its interval, 0 where not, NaN where there is none; (q,)."""
-        held = (self.truth >= self.found.low) & (self.truth <= self.found.high)
-        return np.where(np.isfinite(self.truth), held, np.nan)
-
-
-def answers(flow: TrainedFlow, settings: HeartAnswersSettings, seed: int) -> Iterator[Answered]:
-    """Yield the answer to each heart; print why there is none to another."""
+def answers(flow: TrainedFlow, settings: HeartAnswersSettings, seed: int) -> Iterator[HeartAnswer]:
+    """Yield the answer to each heart, and print a line; one to which there is none is refused."""
     for number in range(settings.hearts):
         made = settings.recorded(number, seed)
         subject = made.heart.context.subject
         try:
             if outside := in_declared_range(made.heart.context, settings.population):
                 raise ValueError("; ".join(outside))
-            answered = answer(flow, made, settings, seed)
+            found = answer(flow, made, number, settings, seed)
         except (ValueError, RecordingError, NoLikelihoodError) as error:
             print(f"{subject:16s}refused: {error}", flush=True)
+            yield refusal(number, made.heart, made.redrawn, str(error))
             continue
-        inside = " ".join("-" if np.isnan(each) else str(int(each)) for each in answered.inside)
-        print(f"{subject:16s}{answered.efficiency:8.3f}  {inside}", flush=True)
-        yield answered
+        inside = " ".join(np.where(found.asked, found.covered.astype(int).astype(str), "-"))
+        print(f"{subject:16s}{found.efficiency:8.3f}  {inside}", flush=True)
+        yield found
 
 
-def answer(flow: TrainedFlow, made: RecordedHeart, settings: HeartAnswersSettings, seed: int) -> Answered:
-    """Record a heart by a push train and infer it.
+def answer(
+    flow: TrainedFlow, made: RecordedHeart, number: int, settings: HeartAnswersSettings, seed: int
+) -> HeartAnswer:
+    """Record a heart by a push train and infer it; there is no verdict.
 
     Raises:
         RecordingError: Too few pushes are left.
         NoLikelihoodError: Every simulation fails.
     """
-    heart, context = made.heart, made.heart.context
+    heart = made.heart
+    context = heart.context
     rng = generator(seed, STREAM, "train", context.subject)
     table = record_train(heart.curve, context, rng)
     table[SPEED] *= np.exp(settings.acquisition.scale_fraction * rng.standard_normal())
     model = recording_of_table(table, context, DECLARED, settings).model
-    sizes, of_heart = settings.exact, HeartModel(model)
     exact, _ = exact_posterior(
-        of_heart, flow_proposal(flow, model.recording), sizes, seed, STREAM, context.subject
+        HeartModel(model), flow_proposal(flow, model.recording), settings.exact, seed, STREAM, context.subject
     )
-    found = intervals(model, exact.phi, settings.exact.interval)
-    return Answered(truths(heart), found, exact.efficiency, exact.sampler == "mcmc")
+    return scored(made, model, exact, number, "", "")
 
 
 def recording_of_table(
@@ -126,28 +112,24 @@ def recording_of_table(
     return modelled_pushes(observed, settings.model)
 
 
-def scores(letter: str, answered: Sequence[Answered], refused: int) -> pd.DataFrame:
-    """Return a row a quantity."""
-    truth, inside = (np.stack([getattr(one, name) for one in answered]) for name in ("truth", "inside"))
-    low, median, high = (
-        np.stack([getattr(one.found, name) for one in answered]) for name in ("low", "median", "high")
-    )
+def scores(letter: str, answers: Sequence[HeartAnswer]) -> pd.DataFrame:
+    """Return a row a quantity that the hearts have."""
+    answered = [one for one in answers if one.status != REFUSED]
+    of_all = {
+        "efficiency": np.median([one.efficiency for one in answered]),
+        "by_mcmc": np.mean([one.by_mcmc for one in answered]),
+    }
     rows = []
-    for j, quantity in enumerate(QUANTITIES):
-        held = inside[np.isfinite(inside[:, j]), j]
-        if not len(held):
+    for column, quantity in enumerate(QUANTITIES):
+        asked = [one for one in answered if one.asked[column]]
+        if not asked:
             continue
-        sure = binomtest(int(held.sum()), len(held)).proportion_ci(0.95, method="exact")
-        rows.append(
-            {
-                "generator": letter, "quantity": quantity, "n": len(held), "refused": refused,
-                "coverage": held.mean(), "coverage_low": sure.low, "coverage_high": sure.high,
-                "bias_log": np.nanmean(np.log(median[:, j] / truth[:, j])),
-                "width_log": np.median(np.log(high[:, j] / low[:, j])),
-                "efficiency": np.median([one.efficiency for one in answered]),
-                "by_mcmc": np.mean([one.by_mcmc for one in answered]),
-            }
-        )  # fmt: skip
+        coverage = rate([one.covered[column] for one in asked], CONFIDENCE)
+        names = ("coverage", "coverage_low", "coverage_high")
+        of_quantity = dict(zip(names, coverage, strict=True)) | logs(asked, column)
+        of_quantity.pop("width_log_scale_fixed")
+        counted = {"n": len(asked), "refused": len(answers) - len(answered)}
+        rows.append({"generator": letter, "quantity": quantity} | counted | of_quantity | of_all)
     return pd.DataFrame(rows)
 
 
@@ -156,20 +138,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--config", type=Path, default=Path("config.yaml"))
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder of a finished study")
     parser.add_argument("--generators", nargs="+", default=["a", "b"], metavar="LETTER", help="default: a b")
     parser.add_argument("--number", type=int, default=60, help="hearts of each; default: 60")
     parser.add_argument("--csv", type=Path, help="table to write, a row a generator and quantity")
     options = parser.parse_args()
-    study = load_study(read_merged(options.config), str(options.config))
+    study = load_study(read_merged(Path("config.yaml")))
     finished = population_files(Results(options.results), configured().experiment)
     flow, tables = TrainedFlow.read(finished.network), []
     for letter in options.generators:
         settings = asked_of(study, letter, options.number, STREAM)
         check_network(finished.network, settings.train_population)
-        answered = list(answers(flow, settings, study.config.seed))
-        tables.append(scores(letter, answered, options.number - len(answered)))
+        tables.append(scores(letter, list(answers(flow, settings, study.config.seed))))
     table = pd.concat(tables)
     print(table.round(3).to_string(index=False))
     if options.csv:

@@ -7,6 +7,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
+from studies.validation.hearts.heart import K_SR, OtherHeart
 from swesbi import artefacts
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
@@ -16,7 +17,6 @@ from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.summary import REFUSED
 from swesbi.verdict.verdict import Status
-from swesbi.virtual.hearts.heart import K_SR, OtherHeart
 
 UNITS: Final = "kPa, s-1, ms, kPa, s-1, ms, kPa, kPa, kPa, s-1"
 
@@ -125,14 +125,10 @@ def width_at_fixed_scale(values: FloatArray, speed_scale: FloatArray, mass: floa
     return np.asarray(high - low)
 
 
-def no_intervals() -> Intervals:
-    """Return the intervals of a heart that is refused."""
-    return Intervals(*np.full((4, len(QUANTITIES)), np.nan))
-
-
 def refusal(number: int, heart: OtherHeart, redrawn: int, reason: str) -> HeartAnswer:
     """Return the answer to a heart that the network does not answer for."""
+    nothing = Intervals(*np.full((4, len(QUANTITIES)), np.nan))
     return HeartAnswer(
         number, heart.context, redrawn, REFUSED, reason, by_mcmc=False, converged=False,
-        efficiency=np.nan, truth=truths(heart), **vars(no_intervals()),
+        efficiency=np.nan, truth=truths(heart), **vars(nothing),
     )  # fmt: skip

@@ -7,14 +7,15 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from studies.section import check_experiment
+from studies.validation.hearts.recording import DEVELOPMENT, VALIDATION_STREAM
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.settings import Settings
-from swesbi.config.read import ConfigError, parse_section, read_yaml
+from swesbi.config.read import parse_section, read_yaml
 from swesbi.config.study import Study
 from swesbi.config.view import View
 from swesbi.study.results import OF_POPULATION
 from swesbi.study.stage import plain_settings
-from swesbi.virtual.hearts.recording import DEVELOPMENT, VALIDATION_STREAM
 
 ANSWERED: Final = (
     *AnswerSettings.model_fields, "prior", "noise_level", "population", "acquisition", "recording",
@@ -22,7 +23,7 @@ ANSWERED: Final = (
 )  # fmt: skip
 """What answers depend on beside whose hearts are asked for."""
 CONFIGURED: Final = Path(__file__).with_name("config.yaml")
-Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "p", "u", "v", "w", "x", "y", "z"]
+Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "p"]
 Hearts = Annotated[int, Field(ge=1)]
 
 
@@ -63,8 +64,7 @@ class ValidationSettings(Settings):
                 raise ValueError(f"hearts.{letter}: is not said, though {letter!r} is among the generators")
             if self.stream == VALIDATION_STREAM and letter in DEVELOPMENT:
                 raise ValueError(
-                    f"generators: {letter!r} is a structure of development, in no validation; give `stream` "
-                    "another name"
+                    f"generators: {letter!r} is of development, in no validation; give `stream` another name"
                 )
         return self
 
@@ -102,12 +102,7 @@ def answers_settings(
     Raises:
         ConfigError: The experiment is not one over a population.
     """
-    known = study.config.population_experiments
-    if experiment not in known:
-        raise ConfigError(
-            f"validation.experiment = {experiment!r} is no experiment over a population; "
-            f"known: {', '.join(known) or 'none'}"
-        )
+    check_experiment("validation", experiment, study.config.population_experiments, "over a population")
     asked = {"generator": generator, "stream": stream, "first": numbers.start, "hearts": len(numbers)}
     view = View(study, {"experiment": experiment})
     trained = plain_settings(OF_POPULATION, view)

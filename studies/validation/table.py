@@ -73,15 +73,15 @@ def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -
     not_contradicted = [answer for answer in answered if answer.not_contradicted]
     tested = len(not_contradicted) >= settings.least_not_contradicted
     rates = {
-        "coverage": _rate([answer.covered[column] for answer in answered], settings.confidence),
+        "coverage": rate([answer.covered[column] for answer in answered], settings.confidence),
         "coverage_not_contradicted": NO_NUMBER,
         "missed_not_contradicted": NO_NUMBER,
     }
     if tested:
         covered = [answer.covered[column] for answer in not_contradicted]
         missed = [answer.missed for answer in not_contradicted]
-        rates["coverage_not_contradicted"] = _rate(covered, settings.confidence)
-        rates["missed_not_contradicted"] = _rate(missed, settings.confidence)
+        rates["coverage_not_contradicted"] = rate(covered, settings.confidence)
+        rates["missed_not_contradicted"] = rate(missed, settings.confidence)
     shares = _shares(having)
     refused = {REFUSED: shares.pop(REFUSED)}
     asked = {name: rate[0] for name, rate in rates.items()}
@@ -90,7 +90,7 @@ def _row(answers: Sequence[HeartAnswer], column: int, settings: ScoreSettings) -
         limits |= {f"{name}_low": low, f"{name}_high": high}
     counted = {"n_not_contradicted": len(not_contradicted), "tested": TESTED if tested else NOT_TESTED}
     of_quantity = {"quantity": QUANTITIES[column], "n": len(having)}
-    return of_quantity | shares | asked | _logs(answered, column) | refused | limits | counted
+    return of_quantity | shares | asked | logs(answered, column) | refused | limits | counted
 
 
 def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
@@ -102,15 +102,15 @@ def _shares(answers: Sequence[HeartAnswer]) -> dict[str, float]:
     }
 
 
-def _rate(held: Sequence[bool], confidence: float) -> tuple[float, float, float]:
-    """Return the share that holds with its limits, NaN of none."""
+def rate(held: Sequence[bool], confidence: float) -> tuple[float, float, float]:
+    """Return the share that holds with its Clopper-Pearson limits, NaN of none."""
     if not held:
         return NO_NUMBER
     interval = binomtest(int(np.sum(held)), len(held)).proportion_ci(confidence, method="exact")
     return float(np.mean(held)), float(interval.low), float(interval.high)
 
 
-def _logs(answers: Sequence[HeartAnswer], column: int) -> dict[str, object]:
+def logs(answers: Sequence[HeartAnswer], column: int) -> dict[str, object]:
     """Return bias and both widths in log; NaN of none."""
     names = ("bias_log", "width_log", "width_log_scale_fixed")
     if not answers:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import speed_case
 
-from swesbi.checks.calibration.local import TwoRecordings, classifier_accuracy, variance_given_first
+from swesbi.checks.calibration.local import TwoRecordings, variance_given_first
 from swesbi.checks.calibration.ranks import (
     central_level,
     level_of_truth,
@@ -17,6 +17,7 @@ from swesbi.checks.calibration.ranks import (
     quantities,
     quantity_names,
 )
+from swesbi.checks.calibration.two_samples import classifier_accuracy
 from swesbi.draws import effective_draws
 from swesbi.measurement.likelihood import log_speed_sd
 from swesbi.parameters import THETA_RANGES
@@ -93,7 +94,10 @@ def test_levels_of_few_effective_draws_are_uniform(width: float) -> None:
 def test_two_recordings_have_the_likelihood_of_both() -> None:
     model = speed_case.model()
     second = replace(model.recording, speed_m_s=1.03 * model.recording.speed_m_s)
-    both, phi = TwoRecordings(model, second), np.array([[60.0, 6.0, 29.0, 2.2], [50.0, 7.0, 20.0, 2.0]])
+    both, phi = (
+        TwoRecordings.of(model, second.speed_m_s),
+        np.array([[60.0, 6.0, 29.0, 2.2], [50.0, 7.0, 20.0, 2.0]]),
+    )
     alone = replace(model, recording=second)
     np.testing.assert_allclose(
         both.log_likelihood(phi), model.log_likelihood(phi) + alone.log_likelihood(phi)

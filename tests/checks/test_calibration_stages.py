@@ -9,24 +9,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 import speed_case
-from calibration_case import PRIOR, Sampler, prior_variances, simulate
+from calibration_case import JUDGEMENT, Sampler, prior_variances, simulate
 from comparison_case import CONFIG, observation
+from figure_text import assert_text_apart, text_boxes
 from study_copy import ROOT
 
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.artefacts.typed import read_as
 from swesbi.base.arrays import rows_of
-from swesbi.checks.calibration.cohort import CohortCalibration, calibration_of_cohort
-from swesbi.checks.calibration.dataset import Calibration, CalibrationLocal, CalibrationRecordings
-from swesbi.checks.calibration.ranks import (
-    QUANTITY_NAMES,
+from swesbi.checks.calibration.alarms import DOUBTFUL_OR_WORSE
+from swesbi.checks.calibration.dataset import (
+    Calibration,
+    CalibrationLocal,
+    CalibrationRecordings,
     Diagnostics,
+    FreshRecordings,
     InferredRecordings,
-    RankedRecordings,
     TwoSamples,
 )
-from swesbi.checks.calibration.settings import JudgementSettings
-from swesbi.checks.calibration.subject import acquisition_of
+from swesbi.checks.calibration.known import acquisition_of
+from swesbi.checks.calibration.ranks import QUANTITY_NAMES, RankedRecordings
+from swesbi.checks.calibration.scores import CohortCalibration, by_stratum, calibration_of_cohort
 from swesbi.checks.calibration.table import COLUMNS, POOLED, CalibrationTable
 from swesbi.config.read import ConfigError, parse_config, read_merged
 from swesbi.measurement.settings import MeasurementSettings
@@ -34,16 +37,12 @@ from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.calibration import draw_calibration
-from swesbi.report.figures.style import save_figure
 from swesbi.verdict.misfits import WITH_STRIPS, Misfits
 from swesbi.verdict.null_recordings import NullRecordings
 
 SUBJECTS = ("A", "B")
 RECORDINGS = 120
 SURPRISING = 30
-JUDGEMENT = JudgementSettings(
-    alpha=0.05, least_contraction=0.2, max_c2st=0.53, nominal_levels=(0.5, 0.9), confidence=0.95
-)
 
 
 def ranked(subject: str, network: Sampler, seed: int) -> RankedRecordings:
@@ -90,7 +89,7 @@ def results() -> CohortCalibration:
         )
         recordings.append(CalibrationRecordings(own, acquired))
         accuracy, draws = np.array([[0.6, 0.51, np.nan]]), np.full((1, 3), 5000.0)
-        pairs = ("npe mcmc", "weighted mcmc", "npe weighted")
+        pairs = ("proposal mcmc", "weighted mcmc", "proposal weighted")
         local = ranked(subject, Sampler(), 30 + index)
         local_parts.append(CalibrationLocal(local, TwoSamples((subject,), pairs, accuracy, draws)))
     context = speed_case.model().recording.context
@@ -99,7 +98,6 @@ def results() -> CohortCalibration:
         tuple(recordings),
         tuple(local_parts),
         NullRecordings(hearts, misfits(), misfits()),
-        prior=PRIOR.theta,
         judgement=JUDGEMENT,
         rule=speed_case.rule(),
     )
@@ -123,7 +121,7 @@ def test_recordings_of_all_subjects_are_kept(results: CohortCalibration, tmp_pat
 
 
 def test_a_subject_without_long_chains_is_not_compared_with_them() -> None:
-    both, one = ("npe mcmc", "weighted mcmc", "npe weighted"), ("npe weighted",)
+    both, one = ("proposal mcmc", "weighted mcmc", "proposal weighted"), ("proposal weighted",)
     with_chains = TwoSamples(("A",), both, np.array([[0.6, 0.5, 0.7]]), np.full((1, 3), 50.0))
     without = TwoSamples(("B",), one, np.array([[0.8]]), np.full((1, 1), 50.0))
     joined = TwoSamples.joined([with_chains, without])
@@ -147,6 +145,24 @@ def test_recovery_is_that_of_the_weighted_posterior(results: CohortCalibration) 
         covered = np.abs(2.0 * level[:, 2] - 1.0) <= 0.9
         row = table[(table["parameter"] == "k_sr_per_s") & (table["nominal"] == 0.9)]
         assert row["coverage"].item() == pytest.approx(covered.mean())
+
+
+def test_a_stratum_counts_its_own_recordings_alone() -> None:
+    inferred = InferredRecordings(ranked("A", Sampler(noise_factor=0.6), 3), diagnostics(), misfits())
+    context = speed_case.model().recording.context
+    fresh = FreshRecordings((context,) * RECORDINGS, np.full(RECORDINGS, 0.03), inferred, 0)
+    first, raised = np.arange(RECORDINGS) < 40, np.arange(RECORDINGS) < 10
+    strata = {"first": first, "nobody": np.zeros(RECORDINGS, dtype=bool)}
+    table = by_stratum(fresh, strata, {DOUBTFUL_OR_WORSE: raised}, JUDGEMENT)
+    assert set(table["stratum"]) == {"all", "first"}
+    named = table.set_index(["sampler", "stratum", "parameter", "nominal"])
+    for sampler, scores in (("proposal", inferred.ranked.network), ("weighted", inferred.ranked.weighted)):
+        row = named.loc[(sampler, "first", "k_sr_per_s", 0.9)]
+        inside = np.abs(2.0 * scores.level[first, 2] - 1.0) <= 0.9
+        assert row["coverage"] == pytest.approx(inside.mean())
+        assert row["bias"] == pytest.approx(scores.mean[first, 2].mean() - 1.0)
+        assert (row["n"], row["false_alarms"]) == (40, 0.25)
+        assert row["median_efficiency"] == np.median(inferred.diagnostics.efficiency[first])
 
 
 def test_alarms_are_counted_by_test_and_kind_of_recordings(results: CohortCalibration) -> None:
@@ -195,7 +211,7 @@ def test_a_classifier_that_finds_a_difference_or_nothing_is_flagged(results: Coh
     table = results.table
     c2st = table[table["test"] == "c2st"].set_index(["subject", "sampler"])["flagged"]
     for subject in SUBJECTS:
-        assert c2st.loc[subject].to_dict() == {"npe mcmc": 1, "weighted mcmc": 0, "npe weighted": 1}
+        assert c2st.loc[subject].to_dict() == {"proposal mcmc": 1, "weighted mcmc": 0, "proposal weighted": 1}
 
 
 @pytest.mark.parametrize(
@@ -210,18 +226,39 @@ def test_more_draws_than_a_posterior_keeps_are_refused(key: str, value: int, num
         parse_config(plain)
 
 
-def test_the_figure_is_drawn_from_the_results(results: CohortCalibration, tmp_path: Path) -> None:
+def test_the_figure_shows_every_quantity_and_the_levels_that_are_set(results: CohortCalibration) -> None:
+    asked = JUDGEMENT.model_copy(update={"alpha": 0.1, "confidence": 0.8})
     figure = draw_calibration(
         results.calibration,
         results.table,
-        judgement=JUDGEMENT,
+        judgement=asked,
         max_k_hat=0.7,
         experiment="calibrated",
         cohort_title="virtual volunteers",
     )
-    save_figure(figure, tmp_path / "figure.pdf", tmp_path / "figure.png")
-    assert (tmp_path / "figure.pdf").read_bytes().startswith(b"%PDF")
-    assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
+    assert_text_apart(figure)
+    texts = [text for text, _ in text_boxes(figure)]
+    for expected in (
+        "240 recordings",
+        "band, left by chance in 10 %",
+        "coverage (80 % Clopper-Pearson intervals)",
+    ):
+        assert any(expected in text for text in texts)
+    ranks, covered = figure.axes
+    assert len(ranks.get_lines()) == 1 + len(QUANTITY_NAMES)
+    assert len(covered.get_yticks()) == 1 + len(QUANTITY_NAMES)
+
+
+def test_coverage_of_all_recordings_is_drawn_with_an_interval(results: CohortCalibration) -> None:
+    """Of n recordings that are all covered the interval reaches down to a^(1/n), with a half of the rest."""
+    whole = results.table.assign(coverage_90=1.0)
+    figure = draw_calibration(
+        results.calibration, whole, judgement=JUDGEMENT, max_k_hat=0.7, experiment="", cohort_title=""
+    )
+    lines = [line for part in figure.axes[1].collections for line in part.get_segments()]
+    lowest = 0.025 ** (1.0 / (2 * RECORDINGS))
+    np.testing.assert_allclose([line[:, 0] for line in lines], [[lowest, 1.0]] * len(lines))
+    assert len(lines) == 4 * (1 + len(QUANTITY_NAMES))
 
 
 def test_a_table_without_its_columns_is_refused(results: CohortCalibration, tmp_path: Path) -> None:

@@ -7,11 +7,12 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 from evaluation_cases import GRID, check, draws, target
+from scipy.stats import norm
 
 from swesbi.checks.observed_curves import SCALED_BY
-from swesbi.checks.predictive import observe
+from swesbi.checks.predictive import predict
+from swesbi.checks.predictive_features import replicates
 from swesbi.checks.scores import NO_COVERAGES, cover, envelope
-from swesbi.seeds import generator
 
 LEVELS = np.linspace(-1.0, 1.0, 1001)[:, None]
 
@@ -57,14 +58,26 @@ def test_without_noise_draws_are_seen_as_they_are() -> None:
     closed = replace(
         shown, curve_kpa=np.concatenate([shown.curve_kpa[:, :-1], shown.curve_kpa[:, :1]], axis=1)
     )
-    curve_kpa, phase_kpa = observe(closed, target().phase, {}, generator(0, "noise"))
-    assert np.array_equal(curve_kpa, closed.curve_kpa)
-    assert np.array_equal(phase_kpa, closed.phase_kpa)
+    made = replicates(closed, target(), {}, 0, "A", "prior")
+    assert np.array_equal(made.curve_kpa, closed.curve_kpa)
+    assert np.array_equal(made.phase_kpa, closed.phase_kpa)
 
 
 def test_phases_move_with_their_curve() -> None:
     shown = draws(np.tile([60.0, 6.0, 30.0], (50, 1)))
-    curve_kpa, phase_kpa = observe(shown, target().phase, {SCALED_BY: 3.0}, generator(0, "noise"))
-    factor = curve_kpa[:, 50] / shown.curve_kpa[:, 50]
-    np.testing.assert_allclose(phase_kpa[:, 8] / shown.phase_kpa[:, 8], factor, rtol=5e-3)
-    assert curve_kpa.shape == (50, GRID.size)
+    made = replicates(shown, target(), {SCALED_BY: 3.0}, 0, "A", "prior")
+    factor = made.curve_kpa[:, 50] / shown.curve_kpa[:, 50]
+    np.testing.assert_allclose(made.phase_kpa[:, 8] / shown.phase_kpa[:, 8], factor, rtol=5e-3)
+    assert made.curve_kpa.shape == (50, GRID.size)
+
+
+def test_features_are_judged_with_their_noise() -> None:
+    same = draws(np.tile([60.0, 6.0, 30.0], (5000, 1)))
+    shown = replace(same, features=np.tile([50.0, 20.0, 0.4], (5000, 1)))
+    observed = replace(
+        target(), features=np.array([51.5, 20.5, 0.46]), feature_noise_sd=np.array([1.0, 0.0, 0.03])
+    )
+    found = predict(replicates(shown, observed, {}, 1, "A", "prior"), observed, 0.9, of_new=False).features
+    assert found.inside.tolist() == [True, False, False]
+    assert found.predicted.high[0] == pytest.approx(50.0 + norm.ppf(0.95), abs=0.1)
+    assert found.predicted.low[1] == found.predicted.high[1] == 20.0

@@ -30,8 +30,8 @@ from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.artefacts.typed import ByPlace, Place, write_as
 from swesbi.checks.cmaes import CmaesFit
-from swesbi.checks.draws import simulated_curves
 from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.simulated import simulated_curves
 from swesbi.heart.model import activation_duration_s
 from swesbi.measurement.settings import SCALAR_NAMES
 from swesbi.measurement.summary import summarise

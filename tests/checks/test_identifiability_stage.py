@@ -1,117 +1,126 @@
-"""The study of identifiability of a small cohort: artefact, tables and figures."""
+"""The study of identifiability of a small cohort: its tables, and what is refused."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 import speed_case
-import xarray as xr
-from identifiability_case import tiny
 
-from swesbi.artefacts import Provenance
-from swesbi.checks.identifiability.information import QUANTITY_NAMES
-from swesbi.checks.identifiability.noise import MeanNoise
-from swesbi.checks.identifiability.subject import (
-    CohortIdentifiability,
-    RecordedSubject,
-    drawn,
-    identify_cohort,
-)
-from swesbi.checks.identifiability.tables import (
-    Identifiability,
-    design_table,
-    information_table,
-    summary_table,
-)
+from swesbi.artefacts import ArtefactError
+from swesbi.checks.identifiability.cohort import Identified, drawn, identifiability_of_cohort, identified
+from swesbi.checks.identifiability.more_repeats import TIMES
+from swesbi.checks.identifiability.quantities import QUANTITY_NAMES
+from swesbi.checks.identifiability.settings import IdentifiabilitySettings
+from swesbi.recording.noise.cohort import CohortNoise, GroupNoise, NoiseEstimate
+from swesbi.recording.noise.components import ComponentEstimate
+from swesbi.recording.observation import Observation
+from swesbi.recording.samples import REASONS
+from swesbi.recording.speed import NoiseComponents
 
+SETTINGS = IdentifiabilitySettings(difference_step=0.02, information_draws=6, repeats_draws=6)
+SD = np.array([0.1, 0.2, 0.07, 0.03])
 MISSING = 7
+"""The phase that the recordings lack."""
 
 
-def _recorded(name: str, missing: int | None = None) -> RecordedSubject:
-    model = speed_case.model()
-    measured = np.arange(20) != (-1 if missing is None else missing)
-    recording = replace(
-        model.recording,
-        context=replace(model.recording.context, subject=name),
-        phase=model.recording.phase[measured],
-        speed_m_s=model.recording.speed_m_s[measured],
-        relative_se=model.recording.relative_se[measured],
-        shared=model.recording.shared[measured],
+def phi(seed: int = 1, count: int = 300) -> np.ndarray:
+    return np.asarray(speed_case.PHI * np.exp(np.random.default_rng(seed).normal(0.0, SD, (count, 4))))
+
+
+def observation(subject: str) -> Observation:
+    recording = speed_case.model().recording
+    return Observation(
+        context=replace(recording.context, subject=subject),
+        phase=recording.phase,
+        phase_index=np.arange(20),
+        cell=np.arange(20),
+        measured=np.arange(20) != MISSING,
+        speed_m_s=recording.speed_m_s,
+        speed_se_m_s=0.03 * recording.speed_m_s,
+        stiffness_kpa=3.0 * recording.speed_m_s**2,
+        stiffness_se_kpa=0.18 * recording.speed_m_s**2,
+        samples_accepted=np.full(20, 36),
+        samples_by_repeat=np.full((20, 3), 12),
+        samples_rejected=np.zeros((len(REASONS), 20), dtype=np.int64),
+        noise=NoiseComponents(0.04, 0.08),
     )
-    sd = np.array([0.1, 0.2, 0.07, 0.03])
-    phi = speed_case.PHI * np.exp(np.random.default_rng(1).normal(0.0, sd, (300, 4)))
-    noise = MeanNoise(3.0 * speed_case.RELATIVE_SE**2)
-    return RecordedSubject(replace(model, recording=recording), phi, model.recording.phase, measured, noise)
+
+
+def cohort(posteriors: dict[str, np.ndarray]) -> Identified:
+    parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.04, 0.08)]
+    estimate = NoiseEstimate(*parts, repeats=330, samples=3700)
+    noise = CohortNoise({"all": GroupNoise(estimate, dict.fromkeys(posteriors, estimate), 0.6)}, 0.9)
+    draws: Any = {name: SimpleNamespace(phi=each) for name, each in posteriors.items()}
+    observations = tuple(observation(name) for name in posteriors)
+    return identifiability_of_cohort(
+        draws, observations, noise, model=speed_case.settings(), identifiability=SETTINGS, seed=1
+    )
 
 
 @cache
-def _found() -> CohortIdentifiability:
-    return identify_cohort([_recorded("A"), _recorded("B", MISSING)], tiny(), 1)
+def found() -> Identified:
+    return cohort({"A": phi(), "B": phi(2)})
 
 
-@cache
-def _groups() -> Mapping[str, xr.Dataset]:
-    return Identifiability.of(_found(), tiny()).datasets
-
-
-def test_an_empty_cohort_is_refused() -> None:
+def test_a_cohort_without_subjects_or_draws_is_refused() -> None:
     with pytest.raises(ValueError, match="empty"):
-        identify_cohort([], tiny(), 1)
+        cohort({})
+    with pytest.raises(ArtefactError, match="that of A holds no posterior draw"):
+        cohort({"A": phi()[:0]})
 
 
-def test_repeats_are_told_from_the_standard_errors() -> None:
-    assert _recorded("A").equivalent_repeats == pytest.approx(3.0)
+def test_draws_depend_on_seed_and_subject_alone() -> None:
+    one = drawn(phi(), 9, 1, "A")
+    np.testing.assert_array_equal(one, drawn(phi(), 9, 1, "A"))
+    for other in (drawn(phi(), 9, 2, "A"), drawn(phi(), 9, 1, "B")):
+        assert not np.array_equal(one, other)
+    assert len(drawn(phi(), 1000, 1, "A")) == 300
 
 
-def test_draws_depend_on_seed_subject_and_purpose_alone() -> None:
-    one = _recorded("A")
-    np.testing.assert_array_equal(drawn(one, 9, 1, "shown"), drawn(one, 9, 1, "shown"))
-    for other in (drawn(one, 9, 2, "shown"), drawn(_recorded("B"), 9, 1, "shown"), drawn(one, 9, 1, "other")):
-        assert not np.array_equal(drawn(one, 9, 1, "shown"), other)
+def test_a_missing_phase_has_no_row() -> None:
+    table = found().information
+    assert len(table) == 2 * 19 * len(QUANTITY_NAMES)
+    of_one = table[(table["subject"] == "A") & (table["quantity"] == "k0_kpa")]
+    assert of_one["position"].tolist() == [place for place in range(20) if place != MISSING]
+    np.testing.assert_allclose(of_one["phase"], (of_one["position"] + 0.5) / 20.0)
+    np.testing.assert_allclose(table.groupby(["subject", "quantity"])["share"].sum(), 1.0)
 
 
-def test_the_artefact_is_read_back(tmp_path: Path) -> None:
-    path = tmp_path / "identifiability.h5"
-    Identifiability.of(_found(), tiny()).write(path, Provenance(""))
-    for name, group in Identifiability.read(path).datasets.items():
-        xr.testing.assert_equal(group, _groups()[name])
+def test_the_summary_is_of_the_posterior_that_is_given() -> None:
+    table = found().summary.set_index(["subject", "quantity"])
+    assert len(table) == 2 * len(QUANTITY_NAMES)
+    np.testing.assert_allclose(table.loc["A", "sd_log"].iloc[:4], SD, rtol=0.1)
+    np.testing.assert_allclose(table["expected_over_found"], table["expected_sd_log"] / table["sd_log"])
+    widths = table[[f"width_{times:g}" for times in TIMES]].to_numpy()
+    assert (np.diff(widths, axis=1) < 0.0).all() and (widths < 1.0).all()
+    assert (table[["sensitivity_prior", "sensitivity_likelihood"]] > 0.0).all(axis=None)
+    assert (table["sensitivity_nuisances"] < 1e-6).all()  # this prior frees none
 
 
-def test_a_missing_phase_has_no_information() -> None:
-    phases = _groups()["phases"]
-    missing = phases["expected_sd_increase"].isnull().any("quantity").to_numpy()
-    np.testing.assert_array_equal(np.argwhere(missing), [[1, MISSING]])
-    assert len(information_table(phases)) == (20 + 19) * len(QUANTITY_NAMES)
-    np.testing.assert_allclose(phases["share"].sum("phase"), 1.0)
+def test_correlations_name_the_parameter_that_moves_most() -> None:
+    model = speed_case.model(prior="calibrated")
+    centre, rng = speed_case.central_phi(model), np.random.default_rng(3)
+    scores = rng.standard_normal((400, len(centre)))
+    scale = model.settings.prior.names.index("speed_scale")
+    scores[:, 3] = -0.9 * scores[:, scale] + np.sqrt(1.0 - 0.9**2) * scores[:, 3]
+    tables = identified(model, centre * np.exp(0.02 * scores), SETTINGS, 1)
+    row = tables.summary.set_index("quantity").loc["passive_stiffness_kpa"]
+    assert (row["correlated_with"], row["correlation"]) == ("speed_scale", pytest.approx(-0.9, abs=0.03))
+    pairs = tables.correlations
+    assert len(pairs) == len(QUANTITY_NAMES) * len(centre) - 4
+    assert not (pairs["quantity"] == pairs["parameter"]).any()
 
 
-def test_the_tables_hold_every_quantity_and_design() -> None:
-    groups, sizes = _groups(), tiny().design
-    summary = summary_table(groups["/"], groups["profile"]).set_index(["subject", "quantity"])
-    assert len(summary) == 2 * len(QUANTITY_NAMES)
-    ratio = summary["expected_sd_log"] / summary["sd_log"]
-    np.testing.assert_allclose(summary["expected_over_found"], ratio)
-    assert (
-        summary.loc[("A", "k0_kpa"), "likelihood_low"]
-        < 60.0
-        < summary.loc[("A", "k0_kpa"), "likelihood_high"]
+def test_a_likelihood_with_smaller_errors_counts_for_more() -> None:
+    model = speed_case.model()
+    exact = replace(model, recording=replace(model.recording, relative_se=np.full(20, 0.005)))
+    near = speed_case.PHI * (phi() / speed_case.PHI) ** 0.2
+    loose, tight = (
+        identified(each, near, SETTINGS, 1).summary["sensitivity_likelihood"] for each in (model, exact)
     )
-    table = design_table(groups["design"], groups["placement"], 0.9)
-    evenly = table[table["placement"] == "even"]
-    assert len(evenly) == 2 * 2 * len(QUANTITY_NAMES) * len(sizes.phases) * (len(sizes.repeats) + 1)
-    floor = evenly[np.isinf(evenly["repeats"])].drop(columns=["repeats", "fold"])
-    keys = ["subject", "quantity", "placement", "model_errors", "phases"]
-    both = evenly.merge(floor, on=keys, suffixes=("", "_floor"))
-    assert np.all(both["sd_log"] >= both["sd_log_floor"])
-    np.testing.assert_allclose(table["fold"], np.exp(2.0 * 1.6448536 * table["sd_log"]), rtol=1e-6)
-
-
-def test_chosen_phases_serve_the_parameters_better_than_even_ones() -> None:
-    placement = _found().placement
-    gain = np.log(placement.sd_log[:, :3] / placement.sd_log_even[:, :3])
-    assert gain.mean() < -0.05
+    assert (tight > loose).all()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import speed_case
 
-from swesbi.checks.identifiability.more_repeats import MoreRepeats, mean_noise, more_repeats
+from swesbi.checks.identifiability.more_repeats import MoreRepeats, more_repeats
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import REPORTED_NAMES
@@ -67,8 +67,9 @@ def test_pushes_of_one_instant_count_as_their_mean() -> None:
     assert (apart.width < pushes.width - 0.005).any()
 
 
-def test_what_sweeps_share_counts_once_a_recording() -> None:
-    recording = speed_case.model_of_sweeps().recording
-    noise = mean_noise(recording)
-    assert noise.own == pytest.approx(np.mean(recording.relative_se**2))
-    assert noise.shared == pytest.approx(np.mean((recording.shared @ recording.shared.T).diagonal()))
+def test_what_sweeps_share_becomes_less_with_more_of_them() -> None:
+    shipped = speed_case.model_of_sweeps()
+    settings = shipped.settings.model_copy(update={"discrepancy": NONE})
+    recording = replace(shipped.recording, relative_se=np.full(20, 1e-4), shared=np.full((20, 1), 1e-3))
+    found = _found(replace(shipped, recording=recording, settings=settings))
+    assert found.width[:, A] == pytest.approx(np.array(found.times) ** -0.5, rel=0.02)

@@ -12,16 +12,13 @@ from evaluation_study import make_model
 from exact_shown import verdict
 from posterior_case import exact_of
 
-from swesbi.checks.draws import CheckedFeatures
+from swesbi.checks.predictive import CheckedFeatures, Prediction, Replicates, predict, withheld
 from swesbi.checks.predictive_speeds import (
     Recorder,
-    Replicates,
     check_of_speeds,
     feature_noise_sd,
     new_recordings,
-    predict_recordings,
     prior_recordings,
-    withheld,
 )
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.measurement.likelihood import SpeedModel
@@ -51,6 +48,10 @@ def known() -> Replicates:
     return new_recordings(phi, recorder(), np.random.default_rng(4))
 
 
+def predicted(made: Replicates) -> Prediction:
+    return predict(made, recorder().target(feature_noise_sd(made)), 0.9, of_new=True)
+
+
 @cache
 def prior_simulations() -> PriorSimulations:
     config = speed_case.shipped()
@@ -65,27 +66,24 @@ def test_intervals_have_the_spread_of_noise_and_discrepancy_in_speed_and_timing(
     timing = discrepancy.timing_cycle * predicted.slope[0]
     relative = np.sqrt(model.recording.relative_se**2 + discrepancy.speed_fraction**2 + timing**2)
     measured = recorder().observation.measured
-    for curves, sd in ((made.noisy, relative), (made.measured, model.recording.relative_se)):
+    for values, sd in ((made.phase_kpa, relative), (made.measured_kpa, model.recording.relative_se)):
         # E goes with the square of the speed
-        np.testing.assert_allclose(np.log(curves.phase_kpa[:, measured]).std(axis=0), 2.0 * sd, rtol=0.06)
+        np.testing.assert_allclose(np.log(values[:, measured]).std(axis=0), 2.0 * sd, rtol=0.06)
     clean = youngs_modulus_kpa(predicted.speed_m_s[0], 1000.0)
     np.testing.assert_allclose(made.draws.phase_kpa[0, measured], clean)
 
 
 def test_missing_phases_stay_missing() -> None:
     made = known()
-    for curves in (made.draws.phase_kpa, made.noisy.phase_kpa):
+    for curves in (made.draws.phase_kpa, made.phase_kpa):
         assert np.isnan(curves[:, MISSING]).all() and np.isfinite(np.delete(curves, MISSING, axis=1)).all()
 
 
 def test_bands_cover_new_recordings_as_often_as_they_say() -> None:
     made = known()
     measured = recorder().observation.measured
-    target = recorder().target(feature_noise_sd(made))
-    found = predict_recordings(made, target, 0.9)
-    fresh = new_recordings(
-        np.tile([58.0, 6.0, 28.0, 4.4], (500, 1)), recorder(), np.random.default_rng(9)
-    ).noisy
+    found = predicted(made)
+    fresh = new_recordings(np.tile([58.0, 6.0, 28.0, 4.4], (500, 1)), recorder(), np.random.default_rng(9))
     inside = (fresh.phase_kpa >= found.phases.low) & (fresh.phase_kpa <= found.phases.high)
     assert inside[:, measured].mean() == pytest.approx(0.9, abs=0.01)
     on_grid = (fresh.curve_kpa >= found.curve.low) & (fresh.curve_kpa <= found.curve.high)
@@ -95,7 +93,7 @@ def test_bands_cover_new_recordings_as_often_as_they_say() -> None:
 
 def test_the_median_is_that_of_the_noiseless_curve() -> None:
     made = known()
-    found = predict_recordings(made, recorder().target(feature_noise_sd(made)), 0.9)
+    found = predicted(made)
     np.testing.assert_allclose(found.curve.median, made.draws.curve_kpa[0])
     error = recorder().observation.curve_kpa - made.draws.curve_kpa[0]
     assert found.scores.rmse_kpa == pytest.approx(np.sqrt(np.mean(error**2)))
@@ -124,7 +122,7 @@ def test_standard_errors_shown_are_those_of_the_observation_model() -> None:
 
 def test_withheld_scores_leave_the_curves() -> None:
     made = known()
-    found = withheld(predict_recordings(made, recorder().target(feature_noise_sd(made)), 0.9))
+    found = withheld(predicted(made))
     assert np.isnan(found.scores.rmse_kpa) and np.isnan(found.phase_scores.coverage)
     assert np.isfinite(found.curve.low).all()
 

@@ -16,10 +16,13 @@ from speed_case import shipped
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.typed import read_as
 from swesbi.base.arrays import rows_of
-from swesbi.checks.calibration.pushes import STREAM, InferredPushes, by_pushes, infer_pushes
+from swesbi.checks.calibration.dataset import PushesCalibration
+from swesbi.checks.calibration.known import PUSHES_STREAM, pushes_on_fresh
+from swesbi.checks.calibration.scores import scores_on_pushes
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.recordings import record_pushes
 from swesbi.posterior.settings import asking
+from swesbi.verdict.null_recordings import NullRecordings
 
 BASE = shipped().speed_experiments["calibrated"]
 SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "effective_draws": 40})
@@ -27,13 +30,13 @@ SMALL = asking(exact_case.SETTINGS, 40).model_copy(update={"draws": 400})
 
 
 def recorded(number: int, pushes: int) -> tuple[SpeedModel, NDArray[np.float64]]:
-    return record_pushes(number, (pushes, pushes), FRESH, 11, STREAM, pushes)
+    return record_pushes(number, (pushes, pushes), FRESH, 11, PUSHES_STREAM, pushes)
 
 
 @pytest.fixture(scope="module")
-def inferred() -> InferredPushes:
+def inferred() -> PushesCalibration:
     asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": (3, 20)})
-    return infer_pushes(
+    return pushes_on_fresh(
         trained().flow,
         pushes_numbers=(0, 2),
         fresh=FRESH,
@@ -62,24 +65,32 @@ def test_a_recording_depends_on_its_own_number_alone() -> None:
     assert one.recording.context != recorded(5, 3)[0].recording.context
 
 
-def test_parts_are_read_as_one(inferred: InferredPushes, tmp_path: Path) -> None:
+def test_parts_are_read_as_one(inferred: PushesCalibration, tmp_path: Path) -> None:
     for number in range(2):
         inferred.write(tmp_path / f"{number}.h5", Provenance(""))
-    read = read_as(InferredPushes, [tmp_path / "0.h5", tmp_path / "1.h5"], "parts")
-    assert read.misfits.points.tolist() == [3, 20, 3, 20] * 2
-    np.testing.assert_array_equal(read.ranked.truth[:4], inferred.ranked.truth)
-    assert read.contexts[:4] == inferred.contexts
+    read = read_as(PushesCalibration, [tmp_path / "0.h5", tmp_path / "1.h5"], "parts")
+    assert read.pushes.inferred.misfits.points.tolist() == [3, 20, 3, 20] * 2
+    np.testing.assert_array_equal(
+        read.pushes.inferred.ranked.truth[:4], inferred.pushes.inferred.ranked.truth
+    )
+    assert read.pushes.contexts[:4] == inferred.pushes.contexts
 
 
-def test_coverage_is_told_by_the_number_of_pushes(inferred: InferredPushes) -> None:
+def test_coverage_is_told_by_the_number_of_pushes(inferred: PushesCalibration) -> None:
     rng, rule = np.random.default_rng(1), BASE.misspecification.rule
-    many = np.zeros(200, dtype=np.int64)
-    null = replace(rows_of(inferred.misfits, many), residuals_p=rng.beta(3.0, 3.0, 200))
-    quiet = np.zeros_like(inferred.misfits.bound_ratio)
+    made = inferred.pushes.inferred
+    null = replace(rows_of(made.misfits, np.zeros(200, dtype=np.int64)), residuals_p=rng.beta(3.0, 3.0, 200))
+    quiet = np.zeros_like(made.misfits.bound_ratio)
     both = replace(null, errors_log_sd=np.where(np.arange(200) < 100, 0.0, 0.3))
-    surprised = replace(inferred.misfits, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_ratio=quiet)
-    asked = (both, FRESH.model.prior, BASE.calibration.judgement, rule)
-    table = by_pushes(replace(inferred, misfits=surprised), *asked).set_index("pushes")
+    misfits = replace(made.misfits, residuals_p=np.array([1e-9, 0.5, 1e-9, 0.5]), bound_ratio=quiet)
+    surprised = replace(inferred.pushes, inferred=replace(made, misfits=misfits))
+    table = scores_on_pushes(
+        PushesCalibration(surprised),
+        NullRecordings((), both, both),
+        judgement=BASE.calibration.judgement,
+        rule=rule,
+    ).table.set_index("pushes")
     assert set(table.index) == {"all", "3", "20"}
     assert set(table["n"]) == {2, 4}
+    assert len(table) == 3 * 3 * len(BASE.calibration.judgement.nominal_levels)
     assert table["false_alarms"].groupby(level=0).first().to_dict() == {"all": 0.5, "3": 1.0, "20": 0.0}

@@ -1,11 +1,13 @@
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 from inference_case import PAPER_PRIOR
 from scipy.stats import beta
 
-from swesbi.checks.recovery import RecoveryRow, recover, score_recovery, shares
+from swesbi.checks.calibration.table import coverage
+from swesbi.checks.recovery import recover, shares
 from swesbi.checks.settings import RecoverySettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import prior_variance, quantile
@@ -37,12 +39,14 @@ def exact_posteriors() -> tuple[np.ndarray, np.ndarray]:
     return truth, draws
 
 
-def rows_of(width: float = 1.0, shift: float = 0.0) -> dict[tuple[str, float], RecoveryRow]:
+def rows_of(width: float = 1.0, shift: float = 0.0) -> dict[tuple[str, float], pd.Series]:
     """Score the exact posteriors, their draws scaled about their mean by ``width`` and moved by ``shift``."""
     truth, draws = exact_posteriors()
     centre = draws.mean(axis=1, keepdims=True)
     recovered = recover(truth, centre + width * (draws - centre) + shift, PAPER_PRIOR, SETTINGS)
-    return {(row.parameter, row.nominal): row for row in score_recovery(recovered, PAPER_PRIOR, SETTINGS)}
+    return {
+        (row["parameter"], row["nominal"]): row for _, row in coverage(recovered, [], SETTINGS).iterrows()
+    }
 
 
 def test_exact_posteriors_are_found_calibrated() -> None:
@@ -76,8 +80,8 @@ def test_contraction_compares_with_the_prior() -> None:
     truth, _ = exact_posteriors()
     rng = np.random.default_rng(6)
     useless = quantile(rng.random((RECORDINGS * 500, 3)), PAPER_PRIOR).reshape(RECORDINGS, 500, 3)
-    for row in score_recovery(recover(truth, useless, PAPER_PRIOR, SETTINGS), PAPER_PRIOR, SETTINGS):
-        assert row.contraction == pytest.approx(0.0, abs=0.02)
+    found = coverage(recover(truth, useless, PAPER_PRIOR, SETTINGS), [], SETTINGS)
+    np.testing.assert_allclose(found["contraction"], 0.0, atol=0.02)
 
 
 def test_prior_variance_agrees_with_samples() -> None:
@@ -95,7 +99,7 @@ def test_binomial_interval_is_clopper_pearsons() -> None:
 def test_recordings_that_leak_are_left_out_and_counted() -> None:
     truth, candidates = exact_posteriors()[0], exact_posteriors()[1].copy()
     candidates[:40, 99:, 1] = 99.0
-    assert len(recover(truth, candidates, PAPER_PRIOR, SETTINGS).truth) == RECORDINGS - 40
+    assert len(recover(truth, candidates, PAPER_PRIOR, SETTINGS)) == 3 * (RECORDINGS - 40)
     candidates[:, :, 1] = 99.0
     with pytest.raises(ValueError, match="none of the 400 synthetic recordings"):
         recover(truth, candidates, PAPER_PRIOR, SETTINGS)

@@ -8,7 +8,7 @@ from evaluation_cases import GRID, LOSS, curves
 from scipy.stats import norm
 
 from swesbi.checks.cmaes import FAILED_LOSS, curve_loss
-from swesbi.checks.scores import NO_SCORES, Band, band, check_features, coverage, reduction_percent, score
+from swesbi.checks.scores import NO_SCORES, Band, band, coverage, reduction_percent, score
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 
 OBSERVED = curves(np.array([[60.0, 6.0, 30.0]]))[0]
@@ -72,16 +72,6 @@ def test_curves_that_cannot_be_scored_are_refused() -> None:
 def test_reduction() -> None:
     assert reduction_percent(12.5, 2.5) == pytest.approx(80.0)
     assert reduction_percent(2.0, 3.0) == pytest.approx(-50.0)
-
-
-def test_features_are_judged_with_their_noise() -> None:
-    simulated = np.tile([50.0, 20.0, 0.4], (5000, 1))
-    noise_sd = np.array([1.0, 0.0, 0.03])
-    observed = np.array([51.5, 20.5, 0.46])
-    check = check_features(observed, simulated, noise_sd, 0.9, np.random.default_rng(1))
-    assert check.inside.tolist() == [True, False, False]
-    assert check.predicted.high[0] == pytest.approx(50.0 + norm.ppf(0.95), abs=0.06)
-    assert check.predicted.low[1] == check.predicted.high[1] == 20.0
 
 
 def test_loss_of_the_observed_curve_is_zero() -> None:

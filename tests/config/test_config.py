@@ -406,13 +406,9 @@ AFFECTED = {
     "population_experiments__amortised__calibration__two_sample_draws": {"population_agreement"},
     "population_experiments__amortised__nulls__recordings": {"population_null"},
     "passive__exponent_b": {"passive", "recovery_acquisition"},
-    "experiments__calibrated__passive_stiffness_kpa__log_sd": OF_A_RECORDING
-    | OF_THE_PRIOR
-    | {"pushes_table"},
+    "experiments__calibrated__passive_stiffness_kpa__log_sd": OF_A_RECORDING | OF_THE_PRIOR,
     # of the measurement: no simulation depends on it
-    "priors__calibrated__nuisances__passive_ratio__log_sd": OF_A_RECORDING
-    | OF_THE_PRIOR
-    | {"calibration", "population_scores", "pushes_table"},
+    "priors__calibrated__nuisances__passive_ratio__log_sd": OF_A_RECORDING | OF_THE_PRIOR,
     "recording__min_samples_per_phase": {
         "ingest",
         "noise",
@@ -423,7 +419,7 @@ AFFECTED = {
         "pushes_calibration",
         "population_null",
     },
-    "experiments__calibrated__identifiability__shown_draws": {"identifiability"},
+    "experiments__calibrated__identifiability__information_draws": {"identifiability"},
     "new_subjects__margin_fraction": set(),
     "new_subjects__uninformative__shift": {"population_answers"},
     "noise__interval": {"noise"},
@@ -478,7 +474,6 @@ def test_an_answer_has_the_settings_that_the_stages_have_for_a_subject_of_the_co
     ("changes", "message"),
     [
         ({"plan__persons__group": "giants"}, "plan.persons.group = 'giants': the population has adults"),
-        ({"plan__studies__recycled_draws": 9000}, "but posteriors keep 4000 draws"),
         ({"plan__studies__sizes": [8, 4, 20]}, "list them in ascending order"),
         ({"plan__experiment": "calibrated"}, "plan.experiment = 'calibrated' is no experiment over a pop"),
     ],

@@ -4,13 +4,25 @@ x = log(phi / centre) / log_sd is standard normal (the prior's bounds lie 6 stan
 data are y = A x + noise, so the posterior of x is normal and known, and so is each way of getting it wrong.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import below_each_other
-from swesbi.checks.calibration.ranks import RankScores, quantities, reference_points, score
+from swesbi.checks.calibration.ranks import (
+    QUANTITY_NAMES,
+    WEIGHTED,
+    RankedRecordings,
+    RankScores,
+    quantities,
+    rank,
+    reference_points,
+)
+from swesbi.checks.calibration.settings import JudgementSettings
+from swesbi.checks.calibration.table import judge, long_table
 from swesbi.draws import equal_weights
 from swesbi.prior import JointPriorSettings
 
@@ -42,6 +54,33 @@ PRIOR = JointPriorSettings.from_plain(
         "passive_stiffness_kpa": _PARTS[3],
     }
 )
+
+
+JUDGEMENT = JudgementSettings(
+    alpha=0.05, least_contraction=0.2, max_c2st=0.53, nominal_levels=(0.5, 0.9), confidence=0.95
+)
+
+
+def checks_of(
+    scores: RankScores,
+    prior_variance: FloatArray | None = None,
+    names: Sequence[str] = QUANTITY_NAMES,
+    kind: str = "model_noise",
+    judgement: JudgementSettings = JUDGEMENT,
+) -> pd.DataFrame:
+    """Return the checks of recordings of one subject under one sampler."""
+    count = len(scores.tarp)
+    variance = prior_variances(count) if prior_variance is None else prior_variance
+    truth = np.ones((count, len(names)))
+    ranked = RankedRecordings(tuple(names), np.full(count, "A"), truth, variance, scores, scores)
+    rows = long_table({kind: ranked})
+    return judge(rows[rows["sampler"] == WEIGHTED], judgement)
+
+
+def flagged(checks: pd.DataFrame, *tests: str) -> set[str]:
+    """Return the quantities that checks of these tests flag; all tests where none is named."""
+    chosen = checks["flagged"].astype(bool) & (checks["test"].isin(tests) if tests else True)
+    return set(checks.loc[chosen, "quantity"])
 
 
 def phi_of(x: FloatArray) -> FloatArray:
@@ -92,5 +131,5 @@ def simulate(recordings: int, sampler: Sampler, draws: int = 199, seed: int = 1)
     for x, y, reference in zip(truth, data, references, strict=True):
         drawn = quantities_of(sampler.draw(y, draws, rng), y)
         known = quantities_of(x[None], y)[0]
-        scores.append(score(known, drawn, equal_weights(draws), reference, PRIOR))
+        scores.append(rank(known, drawn, equal_weights(draws), reference, PRIOR))
     return below_each_other(scores)

@@ -20,7 +20,8 @@ from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.paper.study_values import PoolSize, StudyResults
+from swesbi.report.paper.design import fits_of_study, pool_sizes, recordings_of_study, settings_of_study
+from swesbi.report.paper.study_values import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 
 CONFIG = read_merged(ROOT / "config.yaml")
@@ -104,23 +105,27 @@ def recovery(*coverage: float, scored: int = 400) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["parameter", "nominal", "coverage", "ci_low", "ci_high", "n"])
 
 
-def study(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED) -> StudyResults:
+def study(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED) -> Findings:
     named = experiments or ("paper", "scalar_only", "wide_prior")
     all_cases = cases(*named, subjects=subjects, excluded=excluded)
     main = [case for case in all_cases if case.experiment == named[0]]
     epochs = np.arange(1, 31)
-    return StudyResults(
+    training = pd.DataFrame({"epoch": epochs, "validation_loss": (epochs - 20.0) ** 2})
+    plain = settings()
+    density = plain["recording"]["density_kg_m3"]
+    return Findings(
         cohort_title=TITLE,
         main=named[0],
-        settings=settings(),
-        protocol={"push_frequency_mhz": 4.0, "push_duration_us": 300.0, "push_f_number": 1.0},
         ppc=ppc_table(all_cases),
         posterior=posterior_table(all_cases),
         features=features_table(all_cases),
         verdicts={case.subject: case.verdict for case in main},
         recoveries={name: recovery(0.92, 0.90, 0.27) for name in named},
-        training=pd.DataFrame({"epoch": epochs, "validation_loss": (epochs - 20.0) ** 2}),
-        pool=PoolSize(tuple(subjects), SUMMARY_NAMES, 120_000, (1000,) * len(subjects)),
-        observations=[observation(subject) for subject in subjects],
-        fits={case.subject: case.fit for case in main},
+        design={
+            **settings_of_study(plain, training),
+            "protocol": {"push_frequency_mhz": 4.0, "push_duration_us": 300.0, "push_f_number": 1.0},
+            "pool": pool_sizes(len(subjects), SUMMARY_NAMES, 120_000, (1000,) * len(subjects), TITLE),
+            "recordings": recordings_of_study([observation(subject) for subject in subjects], density),
+            "fits": fits_of_study({case.subject: case.fit for case in main}, plain["cmaes"]),
+        },
     )

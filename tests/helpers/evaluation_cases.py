@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.checks.cmaes import CmaesFit, best_run, curve_loss, gather, search
-from swesbi.checks.predictive import Draws, PredictiveCheck, Target, observe, predict
+from swesbi.checks.predictive import Draws, PredictiveCheck, Target, predict
+from swesbi.checks.predictive_features import replicates
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, bounds, quantile
-from swesbi.report.figures.predictive import PosteriorPanel, PredictivePanel
+from swesbi.report.figures.posterior import PosteriorPanel
+from swesbi.report.figures.predictive import PredictivePanel
 from swesbi.verdict.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
@@ -69,16 +71,12 @@ def check(subject: str = "A", supported: bool = True, n: int = 200) -> Predictiv
     observation = target(subject)
     prior = draws(quantile(np.random.default_rng(1).random((n, 3)), PRIOR))
     posterior = draws(posterior_theta(subject, n if supported else 0))
+    noise = dict(zip(FEATURES, FEATURE_NOISE_SD.tolist(), strict=True))
     parts = [
-        predict(part, _observed(part), observation, INTERVAL, np.random.default_rng(k))
-        for k, part in enumerate((prior, posterior))
+        predict(replicates(part, observation, noise, 5, subject, of), observation, INTERVAL, of_new=False)
+        for of, part in (("prior", prior), ("posterior", posterior))
     ]
     return PredictiveCheck(observation, INTERVAL, supported, *parts)
-
-
-def _observed(shown: Draws) -> tuple[FloatArray, FloatArray]:
-    noise = dict(zip(FEATURES, FEATURE_NOISE_SD.tolist(), strict=True))
-    return observe(shown, _phases(), noise, np.random.default_rng(5))
 
 
 def posterior_theta(subject: str, n: int) -> FloatArray:
@@ -125,13 +123,7 @@ def predictive_panels(subjects: str = "ABCDEF", excluded: str = "EF") -> list[Pr
 
 def posterior_panels(subjects: str = "ABCDEF", excluded: str = "EF") -> list[PosteriorPanel]:
     return [
-        PosteriorPanel(
-            s,
-            posterior_theta(s, 0 if s in excluded else 2000),
-            posterior_theta(s, 1500),
-            fit(s).theta,
-            verdict(s, s not in excluded),
-        )
+        PosteriorPanel(s, verdict(s, s not in excluded), posterior_theta(s, 2000), INTERVAL, fit(s).theta)
         for s in subjects
     ]
 

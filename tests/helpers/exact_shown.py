@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from posterior_case import exact_of
 
 from swesbi.artefacts import Provenance
-from swesbi.checks.predictive import PredictiveCheck
-from swesbi.checks.predictive_speeds import withheld
+from swesbi.checks.predictive import PredictiveCheck, withheld
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import JointPriorSettings
-from swesbi.report.figures.predictive import ExactPanel, PredictivePanel
+from swesbi.report.figures.posterior import PosteriorPanel
+from swesbi.report.figures.predictive import PredictivePanel
 from swesbi.verdict.misfits import TESTS
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
@@ -95,10 +95,11 @@ def result(subject: str, n: int = 800) -> ExactPosterior:
     return exact_of(draws, npe, k_hat=0.31, efficiency=0.82)
 
 
-def panel(subject: str, truth: bool = True) -> ExactPanel:
+def panel(subject: str, truth: bool = True) -> PosteriorPanel:
     true_theta = np.array(evaluation_cases.TRUE_THETA.get(subject, (70.0, 6.0, 29.0)), float)
     fit = evaluation_cases.fit(subject).theta
-    return ExactPanel(subject, result(subject), fit, verdict(subject), true_theta if truth else None)
+    true = true_theta if truth else None
+    return PosteriorPanel.of_speeds(subject, result(subject), verdict(subject), fit, true)
 
 
 def check(subject: str) -> PredictiveCheck:

@@ -33,9 +33,21 @@ RENAMED: Final[tuple[tuple[str, str], ...]] = (
     (r"(.*::)acquired/(.*)", r"\1sample_by_sample/\2"),
     (r"(.*)shown_kpa(.*)", r"\1peak_active_kpa\2"),
     (r"(.*)strained(.*)", r"\1doubtful\2"),
+    (r"(.*cohort_posterior\.h5::)subjects/subject", r"\1members/member"),
+    (r"(.*cohort_posterior\.h5::)subjects/(.*)", r"\1members/\2"),
+    (r"(.*cohort_posterior\.h5::.*)/subject", r"\1/member"),
+    (r"(.*cohort_posterior\.h5::.*)/theta", r"\1/within"),
+    (r"(.*cohort_posterior\.h5::)first_group", r"\1reference_group"),
 )
 """Patterns of names ``file::item`` of before, and what they are now; the first that matches counts."""
-LEFT_OUT: Final[tuple[str, ...]] = (r"figures/(experiments|epochs|design-.*)\.(pdf|png)::",)
+LEFT_OUT: Final[tuple[str, ...]] = (
+    r"figures/(experiments|epochs|design-.*)\.(pdf|png)::",
+    r".*/design\.csv::.*",
+    r".*/identifiability\.h5::.*",
+    r".*/identifiability\.csv::(likelihood_.*|maximum_likelihood)",
+    r".*/information\.csv::(k_hat|left_out_.*)",
+    r"tables/paper_comparison\.tex::",
+)
 """Patterns of names of before that are no longer made."""
 WHOLE: Final = frozenset({".png", ".pdf", ".tex"})
 CHECKSUM: Final = "sha256"

@@ -16,7 +16,8 @@ from scipy.stats import norm, truncnorm
 from swesbi.context import Context
 from swesbi.persons.cohort.cohort import Design, Member, make_member
 from swesbi.persons.cohort.hyperprior import in_rows
-from swesbi.persons.cohort.model import population_law
+from swesbi.persons.cohort.infer import CohortResult, Redraw, infer_population, of_theta
+from swesbi.persons.cohort.model import RecycledDraws, population_law
 from swesbi.persons.cohort.ratio import log_normal_mass
 from swesbi.persons.cohort.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
 from swesbi.posterior.settings import ExactSettings, McmcSettings
@@ -68,6 +69,7 @@ SETTINGS = HierarchySettings(
     least_effective=50.0,
     refreshes=2,
     shown_draws=500,
+    reference_group="",
     outliers=OUTLIERS,
     hyperprior=HYPERPRIOR,
     exact=EXACT,
@@ -169,3 +171,15 @@ def members_of(
         )
         for number, (context, status, group) in enumerate(zip(cohort, statuses, groups, strict=True))
     ]
+
+
+def equal_draws(theta: Sequence[FloatArray]) -> tuple[RecycledDraws, ...]:
+    """Return equally weighted draws (n, 3) of each subject as what is recycled."""
+    return tuple(RecycledDraws(each, np.full(len(each), -np.log(len(each)))) for each in theta)
+
+
+def infer(
+    members: Sequence[Member], settings: HierarchySettings, redraw: Redraw | None, seed: int
+) -> CohortResult:
+    """Infer the population of some subjects."""
+    return infer_population(members, of_theta(THETA_PRIOR, settings.hyperprior), settings, redraw, seed)

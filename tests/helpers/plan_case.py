@@ -7,11 +7,9 @@ import numpy as np
 import ratio_case
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.cohort.model import CohortModel, PriorAlone, RecycledDraws
-from swesbi.persons.cohort.ratio import RatioPrior
-from swesbi.persons.planning.bank import Bank, BankPerson, bank_of
+from swesbi.persons.planning.bank import ARMS, Bank
 from swesbi.persons.planning.effect import Effect, log_factor
-from swesbi.persons.planning.hyperdraws import Likelihoods, StudyAnalysis, planned_design
+from swesbi.persons.planning.likelihoods import StudyAnalysis
 from swesbi.persons.planning.settings import PAIRED, PlannedStudiesSettings
 from swesbi.prior import bounds
 
@@ -24,18 +22,9 @@ ALIKE = 0.8
 """Correlation of the errors of one visit's recording without the effect and with it, of one day and noise."""
 BETWEEN = np.array([0.2, 0.25, 0.2])
 """Of log theta between persons who came once."""
-STUDIES = PlannedStudiesSettings(
-    sizes=(4, 8, 16, 32),
-    proposal_sizes=(6, 16, 36),
-    hyperdraws=1500,
-    recycled_draws=300,
-    studies=200,
-    resamples=10,
-    least_effective=30.0,
-)
-BY = StudyAnalysis(
-    case.THETA_PRIOR, ratio_case.EFFORT, ratio_case.SETTINGS.model_copy(update={"least_effective": 10.0})
-)
+STUDIES = PlannedStudiesSettings(sizes=(4, 8, 16, 32), studies=200, resamples=10)
+DRAWS = 300
+BY = StudyAnalysis(case.THETA_PRIOR, ratio_case.EFFORT, ratio_case.SETTINGS)
 
 
 def log_ratios(number: int, effect: float, rng: np.random.Generator) -> FloatArray:
@@ -88,65 +77,48 @@ def level_draws(log_theta: FloatArray, errors: FloatArray, draws: int, seed: int
     )
 
 
-def bank(number: int, design: str, seed: int, draws: int = STUDIES.recycled_draws) -> Bank:
-    """Return a bank of persons, measured with the effect and without as `plan` does."""
+def drawn(number: int, design: str, seed: int, draws: int = DRAWS) -> tuple[FloatArray, FloatArray]:
+    """Return draws (2, number, draws, 3) and truth (2, number, 3), without the effect and with it."""
     rng = np.random.default_rng(seed)
     first, none, further = rng.standard_normal((3, number, 3))
     errors = (none, ALIKE * none + np.sqrt(1.0 - ALIKE**2) * further)
-    drawn = log_ratios(number, 0.0, rng) if design == PAIRED else log_levels(number, 0.0, rng)
-    truth = np.stack([drawn, drawn + responses(number, log_factor(EFFECT), rng)])
+    base = log_ratios(number, 0.0, rng) if design == PAIRED else log_levels(number, 0.0, rng)
+    truth = np.stack([base, base + responses(number, log_factor(EFFECT), rng)])
+    both = zip(truth, errors, strict=True)
     if design == PAIRED:
-        values = [
-            ratio_draws(true, np.stack([first, error]), draws, seed)
-            for true, error in zip(truth, errors, strict=True)
-        ]
+        values = [ratio_draws(true, np.stack([first, error]), draws, seed) for true, error in both]
     else:
-        values = [level_draws(true, error, draws, seed) for true, error in zip(truth, errors, strict=True)]
-    both = np.stack(values)
-    called = (both[..., EFFECT.number] < 1.0 / 1.1).mean(axis=-1)
-    return bank_of([_person(both, np.exp(truth), called, design, d) for d in range(number)])
+        values = [level_draws(true, error, draws, seed) for true, error in both]
+    return np.stack(values), np.exp(truth)
 
 
-def fresh_draws(number: int, seed: int, draws: int) -> FloatArray:
-    """Return draws (number, draws, 3) of the ratio of further persons with the effect."""
-    rng = np.random.default_rng(seed)
-    return ratio_draws(
-        log_ratios(number, log_factor(EFFECT), rng), rng.standard_normal((2, number, 3)), draws, seed
-    )
+def bank(number: int, design: str, seed: int, draws: int = DRAWS) -> Bank:
+    """Return a bank of persons, measured with the effect and without as `plan` does."""
+    return bank_of_draws(*drawn(number, design, seed, draws), design)
 
 
-def by_person(ratios: FloatArray, likelihoods: Likelihoods, made_at: FloatArray | None = None) -> FloatArray:
-    """Return the log likelihoods (m, N) of further persons at the hyperdraws of others.
-
-    Args:
-        ratios: Draws (N, n, 3).
-        likelihoods: Of the others.
-        made_at: Where the prior had the draws, if they were moved since.
-    """
-    prior = RatioPrior(BY.theta)
-    weight = np.full(ratios.shape[:2], -np.log(ratios.shape[1]))
-    if made_at is not None:
-        there, here = (prior_of_log(each, prior) for each in (ratios, made_at))
-        weight += there - here
-    model = CohortModel(
-        settings=PriorAlone(likelihoods.prior),
-        recycled=tuple(RecycledDraws(*each) for each in zip(ratios, weight, strict=True)),
-        design=planned_design(PAIRED, [True] * len(ratios)).matrix,
-        outlier=np.full(len(ratios), BY.cohort.outliers.not_contradicted),
-        theta_prior=prior,
-    )
-    return model.by_subject(likelihoods.eta)
-
-
-def prior_of_log(ratios: FloatArray, prior: RatioPrior) -> FloatArray:
-    """Return the log prior density (N, n), per unit of the log ratio, of draws (N, n, 3)."""
-    return np.stack([prior.log_density(each) + np.log(each).sum(axis=1) for each in ratios])
-
-
-def _person(both: FloatArray, true: FloatArray, called: FloatArray, design: str, d: int) -> BankPerson:
-    told = np.full((2, 3), np.nan)
+def bank_of_draws(values: FloatArray, truth: FloatArray, design: str) -> Bank:
+    """Return the bank of persons with draws (2, N, n, 3) and true values (2, N, 3)."""
+    log_values, number = np.log(values), values.shape[1]
+    called = np.full(truth.shape, np.nan)
     if design == PAIRED:
-        told = np.zeros((2, 3))
-        told[:, EFFECT.number] = called[:, d]
-    one, zero = np.ones(2), np.zeros((2, 3))
-    return BankPerson(d, both[:, d], true[:, d], zero if design == PAIRED else told, told, told, one, one, 0)
+        called = (values < 1.0 / 1.1).mean(axis=2)
+    about = log_values - log_values.mean(axis=2, keepdims=True)
+    covariance = np.einsum("andi,andj->anij", about, about) / (values.shape[2] - 1)
+    mean, covariance, true, fallen = (
+        each.swapaxes(0, 1) for each in (log_values.mean(axis=2), covariance, truth, called)
+    )
+    ones = np.ones((number, len(ARMS)))
+    return Bank(
+        arm=ARMS,
+        number=np.arange(float(number)),
+        mean=mean,
+        covariance=covariance,
+        truth=true,
+        risen=0.0 * fallen,
+        fallen=fallen,
+        detectable=fallen,
+        efficiency=ones,
+        converged=ones,
+        redrawn=np.zeros(number),
+    )

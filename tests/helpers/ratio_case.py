@@ -12,10 +12,9 @@ import hierarchy_case as case
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.change.groups import infer_change_groups
-from swesbi.persons.change.settings import ChangeGroupsSettings
 from swesbi.persons.cohort.cohort import Member, make_member
-from swesbi.persons.cohort.infer import CohortResult
+from swesbi.persons.cohort.infer import CohortResult, infer_population, of_ratios
+from swesbi.persons.cohort.settings import ChangeGroupsSettings
 from swesbi.prior import bounds
 
 ERROR_SD = np.array([0.06, 0.15, 0.12])
@@ -98,4 +97,4 @@ def members_of(
 
 def infer(members: Sequence[Member], seed: int = 1) -> CohortResult:
     """Infer what has changed."""
-    return infer_change_groups(members, case.THETA_PRIOR, SETTINGS, EFFORT, seed)
+    return infer_population(members, of_ratios(case.THETA_PRIOR, SETTINGS.hyperprior), EFFORT, None, seed)

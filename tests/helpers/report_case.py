@@ -7,7 +7,7 @@ import math
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES, THETA_UNITS
-from swesbi.report.results import Experiment, Recovery
+from swesbi.report.results import Experiment
 from swesbi.verdict.verdict import Verdict
 
 SETTINGS = {
@@ -64,7 +64,8 @@ def make_experiment(name: str, supported: dict[str, bool], use_trajectory: bool 
         scores=pd.DataFrame(scores),
         features=pd.DataFrame(features),
         posterior=pd.DataFrame(posterior),
-        recovery=Recovery(recovery, recovery.assign(coverage=0.125)),
+        recovery=recovery,
+        recovery_acquisition=recovery.assign(coverage=0.125),
         training=pd.DataFrame(
             {"epoch": [1, 2, 3], "training_loss": [3, 2, 1], "validation_loss": [3.0, 1.0, 2.0]}
         ),

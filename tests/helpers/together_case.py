@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from swesbi.checks.calibration.local import classifier_accuracy
+from swesbi.checks.calibration.two_samples import classifier_accuracy
 from swesbi.persons.cohort.cohort import Member, design_of
 from swesbi.persons.cohort.hyperprior import hyperprior_of, in_rows
-from swesbi.persons.cohort.infer import infer_cohort
 from swesbi.persons.cohort.model import population_law
 from swesbi.persons.cohort.ratio import log_normal_mass
 from swesbi.persons.cohort.settings import HierarchySettings
@@ -92,7 +91,7 @@ def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2200) ->
     cohort = [replace(context, age_years=40.0, hr_bpm=65.0) for context in cohort]
     none = np.empty((0, 3))
     design = design_of([Member(context, "not contradicted", "", none, none) for context in cohort])
-    prior = hyperprior_of(design, case.THETA_PRIOR, settings.hyperprior)
+    prior = hyperprior_of(design, case.THETA_PRIOR.parameters, settings.hyperprior)
     eta = np.array([40.0, 6.0, 25.0, 0.3, 0.3, 0.3])
     outlier = np.full(6, settings.outliers.not_contradicted)
     theta, measured = case.draw_members(eta, design, outlier, rng)
@@ -103,7 +102,7 @@ def joint_accuracy(settings: HierarchySettings, seed: int, draws: int = 2200) ->
     def redraw(subject: str, narrower: PriorSettings, stream: int) -> FloatArray:
         return measured.posterior(int(subject[1:]), narrower, fine.draws, stream)
 
-    inferred = infer_cohort(members, case.THETA_PRIOR, fine, redraw, seed)
+    inferred = case.infer(members, fine, redraw, seed)
     of_subjects = [
         each.theta[inferred.shrinkage.rows[:, d]] for d, each in enumerate(inferred.model.recycled)
     ]

@@ -10,10 +10,14 @@ import pytest
 import speed_case
 from scipy.stats import kstest, multivariate_normal, norm
 
-from swesbi.checks.identifiability.information import in_log, log_gradient, prior_precision
-from swesbi.checks.identifiability.likelihood import differentiate
+from swesbi.checks.identifiability.information import (
+    prior_precision,
+    simulated_stencil,
+    speed_derivatives,
+)
+from swesbi.checks.identifiability.quantities import log_gradient
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
-from swesbi.measurement.shared_error import draw_shared, innovations, normal_log_density, precision
+from swesbi.measurement.shared_error import draw_shared, innovations, normal_log_density
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
 from swesbi.recording.noise.errors import MeanErrors, mean_errors
 
@@ -44,12 +48,6 @@ def test_density_and_chi_squared_are_those_of_the_multivariate_normal(factors: i
         factor = np.linalg.cholesky(covariance)
         np.testing.assert_allclose(found.z[row], np.linalg.solve(factor, d))
         np.testing.assert_allclose(found.sd[row], np.diag(factor))
-
-
-@pytest.mark.parametrize("factors", [0, 1, 3])
-def test_the_precision_is_the_inverse_of_the_covariance(factors: int) -> None:
-    _, sd, shared = case(factors)
-    np.testing.assert_allclose(precision(sd, shared), np.linalg.inv(covariances(sd, shared)), atol=1e-10)
 
 
 def test_a_shared_error_far_above_the_own_ones_loses_no_digits() -> None:
@@ -153,13 +151,15 @@ def _covered(known: SpeedRecording, count: int) -> tuple[float, float]:
     The posterior by the errors that are ``known`` is normal, with precision Lambda + A' C^-1 A.
     """
     model, rng = speed_case.model_of_sweeps(), np.random.default_rng(6)
-    discrepancy, at = model.settings.discrepancy, differentiate(in_log(model), np.log(PHI)[None], 0.02)
-    centre, rows = model.predict(PHI[None]), at.mean_by[0].T
+    discrepancy = model.settings.discrepancy
+    at = speed_derivatives(model, simulated_stencil(model, PHI[None], 0.02))
+    centre, rows = model.predict(PHI[None]), at.log_speed_by[0].T
     prior = prior_precision(model.settings.prior)
     phi = rng.multivariate_normal(np.zeros(4), np.linalg.inv(prior), count)
     made = PredictedSpeeds(centre.log_speed + phi @ rows.T, np.repeat(centre.slope, count, axis=0))
     speeds = draw_speeds(made, model.recording.errors, discrepancy, rng)
-    whole = precision(log_speed_sd(centre, known.relative_se, discrepancy), known.shared)[0]
+    sd = log_speed_sd(centre, known.relative_se, discrepancy)
+    whole = np.linalg.inv(covariances(sd, known.shared)[0])
     covariance = np.linalg.inv(prior + rows.T @ whole @ rows)
     mean = (np.log(speeds) - centre.log_speed) @ whole @ rows @ covariance
     gradient = log_gradient(model, PHI[None])[0, [0, 4]]

@@ -11,11 +11,10 @@ import speed_case
 from scipy.special import ndtr
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.change.one_person import judge_one_person
-from swesbi.persons.change.proposal import NormalVisit
+from swesbi.persons.change.one_person import NormalVisit, judge_one_person
+from swesbi.persons.change.proposal import JoinedSpace
 from swesbi.persons.change.ratios import log_ratios, smallest_detectable, summarise_ratios
 from swesbi.persons.change.settings import ChangeRuleSettings
-from swesbi.persons.change.transport import JoinedSpace
 from swesbi.persons.change.visits import Coupling
 from swesbi.posterior.space import LogitSpace
 from swesbi.prior import JointPriorSettings, draw_prior

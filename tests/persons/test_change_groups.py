@@ -11,37 +11,43 @@ import numpy as np
 import pytest
 import ratio_case
 import separable_case as separable
+from figure_text import assert_text_apart
 from scipy.stats import binom, ks_2samp, kstest, norm
 
 from swesbi.artefacts import Provenance
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.change.groups import infer_change_groups, lacking_draws, ratio_hyperprior
-from swesbi.persons.change.stored_groups import (
-    COLUMNS,
-    DIFFERENCE,
-    PERSON_COLUMNS,
-    RATIO,
-    SPREAD,
-    ChangeGroups,
-    change_groups_table,
-    change_persons_table,
-    stored_groups,
-)
+from swesbi.persons.change.groups import doubts
 from swesbi.persons.change.words import group_lines
 from swesbi.persons.cohort import model as population_model
-from swesbi.persons.cohort.cohort import design_of
-from swesbi.persons.cohort.infer import CohortResult
+from swesbi.persons.cohort.cohort import Design, design_of
+from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of
+from swesbi.persons.cohort.infer import CohortResult, infer_population, of_ratios
 from swesbi.persons.cohort.model import CohortModel
 from swesbi.persons.cohort.ratio import RatioPrior, log_density
 from swesbi.persons.cohort.refresh import shrunken_prior
+from swesbi.persons.cohort.stored import CohortPosterior, stored_form
+from swesbi.persons.cohort.table import (
+    CHANGE_COLUMNS,
+    DIFFERENCE,
+    PERSON_COLUMNS,
+    RATIO,
+    RATIO_SPREAD,
+    change_table,
+    person_table,
+)
 from swesbi.prior import bounds, draw_prior, sample
-from swesbi.report.figures.change_groups import draw_change_groups
+from swesbi.report.figures.cohort_posterior import draw_change_groups
 
 PRIOR = RatioPrior(case.THETA_PRIOR)
 EFFECT = np.log([1.1, 1.0, 0.75])
 SPREADS = np.array([0.06, 0.08, 0.08])
 GROUPS = ("treated", "control") * 7
 TITLE = "persons without hearts"
+QUANTITY = of_ratios(case.THETA_PRIOR, ratio_case.SETTINGS.hyperprior)
+
+
+def ratio_prior(design: Design) -> Hyperprior:
+    return hyperprior_of(design, QUANTITY.median, QUANTITY.hyperprior)
 
 
 def test_the_prior_of_a_ratio_is_that_of_two_visits() -> None:
@@ -79,15 +85,15 @@ def inferred() -> CohortResult:
 
 
 @pytest.fixture(scope="module")
-def stored(inferred: CohortResult) -> ChangeGroups:
-    return stored_groups(inferred, ("left out with one visit, since a change needs two: P99",))
+def stored(inferred: CohortResult) -> CohortPosterior:
+    return stored_form(inferred, ("left out with one visit, since a change needs two: P99",))
 
 
-def test_groups_differ_by_what_was_put_in(stored: ChangeGroups) -> None:
+def test_groups_differ_by_what_was_put_in(stored: CohortPosterior) -> None:
     assert stored.converged
     assert stored.groups == ("treated", "control")
-    table = change_groups_table(stored)
-    assert tuple(table.columns) == COLUMNS
+    table = change_table(stored)
+    assert tuple(table.columns) == CHANGE_COLUMNS
     assert len(table) == 3 * (2 + 1 + 1)
     between = table[table["quantity"] == DIFFERENCE].set_index("parameter")
     truth = dict(zip(between.index, np.exp(-EFFECT), strict=True))
@@ -97,11 +103,11 @@ def test_groups_differ_by_what_was_put_in(stored: ChangeGroups) -> None:
     assert between.loc["k_sr_per_s", "probability_above_1"] > 0.9
     of_control = table[(table["quantity"] == RATIO) & (table["of"] == "control")]
     assert (of_control["persons"] == 7).all()
-    assert np.isnan(table[table["quantity"] == SPREAD]["probability_above_1"]).all()
+    assert np.isnan(table[table["quantity"] == RATIO_SPREAD]["probability_above_1"]).all()
 
 
-def test_ratios_of_persons_lean_on_their_group(stored: ChangeGroups) -> None:
-    table = change_persons_table(stored)
+def test_ratios_of_persons_lean_on_their_group(stored: CohortPosterior) -> None:
+    table = person_table(stored)
     assert tuple(table.columns) == PERSON_COLUMNS
     assert len(table) == 3 * len(GROUPS)
     width = np.log(table["high_1"] / table["low_1"])
@@ -154,10 +160,10 @@ def test_the_evidence_of_a_person_is_that_by_quadrature() -> None:
     measured = ratio_case.measured_visits(delta, 5)
     members = ratio_case.members_of(delta, ("",), 5, draws=40_000)
     design = design_of(members, covariates=())
-    prior = ratio_hyperprior(design, ratio_case.SETTINGS.hyperprior)
+    prior = ratio_prior(design)
     model = CohortModel(
         population_model.PriorAlone(prior),
-        population_model.equal_draws([members[0].theta]),
+        case.equal_draws([members[0].theta]),
         design.matrix,
         np.zeros(1),
         PRIOR,
@@ -167,7 +173,7 @@ def test_the_evidence_of_a_person_is_that_by_quadrature() -> None:
     assert model.log_likelihood(eta) == pytest.approx(expected, abs=0.1)
 
 
-def test_a_pair_that_is_none_counts_little(stored: ChangeGroups) -> None:
+def test_a_pair_that_is_none_counts_little(stored: CohortPosterior) -> None:
     rng = np.random.default_rng(7)
     delta = ratio_case.true_ratios(np.zeros((8, 3)), SPREADS, rng)
     delta[-1] = np.log([1.5, 1.0, 0.6])
@@ -176,28 +182,28 @@ def test_a_pair_that_is_none_counts_little(stored: ChangeGroups) -> None:
     apart = ratio_case.infer(ratio_case.members_of(delta, ("",) * 8, 7, statuses))
     assert np.median(apart.eta[:, 3]) < np.median(kept.eta[:, 3])
     assert apart.shrinkage.outlier[-1] > 0.9 > kept.shrinkage.outlier[-1]
-    assert stored.persons.outlier_prior.max() == case.OUTLIERS.not_contradicted
+    assert stored.members.outlier_prior.max() == case.OUTLIERS.not_contradicted
 
 
 def test_a_group_of_one_is_not_compared_and_nobody_is_lost() -> None:
-    found = stored_groups(cohort(groups=("control",) * 7 + ("treated",)), ())
+    found = stored_form(cohort(groups=("control",) * 7 + ("treated",)), ())
     assert found.groups == ()
-    assert len(found.person) == 8
+    assert len(found.member) == 8
     assert "the group 'treated' has one person" in found.notes
     assert any("'treated' has one person" in line for line in group_lines(found))
-    assert len(draw_change_groups(found, TITLE).axes) == 6
+    assert len(draw_change_groups(found, cohort_title=TITLE).axes) == 6
 
 
 def test_one_person_alone_is_answered() -> None:
-    found = stored_groups(cohort(groups=("treated",)), ())
-    assert len(change_groups_table(found)) == 6
+    found = stored_form(cohort(groups=("treated",)), ())
+    assert len(change_table(found)) == 6
     assert found.hyperparameter[0] == "median k0_kpa"
 
 
-def test_it_is_said_in_sentences_and_read_back(stored: ChangeGroups, tmp_path: Path) -> None:
+def test_it_is_said_in_sentences_and_read_back(stored: CohortPosterior, tmp_path: Path) -> None:
     path = tmp_path / "changes_groups.h5"
     stored.write(path, Provenance(""))
-    again = ChangeGroups.read(path)
+    again = CohortPosterior.read(path)
     lines = "\n".join(group_lines(again))
     assert "relaxation" in lines or "k_SR" in lines
     assert "control over treated: 1." in lines
@@ -208,27 +214,41 @@ def test_it_is_said_in_sentences_and_read_back(stored: ChangeGroups, tmp_path: P
     )
     assert "P99." in lines
     opened = arviz.from_netcdf(str(path), engine="h5netcdf")
-    assert opened.posterior["person_ratio"].sizes["person"] == len(GROUPS)
-    assert len(draw_change_groups(again, TITLE).axes) == 9
+    assert opened.posterior["within"].sizes["member"] == len(GROUPS)
+    assert len(draw_change_groups(again, cohort_title=TITLE).axes) == 9
 
 
-def test_names_with_dollar_signs_are_drawn_as_they_are(stored: ChangeGroups) -> None:
+def test_the_figure_explains_its_bands_and_shows_the_truth(stored: CohortPosterior) -> None:
+    truth = np.tile(np.exp([0.1, 0.0, -0.2]), (len(GROUPS), 1))
+    figure = draw_change_groups(stored, cohort_title=TITLE, truth=truth)
+    assert_text_apart(figure)
+    (legend,) = figure.legends
+    said = [text.get_text() for text in legend.get_texts()]
+    assert {"90% of persons, treated", "90% of persons, control", "each alone", "truth"} <= set(said)
+    assert "groups are compared with treated" in figure.get_suptitle()
+    marks = [line for line in figure.axes[2].lines if line.get_marker() == "x"]
+    assert marks[0].get_xdata() == pytest.approx(np.exp(-0.2))
+    low, high = np.exp(np.log(figure.axes[0].get_xlim()))
+    assert sum(low <= tick <= high for tick in figure.axes[0].get_xticks()) >= 3
+
+
+def test_names_with_dollar_signs_are_drawn_as_they_are(stored: CohortPosterior) -> None:
     money = {name: rf"$\{name}$" for name in ("treated", "control")}  # no mathematics that is known
     named = replace(
         stored,
-        person=tuple(rf"$\{name}$" for name in stored.person),
+        member=tuple(rf"$\{name}$" for name in stored.member),
         group=tuple(money[name] for name in stored.group),
-        first_group=money[stored.first_group],
+        reference_group=money[stored.reference_group],
         compared_group=tuple(money[name] for name in stored.compared_group),
     )
-    figure = draw_change_groups(named, r"$\title$")
+    figure = draw_change_groups(named, cohort_title=r"$\title$")
     figure.draw_without_rendering()
     assert r"\$\title\$" in figure.get_suptitle()
 
 
 def test_persons_of_whom_too_few_draws_are_left_are_named(inferred: CohortResult) -> None:
-    assert lacking_draws(inferred, 1.5) == ()
-    (said,) = lacking_draws(inferred, 1e6)
+    assert doubts((), inferred, 1.5) == ()
+    (said,) = doubts((), inferred, 1e6)
     assert "s0 (" in said
 
 
@@ -238,7 +258,7 @@ def test_ratios_are_not_drawn_anew(inferred: CohortResult) -> None:
 
 
 def test_nobody_is_refused() -> None:
-    with pytest.raises(ValueError, match="nobody has a change"):
+    with pytest.raises(ValueError, match="needs at least one person"):
         ratio_case.infer([])
 
 
@@ -272,9 +292,9 @@ def distance_from_quadrature() -> float:
             found[:, own] = np.log(population @ np.stack([each[1][::10] for each in grids], axis=1))
         return found
 
-    prior = ratio_hyperprior(design, ratio_case.SETTINGS.hyperprior)
+    prior = ratio_prior(design)
     known = separable.draw_eta(prior, design, evidence, 2000, rng, 120_000)
-    own = infer_change_groups(members, case.THETA_PRIOR, ratio_case.SETTINGS, NO_OUTLIERS, 1).exact.phi
+    own = infer_population(members, QUANTITY, NO_OUTLIERS, None, 1).exact.phi
     return max(float(ks_2samp(*pair).statistic) for pair in zip(own.T, known.T, strict=True))
 
 
@@ -300,7 +320,7 @@ def levels(cohorts: int) -> FloatArray:
         groups = ("a", "b") * 6
         blank = ratio_case.members_of(np.zeros((12, 3)), groups, 1)
         design = design_of(blank, covariates=())
-        eta = draw_prior(ratio_hyperprior(design, ratio_case.SETTINGS.hyperprior), 1, rng)[0]
+        eta = draw_prior(ratio_prior(design), 1, rng)[0]
         mean = np.log(eta[:3]) + design.matrix @ np.log(eta[6:9])[None]
         delta = ratio_case.true_ratios(mean, eta[3:6], rng)
         inferred = ratio_case.infer(ratio_case.members_of(delta, groups, 500 + seed), seed)

@@ -15,10 +15,10 @@ import ratio_case
 from test_compare_command import stored
 
 from swesbi.artefacts import Provenance
-from swesbi.persons.change.groups import verdict_of_pair
+from swesbi.persons.change.groups import change_in_groups, verdict_of_pair
 from swesbi.persons.change.one_person import OnePerson
 from swesbi.persons.change.stored import StoredChange
-from swesbi.persons.change.stored_groups import ChangeGroups, change_in_groups
+from swesbi.persons.cohort.stored import CohortPosterior
 from swesbi.study.compare import GROUP_OUTPUTS, save_groups
 from swesbi.verdict.verdict import STATUSES, Status
 
@@ -62,12 +62,12 @@ def test_all_of_it_is_inferred_written_and_said(tmp_path: Path, caplog: pytest.L
     with caplog.at_level(logging.INFO, logger="swesbi"):
         save_groups(made, tmp_path, Provenance(""), "made-up persons")
     assert {path.name for path in tmp_path.iterdir()} == set(GROUP_OUTPUTS)
-    found = ChangeGroups.read(tmp_path / GROUP_OUTPUTS[0])
+    found = CohortPosterior.read(tmp_path / GROUP_OUTPUTS[0])
     assert found.groups == ("control", "treated")
     factor = found.population.group_factor[0, :, 0, 2]
     assert np.quantile(factor, 0.05) < 0.7 < np.quantile(factor, 0.95)
-    assert found.persons.outlier_prior[-1] == case.OUTLIERS.contradicted
-    assert (found.verdict[0], found.persons.outlier_prior[0]) == (
+    assert found.members.outlier_prior[-1] == case.OUTLIERS.contradicted
+    assert (found.verdict[0], found.members.outlier_prior[0]) == (
         "uninformative", case.OUTLIERS.not_contradicted,
     )  # fmt: skip
     said = "\n".join(caplog.messages)

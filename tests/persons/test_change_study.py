@@ -19,7 +19,7 @@ from swesbi.answers.change import OUTPUTS
 from swesbi.config.read import overlay, read_yaml
 from swesbi.persons.change.ratios import QUANTITIES
 from swesbi.persons.change.stored import StoredChange
-from swesbi.persons.change.stored_groups import ChangeGroups
+from swesbi.persons.cohort.stored import CohortPosterior
 from swesbi.study.compare import ALL_CHANGES, GROUP_OUTPUTS
 
 PAGE = (ROOT / "docs" / "compare-and-plan.md").read_text(encoding="utf-8")
@@ -121,8 +121,8 @@ def check_changes(folder: Path) -> None:
 def check_groups(folder: Path) -> None:
     """Groups of one person are not compared, and who is left out is named."""
     assert all((folder / name).is_file() for name in GROUP_OUTPUTS)
-    found = ChangeGroups.read(folder / GROUP_OUTPUTS[0])
-    assert found.person == ("P01", "P06")
+    found = CohortPosterior.read(folder / GROUP_OUTPUTS[0])
+    assert found.member == ("P01", "P06")
     assert found.groups == ()  # one person of each group
     assert "left out with one visit, since a change needs two: P05" in found.notes
     assert "P02 is left out: visit 'before' (recording P02-before) is refused, ivsd_cm = 2.2" in found.notes

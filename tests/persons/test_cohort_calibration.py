@@ -1,7 +1,4 @@
-"""The posterior of a cohort is the one known without recycling; hyperparameters are calibrated.
-
-`benchmarks/cohort_posterior.py` does the same with 200 cohorts of 20, and six persons beside MCMC.
-"""
+"""The posterior of a cohort is the one known without recycling; hyperparameters are calibrated."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ from swesbi.persons.cohort import infer as inference
 from swesbi.persons.cohort import model as population_model
 from swesbi.persons.cohort.cohort import Design, Member, design_of
 from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of
-from swesbi.persons.cohort.infer import CohortResult, infer_cohort
+from swesbi.persons.cohort.infer import CohortResult
 from swesbi.persons.cohort.refresh import DrawSet
 from swesbi.prior import PriorSettings, draw_prior
 
@@ -46,7 +43,7 @@ def away() -> tuple[list[Member], Design, Hyperprior, case.Measured]:
     rng = np.random.default_rng(1)
     contexts, none = case.contexts(PERSONS, rng), np.empty((0, 3))
     design = design_of([Member(context, "not contradicted", "", none, none) for context in contexts])
-    prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
+    prior = hyperprior_of(design, case.THETA_PRIOR.parameters, case.HYPERPRIOR)
     _, measured = case.draw_members(AWAY, design, np.zeros(PERSONS), rng)
     members = case.members_of(measured, contexts, ["not contradicted"] * PERSONS, [""] * PERSONS, 4000)
     return members, design, prior, measured
@@ -68,7 +65,7 @@ def recycled() -> CohortResult:
     def redraw(subject: str, narrower: PriorSettings, stream: int) -> case.FloatArray:
         return measured.posterior(int(subject[1:]), narrower, ALL_NOT_CONTRADICTED.draws, stream)
 
-    return infer_cohort(members, case.THETA_PRIOR, ALL_NOT_CONTRADICTED, redraw, 1)
+    return case.infer(members, ALL_NOT_CONTRADICTED, redraw, 1)
 
 
 def distances(found: CohortResult) -> tuple[float, float]:
@@ -123,7 +120,7 @@ def levels() -> case.FloatArray:
         contexts = [context for context in case.contexts(PERSONS, rng, "F")]
         none = np.empty((0, 3))
         design = design_of([Member(context, "not contradicted", "", none, none) for context in contexts])
-        prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
+        prior = hyperprior_of(design, case.THETA_PRIOR.parameters, case.HYPERPRIOR)
         eta = draw_prior(prior, 1, rng)[0]
         _, measured = case.draw_members(eta, design, np.full(PERSONS, case.OUTLIERS.not_contradicted), rng)
         members = case.members_of(measured, contexts, ["not contradicted"] * PERSONS, [""] * PERSONS, 4000)
@@ -133,7 +130,7 @@ def levels() -> case.FloatArray:
         ) -> case.FloatArray:
             return measured.posterior(int(subject[1:]), narrower, case.SETTINGS.draws, stream)
 
-        inferred = infer_cohort(members, case.THETA_PRIOR, case.SETTINGS, redraw, seed)
+        inferred = case.infer(members, case.SETTINGS, redraw, seed)
         found.append((inferred.exact.phi < eta).mean(axis=0))
     return np.array(found)
 

@@ -10,7 +10,6 @@ import pytest
 
 from swesbi.persons.cohort.cohort import Member, design_of, make_member, weighted_quantiles
 from swesbi.persons.cohort.hyperprior import hyperprior_of
-from swesbi.persons.cohort.infer import infer_cohort
 from swesbi.persons.cohort.posterior import VisitSettings, first_visits
 
 NONE = np.empty((0, 3))
@@ -50,9 +49,17 @@ def test_groups_are_compared_with_the_first() -> None:
     design = design_of(members("babab"))
     assert design.groups == ("b", "a")
     assert design.matrix[:, -1].tolist() == [0.0, 1.0, 0.0, 1.0, 0.0]
-    names = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR).names
+    names = hyperprior_of(design, case.THETA_PRIOR.parameters, case.HYPERPRIOR).names
     assert len(names) == 3 * (2 + 3 + 1)
     assert names[-1] == "a factor k_sr_per_s"
+
+
+def test_the_reference_group_is_the_one_that_is_named() -> None:
+    design = design_of(members("babab"), reference="a")
+    assert design.groups == ("a", "b")
+    assert design.matrix[:, -1].tolist() == [1.0, 0.0, 1.0, 0.0, 1.0]
+    with pytest.raises(ValueError, match="reference group 'c': no person is of it; the groups are b, a"):
+        design_of(members("babab"), reference="c")
 
 
 @pytest.mark.parametrize(
@@ -107,8 +114,8 @@ def test_quantiles_of_equal_weights_are_those_of_the_draws() -> None:
 
 
 def test_an_empty_cohort_and_an_unknown_verdict_are_refused() -> None:
-    with pytest.raises(ValueError, match="a cohort needs at least one"):
-        infer_cohort([], case.THETA_PRIOR, case.SETTINGS, None, 1)
+    with pytest.raises(ValueError, match="a population needs at least one person"):
+        case.infer([], case.SETTINGS, None, 1)
     with pytest.raises(
         ValueError,
         match="verdict 'odd': expected one of not contradicted, uninformative, doubtful, contradicted",

@@ -15,11 +15,8 @@ from swesbi.artefacts import Provenance
 from swesbi.parameters import THETA_NAMES
 from swesbi.persons.cohort.cohort import design_of
 from swesbi.persons.cohort.hyperprior import hyperprior_of
-from swesbi.persons.cohort.infer import CohortResult, infer_cohort
-from swesbi.persons.cohort.result import (
-    CohortPosterior,
-)
-from swesbi.persons.cohort.stored import stored_form
+from swesbi.persons.cohort.infer import CohortResult
+from swesbi.persons.cohort.stored import CohortPosterior, stored_form
 from swesbi.persons.cohort.table import (
     COLUMNS,
     GROUP_FACTOR,
@@ -56,7 +53,7 @@ def infer(groups: str = GROUPS, seed: int = 5) -> CohortResult:
     def redraw(subject: str, prior: PriorSettings, stream: int) -> case.FloatArray:
         return measured.posterior(int(subject[1:]), prior, case.SETTINGS.draws, stream)
 
-    return infer_cohort(members, case.THETA_PRIOR, case.SETTINGS, redraw, seed)
+    return case.infer(members, case.SETTINGS, redraw, seed)
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +74,7 @@ def write(posterior: CohortPosterior, path: Path) -> Path:
 def test_the_population_is_found(inferred: CohortResult) -> None:
     assert inferred.exact.converged
     design = design_of(inferred.members)
-    assert inferred.prior == hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
+    assert inferred.prior == hyperprior_of(design, case.THETA_PRIOR.parameters, case.HYPERPRIOR)
     low, high = np.quantile(inferred.exact.phi, [0.005, 0.995], axis=0)
     assert ((low < TRUTH) & (high > TRUTH)).all()
     factor = inferred.exact.phi[:, -1]
@@ -88,7 +85,7 @@ def test_the_population_is_found(inferred: CohortResult) -> None:
 def test_subjects_not_contradicted_lean_on_the_population_and_outliers_do_not(
     posterior: CohortPosterior,
 ) -> None:
-    subjects = posterior.subjects
+    subjects = posterior.members
     assert subjects.outlier_prior.tolist() == [0.02] * 8 + [0.2, 0.9]
     assert subjects.outlier_posterior[-1] > subjects.outlier_posterior[:8].max()
     width = np.log(subjects.after[:, 2] / subjects.after[:, 0]).mean(axis=1)
@@ -105,15 +102,15 @@ def test_the_same_seed_gives_the_same_bytes(inferred: CohortResult, tmp_path: Pa
 def test_the_file_reads_back_by_us_and_by_arviz(posterior: CohortPosterior, tmp_path: Path) -> None:
     path = write(posterior, tmp_path / "cohort_posterior.h5")
     again = CohortPosterior.read(path)
-    assert again.subject == posterior.subject
+    assert again.member == posterior.member
     assert again.groups == ("a", "b")
     assert again.notes.startswith("a person counts once")
-    assert np.array_equal(again.population.theta, posterior.population.theta)
+    assert np.array_equal(again.population.within, posterior.population.within)
     opened = arviz.from_netcdf(str(path), engine="h5netcdf")
     assert {"posterior", "sample_stats", "log_likelihood", "constant_data"} <= set(opened.groups())
     summary = arviz.summary(opened, var_names=["median", "spread", "group_factor"], kind="stats")
     assert len(summary) == 9
-    assert opened.posterior["theta"].sizes["subject"] == PERSONS
+    assert opened.posterior["within"].sizes["member"] == PERSONS
     loo = arviz.loo(opened, pointwise=False)
     assert np.isfinite(loo.elpd_loo)
     assert CohortPosterior.load(path)[0]["/"]["hyperparameter"].values.size == 18
@@ -123,7 +120,7 @@ def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None
     context = case.contexts(1, np.random.default_rng(1))
     measured = case.Measured(np.log([[45.0, 5.0, 30.0]]), case.ERROR_SD[None])
     members = case.members_of(measured, context, ["not contradicted"], [""], 4000)
-    posterior = stored_form(infer_cohort(members, case.THETA_PRIOR, case.SETTINGS, None, 1))
+    posterior = stored_form(case.infer(members, case.SETTINGS, None, 1))
     again = CohortPosterior.read(write(posterior, tmp_path / "one.h5"))
     assert again.covariate == ()
     assert again.groups == ()
@@ -134,7 +131,13 @@ def test_without_groups_and_covariates_the_file_has_none(tmp_path: Path) -> None
 
 
 def test_groups_with_dollar_signs_are_drawn_as_they_are(posterior: CohortPosterior) -> None:
-    named = replace(posterior, first_group=r"$\first$", compared_group=(r"$\other$",))
+    money = {"a": r"$\first$", "b": r"$\other$"}
+    named = replace(
+        posterior,
+        group=tuple(money[name] for name in posterior.group),
+        reference_group=money["a"],
+        compared_group=(money["b"],),
+    )
     draw_cohort_posterior(named, cohort_title=TITLE).draw_without_rendering()
 
 

@@ -15,7 +15,7 @@ import free_case
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.axes import Axes
+from figure_text import assert_text_apart
 from matplotlib.text import Text
 from study_copy import ROOT
 
@@ -24,6 +24,7 @@ from swesbi.answers.change import JOINT, TABLE, PersonChangeSettings, check_prot
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.ending import InterruptedBySignal
+from swesbi.checks.scores import Band
 from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
@@ -376,13 +377,13 @@ def test_names_with_dollar_signs_are_drawn_as_they_are() -> None:
         samples_rejected=at, context=SimpleNamespace(hr_bpm=60.0),
     )  # fmt: skip
     visit = ShownVisit(
-        cast("Observation", observed), cast("Verdict", SimpleNamespace(reasons=())), at, at, at, at
+        cast("Observation", observed), cast("Verdict", SimpleNamespace(reasons=())), at, Band(at, at, at)
     )
     named = replace(stored(), person=r"$\person$", visit=(r"_$\first$", r"$\second$"))
     for draw in (draw_change, draw_change_sheet):
         figure = draw(named, [visit, visit], r"$\title$")
-        figure.draw_without_rendering()
-        shown = [text.get_text() for axes in figure.findobj(Axes) for text in axes.findobj(Text)]
+        assert_text_apart(figure)
+        shown = [text.get_text() for text in figure.findobj(Text)]
         assert any(text.startswith(r" _\$\first\$: median") for text in shown)
 
 
@@ -421,6 +422,32 @@ def test_the_change_in_groups_has_groups_hyperpriors_and_who_is_left_out(trial: 
     sentences = refusing["left_out"]
     assert any(f"(recording {slowest}) is refused, hr_bpm = " in sentence for sentence in sentences)
     assert slowest.split("-")[0] not in refusing["groups"]
+
+
+def test_the_reference_group_is_the_users_and_one_that_is_there(
+    trial: Study, typed: Callable[..., str], tmp_path: Path
+) -> None:
+    parts = command.groups_settings(trial, "amortised", {}, "control")
+    assert parts["cohort_posterior"]["reference_group"] == "control"
+    said = typed("--all", "--reference", "placebo")
+    assert "reference group 'placebo': no person is of it; the groups are treated, control" in said
+    assert "names a group, which --all compares" in typed("--person", "P01", "--reference", "control")
+    assert not (tmp_path / "results").exists()
+    plain = trial.config.to_plain() | {"cohort": str(TRIAL)}
+    plain["cohort_posterior"]["reference_group"] = "placebo"
+    with pytest.raises(ConfigError, match="cohort_posterior.reference_group: reference group 'placebo'"):
+        load_study(plain)
+
+
+def test_true_ratios_are_those_of_a_generated_cohort_alone(trial: Study, tmp_path: Path) -> None:
+    pairs = pairs_of(trial)
+    found = command.true_ratios(TRIAL, pairs)
+    assert found is not None
+    table = read_csv(TRIAL / "truth.csv").set_index("subject")
+    assert found[2, 1] == table["k_atp_per_s"]["P03-after"] / table["k_atp_per_s"]["P03-before"]
+    assert command.true_ratios(tmp_path, pairs) is None
+    (tmp_path / "truth.csv").write_text("subject,what\nP01-before,7\n", encoding="utf-8")
+    assert command.true_ratios(tmp_path, pairs) is None
 
 
 def test_those_who_came_once_are_named(trial: Study) -> None:

@@ -12,10 +12,9 @@ import speed_case
 
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.persons.change.hearts import VisitsHearts
 from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
+from swesbi.persons.change.proposal import DEGREES_OF_FREEDOM, joined_proposal
 from swesbi.persons.change.settings import ChangeRuleSettings, ChangeSettings, SharesSettings
-from swesbi.persons.change.transport import DEGREES_OF_FREEDOM, joined_proposal
 from swesbi.persons.change.visits import visits_model
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import FittedProposal
@@ -107,9 +106,9 @@ def test_the_first_proposal_of_both_is_as_good_as_those_of_each(
     """Whatever ties them, the passive stiffness too, which is integrated out."""
     pair, posteriors = models(0.0), own(0.0)
     shares = np.array([tied.get(name, 0.0) for name in pair[0].settings.prior.names])
-    hearts = VisitsHearts(visits_model(pair, [np.arange(PHASES)] * 2, shares, discrepancy))
-    first = joined_proposal(hearts, [each.phi for each in posteriors], [each.space for each in posteriors])
-    found = exact_case.weigh(hearts, first, 2000, 0.1, 1).efficiency
+    both = visits_model(pair, [np.arange(PHASES)] * 2, shares, discrepancy)
+    first = joined_proposal(both, [each.phi for each in posteriors], [each.space for each in posteriors])
+    found = exact_case.weigh(both, first, 2000, 0.1, 1).efficiency
     independent = np.prod([alone(*each) for each in zip(pair, posteriors, strict=True)])
     assert independent > 0.4
     assert found > 0.8 * independent

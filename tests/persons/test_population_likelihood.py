@@ -15,7 +15,6 @@ from swesbi.persons.cohort.hyperprior import hyperprior_of, in_rows
 from swesbi.persons.cohort.model import (
     CohortModel,
     PriorAlone,
-    equal_draws,
     population_law,
 )
 from swesbi.persons.cohort.ratio import log_normal_mass
@@ -32,12 +31,12 @@ def cohort() -> tuple[CohortModel, case.Measured]:
     contexts = case.contexts(SUBJECTS, rng)
     none = np.empty((0, 3))
     design = design_of([Member(context, "not contradicted", "", none, none) for context in contexts])
-    prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
+    prior = hyperprior_of(design, case.THETA_PRIOR.parameters, case.HYPERPRIOR)
     eta = draw_prior(prior, 1, rng)[0]
     _, measured = case.draw_members(eta, design, np.zeros(SUBJECTS), rng)
     theta = [measured.posterior(d, case.THETA_PRIOR, DRAWS, d) for d in range(SUBJECTS)]
     model = CohortModel(
-        PriorAlone(prior), equal_draws(theta), design.matrix, np.zeros(SUBJECTS), case.THETA_PRIOR
+        PriorAlone(prior), case.equal_draws(theta), design.matrix, np.zeros(SUBJECTS), case.THETA_PRIOR
     )
     return model, measured
 
@@ -100,7 +99,7 @@ def test_an_outlier_tells_nothing_of_the_population(cohort: tuple[CohortModel, c
 
 def test_blocks_and_subjects_do_not_matter(cohort: tuple[CohortModel, case.Measured]) -> None:
     model, measured = cohort
-    small = replace(model, recycled=equal_draws([draws.theta[:100] for draws in model.recycled]))
+    small = replace(model, recycled=case.equal_draws([draws.theta[:100] for draws in model.recycled]))
     eta = near(model, measured, 600)
     assert small.by_subject(eta)[300:301] == pytest.approx(small.by_subject(eta[300:301]), rel=1e-12)
     assert small.log_likelihood(eta) == pytest.approx(small.by_subject(eta).sum(axis=1))

@@ -9,7 +9,7 @@ import numpy as np
 import speed_case
 
 from swesbi.parameters import OF_THETA, THETA_NAMES
-from swesbi.persons.cohort.redraw import redraw_theta
+from swesbi.persons.cohort.refresh import redraw_theta
 from swesbi.prior import ParameterPrior
 
 NARROW = 0.15

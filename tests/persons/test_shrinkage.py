@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from swesbi.persons.cohort.cohort import Member, design_of, weighted_quantiles
 from swesbi.persons.cohort.hyperprior import hyperprior_of
-from swesbi.persons.cohort.model import CohortModel, PriorAlone, RecycledDraws, equal_draws
+from swesbi.persons.cohort.model import CohortModel, PriorAlone, RecycledDraws
 from swesbi.persons.cohort.refresh import DrawSet, combined, shrunken_prior
 from swesbi.persons.cohort.shrinkage import shrink
 from swesbi.prior import PriorSettings, log_density
@@ -36,12 +36,12 @@ def of_population(spread: FloatArray = ETA[3:]) -> PriorSettings:
 def model_of(draws: RecycledDraws, outlier: float = 0.0) -> CohortModel:
     context = case.contexts(1, np.random.default_rng(1))[0]
     design = design_of([Member(context, "not contradicted", "", draws.theta, draws.theta)])
-    prior = hyperprior_of(design, case.THETA_PRIOR, case.HYPERPRIOR)
+    prior = hyperprior_of(design, case.THETA_PRIOR.parameters, case.HYPERPRIOR)
     return CohortModel(PriorAlone(prior), (draws,), design.matrix, np.array([outlier]), case.THETA_PRIOR)
 
 
 def recycled(count: int = 20_000) -> RecycledDraws:
-    return equal_draws([MEASURED.posterior(0, case.THETA_PRIOR, count, 1)])[0]
+    return case.equal_draws([MEASURED.posterior(0, case.THETA_PRIOR, count, 1)])[0]
 
 
 def test_the_subject_within_a_known_population_is_that_of_its_prior() -> None:
@@ -93,7 +93,7 @@ def test_draws_made_anew_are_weighted_to_the_first_posterior() -> None:
     ratio = log_density(exact, population) - log_density(exact, case.THETA_PRIOR)
     right = np.log(np.exp(ratio).mean())
     assert float(model_of(both).by_subject(eta[None])[0, 0]) == pytest.approx(right, abs=0.12)
-    unweighted = equal_draws([both.theta])[0]
+    unweighted = case.equal_draws([both.theta])[0]
     assert abs(float(model_of(unweighted).by_subject(eta[None])[0, 0]) - right) > 0.3
     effective = shrink(model_of(both), eta[None], np.random.default_rng(1)).effective[0]
     assert effective > 5.0 * shrink(model, eta[None], np.random.default_rng(1)).effective[0]

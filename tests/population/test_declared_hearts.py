@@ -9,7 +9,8 @@ from typing import Final
 import numpy as np
 import pytest
 
-from swesbi.checks.calibration.fresh import STREAM, strata
+from swesbi.checks.calibration.known import FRESH_STREAM
+from swesbi.checks.calibration.scores import strata_of
 from swesbi.config.read import read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.context import Context, sphere_radius_m
@@ -55,8 +56,8 @@ def test_what_the_relative_thickness_refuses_has_next_to_no_cavity() -> None:
 
 def test_each_stratum_of_the_full_calibration_has_enough_recordings() -> None:
     number = FULL["population_experiments"]["amortised"]["calibration"]["model_noise"]
-    drawn = draw_population(range(number), AMORTISED.population, STUDY.config.seed, "fresh", STREAM)
+    drawn = draw_population(range(number), AMORTISED.population, STUDY.config.seed, "fresh", FRESH_STREAM)
     # The noise levels, drawn from other streams, are cut into thirds of their logarithm.
     levels = np.exp(np.linspace(*np.log(AMORTISED.conditions.relative_se), number))
-    parts = strata([one.context for one in drawn], levels, AMORTISED.calibration.strata)
+    parts = strata_of([one.context for one in drawn], levels, AMORTISED.calibration.strata)
     assert {name: int(part.sum()) for name, part in parts.items() if part.sum() < LEAST_RECORDINGS} == {}

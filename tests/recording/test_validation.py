@@ -16,6 +16,7 @@ from swesbi.recording.cohort.subjects import read_subjects
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import REASONS
 from swesbi.report.figures.recording import draw_recording_sheet
+from swesbi.report.numbers import REJECTIONS
 
 
 @pytest.fixture(autouse=True)
@@ -87,10 +88,11 @@ def test_a_sheet_shows_every_sample_and_says_where_it_comes_from() -> None:
     lines = {str(line.get_label()): line for line in figure.axes[0].get_lines()}
     assert len(lines["accepted sample"].get_xdata()) == (subject.verdict == -1).sum()
     for index, reason in enumerate(REASONS):
-        drawn = len(lines[f"rejected: {reason}"].get_xdata()) if f"rejected: {reason}" in lines else 0
+        label = f"rejected: {REJECTIONS[reason][0].lower()}{REJECTIONS[reason][1:]}"
+        drawn = len(lines[label].get_xdata()) if label in lines else 0
         assert drawn == (subject.verdict == index).sum()
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "missing phase" in labels
+    assert "phase without a measurement" in labels
     assert len(labels) == len(set(labels))
 
 

@@ -97,6 +97,11 @@ def test_names_that_look_like_numbers_stay_as_they_are(table: Path) -> None:
             ("P,One,", "Q,one,", "P,one,"),
             r"row 4, column 'visit': 'one' is the name of an earlier visit",
         ),
+        (
+            "group",
+            ("All",),
+            r"row 2, column 'group': 'All' is what tables of groups call all persons together",
+        ),
         (ALL, ("P,1,", ",2,"), r"row 3, column 'visit': '2' is given without person; name the person"),
         (ALL, ("P,1,", "P,,"), r"row 3, column 'person': 'P' has several rows, of which this one names no"),
         ("person", ("P", "P"), r"row 2, column 'person': 'P' has several rows(.|\n)*row 3, column 'person'"),

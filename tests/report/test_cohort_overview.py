@@ -13,6 +13,7 @@ from figure_text import assert_text_apart, text_boxes
 from study_copy import ROOT, StudyCopy
 
 from swesbi.artefacts import ArtefactError
+from swesbi.checks.calibration.table import STRATA
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.config.view import View
@@ -20,7 +21,7 @@ from swesbi.parameters import PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import JointPriorSettings
 from swesbi.report.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
-from swesbi.report.figures.population import STRATA, draw_strata
+from swesbi.report.figures.strata import draw_strata
 from swesbi.verdict.summary import COHORT, REFUSED, answer_columns, cohort_table
 
 SHIPPED = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
@@ -65,11 +66,11 @@ def test_the_overview_is_readable_and_of_one_size_whatever_the_cohort(
     subjects: int, refused: int, truth: bool
 ) -> None:
     figure = draw_cohort(overview(subjects, refused, truth=truth), TITLE, "amortised")
-    assert figure.get_size_inches().tolist() == [7.2, 8.0]
+    assert figure.get_size_inches().tolist() == [7.2, 7.0]
     assert_text_apart(figure)
     texts = [text for text, _ in text_boxes(figure)]
     assert any(TITLE in text for text in texts)
-    assert f"refused: {refused} ({100 * refused / subjects:.0f} %)" in texts
+    assert f"refused ({refused})" in texts
     assert ("S000" in texts) == (subjects <= 24 and refused < subjects)
 
 
@@ -83,7 +84,7 @@ def test_a_truth_widens_the_axes_to_hold_it() -> None:
 def test_strata_are_drawn_with_their_numbers_and_no_text_on_another() -> None:
     figure = draw_strata(strata(), interval=0.9, experiment="amortised")
     assert_text_apart(figure)
-    assert "female (n = 400)" in [text for text, _ in text_boxes(figure)]
+    assert "female (400; 60 %)" in [text for text, _ in text_boxes(figure)]
     with pytest.raises(ValueError, match="no coverage of 80 % intervals"):
         draw_strata(strata(), interval=0.8, experiment="amortised")
 

@@ -24,7 +24,7 @@ from swesbi.report.paper.comparison import (
     read_difference,
     statements_table,
 )
-from swesbi.report.paper.study_values import StudyResults, StudyValue, differ, shown, spread
+from swesbi.report.paper.study_values import Findings, StudyValue, differ, shown, spread
 from swesbi.report.paper.values import PaperNumber, PaperRow, numbers, read_paper
 
 PRINTED = (
@@ -37,12 +37,12 @@ PRINTED = (
 
 
 @pytest.fixture(scope="module")
-def results() -> StudyResults:
+def results() -> Findings:
     return study()
 
 
 @pytest.fixture(scope="module")
-def table(results: StudyResults) -> pd.DataFrame:
+def table(results: Findings) -> pd.DataFrame:
     return comparison_table(read_paper(), results).set_index("quantity")
 
 
@@ -90,17 +90,13 @@ def test_every_cell_is_filled_and_no_quantity_comes_twice(table: pd.DataFrame) -
     assert not frame["this_study"].str.contains(r"\bnan\b").any()
 
 
-def test_rows_name_measures_and_readings_that_exist() -> None:
-    for part in read_paper():
-        assert part.row.measure in MEASURES and part.row.reading in READINGS, part.quantity
-        assert part.row.reading == "words" or np.isfinite(part.value), part.quantity
-        assert part.row.reading != "spread" or np.isfinite(part.sd), part.quantity
-
-
-def test_every_measure_and_reading_is_used() -> None:
+def test_rows_name_all_measures_and_readings_and_what_they_compare() -> None:
     rows = [part.row for part in read_paper()]
     assert {part.measure for part in rows} == set(MEASURES)
     assert {part.reading for part in rows} == set(READINGS)
+    for part in read_paper():
+        assert part.row.reading == "words" or np.isfinite(part.value), part.quantity
+        assert part.row.reading != "spread" or np.isfinite(part.sd), part.quantity
 
 
 def test_designed_rows_name_the_place_of_the_choice(table: pd.DataFrame) -> None:
@@ -116,17 +112,25 @@ def test_designed_rows_name_the_place_of_the_choice(table: pd.DataFrame) -> None
         assert row(table, start)["origin"] == "found"
 
 
-def test_a_setting_is_its_own_place() -> None:
-    configured = printed(measure="configured", of={"path": "experiment.prior.k0_kpa.low"})
-    assert origin(configured, "mine") == "designed (config.yaml: experiment mine, prior.k0_kpa.low)"
-    assert (
-        origin(printed(of={"path": "cmaes.generations"}), "x") == "designed (config.yaml: cmaes.generations)"
-    )
-    assert origin(printed(designed="here", of={"path": "cmaes.generations"}), "x") == "designed (here)"
-    assert origin(printed(), "x") == "found"
+def test_a_setting_is_its_own_place(results: Findings) -> None:
+    mine = replace(results, main="mine")
+    configured = printed(of={"path": "experiment.prior.k0_kpa.low"})
+    assert origin(configured, mine) == "designed (config.yaml: experiment mine, prior.k0_kpa.low)"
+    of_search = {"path": "cmaes.generations"}
+    assert origin(printed(of=of_search), mine) == "designed (config.yaml: cmaes.generations)"
+    assert origin(printed(designed="here", of=of_search), mine) == "designed (here)"
+    assert origin(printed(), mine) == "found"
 
 
-def test_coverage_stands_in_both_readings(results: StudyResults, table: pd.DataFrame) -> None:
+def test_of_other_subjects_the_maker_of_the_volunteers_designs_nothing(results: Findings) -> None:
+    others = replace(results, cohort_title="patients of a clinic")
+    for part in read_paper():
+        of_volunteers = "volunteers" in part.row.designed
+        assert origin(part, results).startswith("designed") >= of_volunteers
+        assert not (of_volunteers and origin(part, others) != "found")
+
+
+def test_coverage_stands_in_both_readings(results: Findings, table: pd.DataFrame) -> None:
     scores = results.ppc[results.ppc["experiment"] == "paper"].set_index("subject")
     for start, column in (("as the band of noiseless curves", "noiseless"), ("with the noise", "observed")):
         told = row(
@@ -148,15 +152,15 @@ def test_the_configuration_is_the_paper_s(table: pd.DataFrame) -> None:
             assert table.loc[part.quantity, "note"].startswith("same definition"), part.quantity
 
 
-def test_a_changed_setting_is_told(results: StudyResults) -> None:
-    experiment = results.settings["experiment"]
+def test_a_changed_setting_is_told(results: Findings) -> None:
+    experiment = results.design["experiment"]
     changed = experiment | {"support": experiment["support"] | {"max_abs_z": 2.5}}
-    other = replace(results, settings=dict(results.settings) | {"experiment": changed})
+    other = replace(results, design=dict(results.design) | {"experiment": changed})
     told = row(comparison_table(read_paper(), other).set_index("quantity"), "largest admitted |z|")
     assert told["note"].startswith("configured otherwise")
 
 
-def test_means_are_over_the_supported_subjects(results: StudyResults, table: pd.DataFrame) -> None:
+def test_means_are_over_the_supported_subjects(results: Findings, table: pd.DataFrame) -> None:
     scores = results.ppc[(results.ppc["experiment"] == "paper") & results.ppc["may_be_read"]]
     values = scores["rmse_prior_kpa"]
     assert len(values) == 4
@@ -196,7 +200,7 @@ def test_experiments_that_were_not_run_are_said(table: pd.DataFrame) -> None:
         assert "was not run" not in row(table, start)["this_study"]
 
 
-def test_statements_follow_the_numbers(results: StudyResults) -> None:
+def test_statements_follow_the_numbers(results: Findings) -> None:
     scores = results.ppc.copy()
     scores.loc[scores["experiment"] == "scalar_only", "rmse_kpa"] *= 2.0
     posterior = results.posterior.copy()
@@ -221,7 +225,7 @@ def test_statements_follow_the_numbers(results: StudyResults) -> None:
     [(0.965, 0.918, "no"), (0.92, 0.99, "no"), (0.27, 0.6, "no"), (0.97, 0.8, "yes")],
 )
 def test_coverage_degrades_by_falling_below_nominal_alone(
-    results: StudyResults, narrow: float, wide: float, said: str
+    results: Findings, narrow: float, wide: float, said: str
 ) -> None:
     tables = {"paper": recovery(0.92, 0.90, narrow), "wide_prior": recovery(0.92, 0.90, wide)}
     changed = replace(results, recoveries=dict(results.recoveries) | tables)
@@ -249,7 +253,7 @@ def test_binomial_reading(value: float, scored: int, start: str) -> None:
     assert told.words.startswith(start) and told.agrees == (start == "no difference")
 
 
-def test_a_statement_agrees_where_each_of_its_numbers_does(results: StudyResults) -> None:
+def test_a_statement_agrees_where_each_of_its_numbers_does(results: Findings) -> None:
     """Broken one by one: a mean, a case, a count, an order, a yes."""
     table = statements_table(read_paper(), results)
     assert tuple(table.columns) == STATEMENT_COLUMNS and len(table) == 23 and table["statement"].is_unique
@@ -277,7 +281,7 @@ def test_a_statement_agrees_where_each_of_its_numbers_does(results: StudyResults
     }
 
 
-def test_the_two_excluded_cases_are_the_paper_s_by_the_way_they_fail(results: StudyResults) -> None:
+def test_the_two_excluded_cases_are_the_paper_s_by_the_way_they_fail(results: Findings) -> None:
     def told(**changes: dict[str, object]) -> list[str]:
         verdicts = {
             name: replace(verdict, **changes.get(name, {})) for name, verdict in results.verdicts.items()
@@ -322,7 +326,7 @@ def test_case_reading() -> None:
     )
 
 
-def test_an_unknown_rule_is_refused(results: StudyResults) -> None:
+def test_an_unknown_rule_is_refused(results: Findings) -> None:
     with pytest.raises(ReadingError, match="no reading"):
         read_difference(printed(reading="guess"), StudyValue("1", 1.0), "")
     with pytest.raises(ReadingError, match="no measure 'guess'"):

@@ -1,4 +1,4 @@
-"""Exact posteriors and noisy predictive checks as figures and tables: no text on text, verdicts, truth."""
+"""Exact posteriors as files and tables: verdicts, truth."""
 
 from __future__ import annotations
 
@@ -7,52 +7,16 @@ from pathlib import Path
 import evaluation_cases
 import numpy as np
 import pytest
-from evaluation_cases import TITLE, TRUE_THETA
-from exact_shown import PRIOR, panel, phi, predictive_panel, result, verdict, write_posterior
-from figure_text import assert_text_apart, text_boxes
-from matplotlib.figure import Figure
+from evaluation_cases import TRUE_THETA
+from exact_shown import phi, result, verdict, write_posterior
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.typed import Place
 from swesbi.checks.truths import Truths
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.truncated import Posterior
-from swesbi.report.figures.posterior import draw_exact_posteriors
-from swesbi.report.figures.posterior_subject import draw_exact_subject
-from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
-from swesbi.report.study_tables import TRUTH_COLUMNS, beside_the_truth, truth_table
+from swesbi.report.study_tables import TRUTH_COLUMNS, beside_the_truth
 from swesbi.verdict.summary import is_exact, verdict_numbers
-
-MANY = [f"patient-{number:03d}" for number in range(14)]
-
-
-@pytest.fixture(scope="module")
-def drawn() -> dict[str, Figure]:
-    return {
-        "cohort": draw_exact_posteriors([panel(name) for name in "ABCDEF"], PRIOR, TITLE),
-        "cohort-one": draw_exact_posteriors([panel("F", truth=False)], PRIOR, TITLE),
-        "cohort-many": draw_exact_posteriors([panel(name, truth=False) for name in MANY], PRIOR, TITLE),
-        "A": draw_exact_subject(panel("A"), PRIOR, TITLE),
-        "F": draw_exact_subject(panel("F", truth=False), PRIOR, TITLE),
-        "ppc": draw_cohort_checks([predictive_panel(name) for name in "ABCDEF"], TITLE),
-        "ppc-D": draw_subject_check(predictive_panel("D"), TITLE),
-        "ppc-F": draw_subject_check(predictive_panel("F"), TITLE),
-    }
-
-
-SHOWN = ["cohort", "cohort-one", "cohort-many", "A", "F", "ppc", "ppc-D", "ppc-F"]
-
-
-@pytest.mark.parametrize("name", SHOWN)
-def test_text_stands_apart_and_names_the_cohort(drawn: dict[str, Figure], name: str) -> None:
-    assert_text_apart(drawn[name])
-    assert any(TITLE in text for text, _ in text_boxes(drawn[name]))
-
-
-def test_the_reliability_of_the_weights_is_that_of_the_files(drawn: dict[str, Figure]) -> None:
-    shapes, efficiencies = drawn["cohort"].axes[-2:]
-    assert [line.get_ydata()[0] for line in efficiencies.lines] == pytest.approx([82.0] * 5 + [2.0])
-    assert sum(line.get_marker() == "^" for line in shapes.lines) == 1, "an infinite k-hat is off the axis"
 
 
 def test_verdicts_of_both_kinds_are_read_alike() -> None:
@@ -84,17 +48,19 @@ def posterior_of(low: float, high: float) -> Posterior:
 
 
 def test_the_truth_table_counts_what_lies_inside_and_leaves_out_the_contradicted() -> None:
-    answers = [
-        ("calibrated", "A", posterior_of(5.0, 60.0), verdict("A")),
-        ("calibrated", "F", posterior_of(5.0, 60.0), verdict("F")),
-        ("calibrated", "recorded", posterior_of(5.0, 60.0), verdict("A")),
-    ]
-    table = truth_table(answers, {name: np.array(TRUE_THETA[name], float) for name in "AF"})
+    places = {Place("calibrated", name): name for name in ("A", "F", "recorded")}
+    posteriors = dict.fromkeys(places, posterior_of(5.0, 60.0))
+    verdicts = {place: verdict("F" if name == "F" else "A") for place, name in places.items()}
+    truths = {name: np.array(TRUE_THETA[name], float) for name in "AF"}
+    table = beside_the_truth(posteriors, verdicts, truths)
     assert tuple(table.columns) == TRUTH_COLUMNS
     assert table["subject"].tolist() == ["A"] * 3 + ["F"] * 3
     assert table["inside"].tolist() == [True, True, True, None, None, None]
     assert table["low"].isna().tolist() == [False] * 3 + [True] * 3
-    narrow = truth_table([("x", "A", posterior_of(5.0, 40.0), verdict("A"))], {"A": np.array([58, 6, 28])})
+    of_a = Place("x", "A")
+    narrow = beside_the_truth(
+        {of_a: posterior_of(5.0, 40.0)}, {of_a: verdict("A")}, {"A": np.array([58, 6, 28])}
+    )
     assert narrow["inside"].tolist() == [False, True, True]
 
 

@@ -1,28 +1,37 @@
-"""Figures: no text on text, embedded fonts, same bytes twice, any number of subjects, the excluded marked."""
+"""Figures show the numbers they are given: no text on text, ticks on every axis, the excluded marked."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import evaluation_cases
+import exact_shown
 import numpy as np
 import pandas as pd
 import pytest
 from evaluation_cases import INTERVAL, PRIOR, TITLE, posterior_panels, predictive_panels
 from figure_text import assert_text_apart, text_boxes
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 from PIL import Image
 
 from swesbi.artefacts import ArtefactError
+from swesbi.checks.scores import Band
 from swesbi.networks.training_tables import TRAINING
-from swesbi.report.figures.density import log_density_of_draws, log_density_of_prior
-from swesbi.report.figures.posterior import draw_cohort_posteriors
-from swesbi.report.figures.posterior_subject import draw_subject_posterior
+from swesbi.report.figures.band import draw_band, draw_points
+from swesbi.report.figures.density import log_density_of_draws, log_density_of_prior, prior_band
+from swesbi.report.figures.forest import Panel, Series, forest, intervals
+from swesbi.report.figures.posterior import PosteriorPanel, draw_posteriors
+from swesbi.report.figures.posterior_subject import draw_corner
 from swesbi.report.figures.predictive import draw_cohort_checks, draw_subject_check
-from swesbi.report.figures.style import EXCLUDED_BACKGROUND, save_figure
+from swesbi.report.figures.style import EXCLUDED_BACKGROUND, in_percent, plain_decades, save_figure
 from swesbi.report.figures.training import draw_training
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
+LOOK = {"own": Series("#000000", "its own"), "other": Series("#8C8C8C", "the other's")}
 
 
 def history(epochs: int = 30) -> pd.DataFrame:
@@ -31,20 +40,31 @@ def history(epochs: int = 30) -> pd.DataFrame:
     return pd.DataFrame({"epoch": epoch, "training_loss": loss, "validation_loss": loss + 0.002 * epoch})
 
 
+def exact_panels(names: str | list[str], *, truth: bool = True) -> list[PosteriorPanel]:
+    return [exact_shown.panel(name, truth) for name in names]
+
+
 def figures() -> dict[str, Figure]:
-    checks, marginals = predictive_panels(), posterior_panels()
+    checks, marginals, joint = predictive_panels(), posterior_panels(), exact_shown.PRIOR
     return {
         "ppc": draw_cohort_checks(checks, TITLE),
-        "posterior": draw_cohort_posteriors(marginals, PRIOR, INTERVAL, TITLE),
+        "ppc-many": draw_cohort_checks(predictive_panels(MANY, MANY[3:5]), TITLE),
+        "ppc-one": draw_cohort_checks(predictive_panels("E", "E"), TITLE),
+        "ppc-exact": draw_cohort_checks([exact_shown.predictive_panel(name) for name in "ABCDEF"], TITLE),
         "ppc-A": draw_subject_check(checks[0], TITLE),
         "ppc-F": draw_subject_check(checks[5], TITLE),
-        "posterior-A": draw_subject_posterior(marginals[0], PRIOR, INTERVAL, TITLE),
-        "posterior-F": draw_subject_posterior(marginals[5], PRIOR, INTERVAL, TITLE),
+        "ppc-exact-D": draw_subject_check(exact_shown.predictive_panel("D"), TITLE),
+        "ppc-exact-F": draw_subject_check(exact_shown.predictive_panel("F"), TITLE),
+        "posterior": draw_posteriors(marginals, PRIOR, TITLE),
+        "posterior-many": draw_posteriors(posterior_panels(MANY, MANY[3:5]), PRIOR, TITLE),
+        "posterior-one": draw_posteriors(posterior_panels("A", ""), PRIOR, TITLE),
+        "posterior-exact": draw_posteriors(exact_panels("ABCDEF"), joint, TITLE),
+        "posterior-exact-one": draw_posteriors(exact_panels("F", truth=False), joint, TITLE),
+        "posterior-A": draw_corner(marginals[0], PRIOR, TITLE),
+        "posterior-F": draw_corner(marginals[5], PRIOR, TITLE),
+        "posterior-exact-A": draw_corner(exact_shown.panel("A"), joint, TITLE),
+        "posterior-exact-F": draw_corner(exact_shown.panel("F", truth=False), joint, TITLE),
         "training": draw_training(history(), trained_on=TITLE),
-        "ppc-many": draw_cohort_checks(predictive_panels(MANY, MANY[3:5]), TITLE),
-        "posterior-many": draw_cohort_posteriors(posterior_panels(MANY, MANY[3:5]), PRIOR, INTERVAL, TITLE),
-        "ppc-one": draw_cohort_checks(predictive_panels("E", "E"), TITLE),
-        "posterior-one": draw_cohort_posteriors(posterior_panels("A", ""), PRIOR, INTERVAL, TITLE),
     }
 
 
@@ -53,13 +73,15 @@ def drawn() -> dict[str, Figure]:
     return figures()
 
 
-NAMES = ["ppc", "posterior", "ppc-A", "ppc-F", "posterior-A", "posterior-F", "training"]
-NAMES += ["ppc-many", "posterior-many", "ppc-one", "posterior-one"]
+NAMES = ["ppc", "ppc-many", "ppc-one", "ppc-exact", "ppc-A", "ppc-F", "ppc-exact-D", "ppc-exact-F"]
+NAMES += ["posterior", "posterior-many", "posterior-one", "posterior-exact", "posterior-exact-one"]
+NAMES += ["posterior-A", "posterior-F", "posterior-exact-A", "posterior-exact-F", "training"]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_text_overlaps_another_or_leaves_the_figure(drawn: dict[str, Figure], name: str) -> None:
+def test_text_stands_apart_and_names_the_cohort(drawn: dict[str, Figure], name: str) -> None:
     assert_text_apart(drawn[name])
+    assert any(TITLE in text for text, _ in text_boxes(drawn[name]))
 
 
 def test_the_overlap_test_can_fail() -> None:
@@ -71,14 +93,127 @@ def test_the_overlap_test_can_fail() -> None:
     assert Bbox.intersection(*boxes) is not None
 
 
+def ticks_in_view(axis: Axis) -> int:
+    low, high = sorted(axis.get_view_interval())
+    return sum(low <= place <= high for place in axis.get_majorticklocs())
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not name.endswith("-one")])
+def test_every_axis_has_three_ticks_or_none(drawn: dict[str, Figure], name: str) -> None:
+    shown = [axes for axes in drawn[name].axes if axes.axison]
+    counts = [ticks_in_view(axis) for axes in shown for axis in (axes.xaxis, axes.yaxis)]
+    assert [count for count in counts if count in (1, 2)] == []
+
+
+@pytest.mark.parametrize(("low", "high"), [(10, 200), (21, 44), (2.0, 6.1), (1e-4, 1e4), (30.0, 31.0)])
+def test_ticks_of_a_logarithmic_axis_are_three_or_more_and_plain(low: float, high: float) -> None:
+    axes = Figure().subplots()
+    axes.set(xscale="log", xlim=(low, high))
+    plain_decades(axes.xaxis)
+    assert ticks_in_view(axes.xaxis) >= 3
+    assert axes.xaxis.get_major_formatter()(20.0) == "20"
+
+
+def test_percents_that_differ_are_told_apart() -> None:
+    axes = Figure().subplots()
+    in_percent(axes.xaxis)
+    shown = [axes.xaxis.get_major_formatter()(value) for value in (0.0, 0.005, 0.01, 0.015)]
+    assert shown == ["0 %", "0.5 %", "1 %", "1.5 %"]
+
+
+def rows() -> pd.DataFrame:
+    return pd.DataFrame(
+        [("A", "own", 1.0, 2.0, 4.0), ("B", "own", 3.0, 5.0, 6.0), ("B", "other", np.nan, np.nan, np.nan)],
+        columns=["row", "series", "low", "median", "high"],
+    ).assign(panel="k")
+
+
+def segments(axes: Axes) -> list[list[list[float]]]:
+    lines = [each for each in axes.collections if isinstance(each, LineCollection)]
+    return [segment.tolist() for each in lines for segment in each.get_segments()]
+
+
+def test_intervals_run_from_end_to_end_through_the_median() -> None:
+    axes = Figure().subplots()
+    intervals(axes, rows(), {"own": LOOK["own"]}, order=["B", "A"])
+    assert segments(axes) == [[[1.0, 1.0], [4.0, 1.0]], [[3.0, 0.0], [6.0, 0.0]]]
+    assert np.asarray(axes.lines[0].get_xydata()).tolist() == [[2.0, 1.0], [5.0, 0.0]]
+    upright = Figure().subplots()
+    placed = rows().assign(row=[7.0, 9.0, 9.0])
+    intervals(upright, placed, LOOK, upright=True)
+    assert segments(upright) == [[[7.0, 1.0], [7.0, 4.0]], [[9.0, 3.0], [9.0, 6.0]]]
+
+
+def test_series_of_a_row_stand_apart_unless_they_share_a_lane() -> None:
+    table = rows().assign(low=1.0, median=2.0, high=3.0)
+    for lane, apart in ((None, True), ("same", False)):
+        axes = Figure().subplots()
+        look = {name: Series("#000000", name, lane=lane) for name in LOOK}
+        intervals(axes, table, look, order=["A", "B"])
+        heights = {name: line.get_ydata()[-1] for name, line in zip(LOOK, axes.lines[::2], strict=True)}
+        assert (heights["own"] != heights["other"]) == apart
+
+
+def test_a_forest_names_its_rows_and_leaves_out_a_series_without_numbers() -> None:
+    panels = {"k": Panel("$k$ (kPa)", "stiffness", "log", mark=2.0)}
+    figure = forest(rows(), panels, LOOK, title="Some", names={"A": "first"})
+    (axes,) = figure.axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["first", "B"]
+    assert (axes.get_title("left"), axes.get_xlabel(), axes.get_xscale()) == ("$k$ (kPa)", "stiffness", "log")
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["its own"]
+    with pytest.raises(ValueError, match="no row to draw"):
+        forest(rows().iloc[:0], panels, LOOK, title="None")
+
+
+def test_a_band_and_points_show_what_was_measured() -> None:
+    axes, phase = Figure().subplots(), np.array([0.1, 0.5, 0.9])
+    draw_band(axes, phase, Band(phase, phase - 0.1, phase + 0.2), "#000000", "prior")
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), phase)
+    edges = axes.collections[0].get_paths()[0].get_extents()
+    assert (edges.y0, edges.y1) == pytest.approx((0.0, 1.1))
+    draw_points(axes, phase, np.array([1.0, np.nan, 3.0]), np.full(3, 0.5), "measured")
+    assert axes.lines[-1].get_xdata().tolist() == [0.1, 0.9]
+    assert axes.get_legend_handles_labels()[1] == ["prior", "measured"]
+
+
 def test_excluded_subjects_are_greyed_and_say_why(drawn: dict[str, Figure]) -> None:
     panels = drawn["ppc"].axes
     grey = tuple(int(EXCLUDED_BACKGROUND[i : i + 2], 16) / 255 for i in (1, 3, 5))
     greyed = [axes.get_facecolor()[:3] == pytest.approx(grey) for axes in panels]
     assert greyed == [False] * 4 + [True] * 2
     assert "0 in-prior draws" in panels[5].texts[0].get_text()
-    assert not any(line.get_label() == "posterior median" for line in panels[5].lines)
-    assert any(line.get_label() == "posterior median" for line in panels[0].lines)
+    labels = [axes.get_legend_handles_labels()[1] for axes in (panels[0], panels[5])]
+    assert [any(label.startswith("posterior") for label in each) for each in labels] == [True, False]
+
+
+def test_a_cohort_of_features_shows_medians_and_where_the_excluded_went(drawn: dict[str, Figure]) -> None:
+    axes = drawn["posterior"].axes[0]
+    panels = posterior_panels()
+    by_label = {axes.lines[i + 1].get_label(): axes.lines[i] for i in range(len(axes.lines) - 1)}
+    medians = [np.median(panel.draws[:, 0]) for panel in panels[:4]]
+    np.testing.assert_allclose(by_label["posterior"].get_xdata(), medians)
+    candidates = by_label["excluded (grey): median of the candidates"].get_xdata()
+    np.testing.assert_array_equal(candidates, [evaluation_cases.TRUE_THETA[name][0] for name in "EF"])
+    ends = [np.quantile(panels[0].draws[:, 0], level) for level in (0.05, 0.95)]
+    assert [[point[0] for point in segment] for segment in segments(axes)].count(ends) == 1
+
+
+def test_a_cohort_of_exact_posteriors_shows_verdicts_and_the_weights(drawn: dict[str, Figure]) -> None:
+    figure = drawn["posterior-exact"]
+    weights, mcmc = (figure.axes[-1].lines[i].get_xdata() for i in (0, 1))
+    assert weights.tolist() == [0.82] * 5
+    assert mcmc.tolist() == [0.02]
+    labels = {text.get_text() for text in figure.legends[0].get_texts()}
+    status = {f"posterior, {word}" for word in ("not contradicted", "doubtful", "contradicted")}
+    assert status | {"network alone", "truth", "CMA-ES fit", "draws by MCMC"} <= labels
+
+
+def test_a_large_cohort_shows_its_first_subjects_and_says_so() -> None:
+    panel = posterior_panels("A", "")[0]
+    many = [PosteriorPanel(f"S{i:02d}", panel.verdict, panel.draws, INTERVAL) for i in range(50)]
+    figure = draw_posteriors(many, PRIOR, TITLE)
+    assert "the first 40 of 50 subjects" in figure.get_suptitle()
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()][-1] == "S39"
 
 
 def test_files_are_the_same_twice_and_hold_no_time(tmp_path: Path) -> None:
@@ -121,7 +256,7 @@ def test_other_formats_and_empty_cohorts_are_refused(drawn: dict[str, Figure], t
     with pytest.raises(ValueError, match="cohort is empty"):
         draw_cohort_checks([], TITLE)
     with pytest.raises(ValueError, match="cohort is empty"):
-        draw_cohort_posteriors([], PRIOR, INTERVAL, TITLE)
+        draw_posteriors([], PRIOR, TITLE)
 
 
 def test_training_history_is_checked(tmp_path: Path) -> None:
@@ -134,10 +269,13 @@ def test_training_history_is_checked(tmp_path: Path) -> None:
         TRAINING.read(path)
 
 
-def test_densities_integrate_to_one_over_log_theta() -> None:
-    for prior in PRIOR.parameters:
+def test_densities_integrate_to_one_over_log_theta_and_the_band_holds_nine_tenths() -> None:
+    bands = prior_band(PRIOR).T
+    for prior, (low, high) in zip(PRIOR.parameters, bands, strict=True):
         theta, density = log_density_of_prior(prior)
         assert np.trapezoid(density, np.log(theta)) == pytest.approx(1.0, abs=1e-3)
+        inside = (theta >= low) & (theta <= high)
+        assert np.trapezoid(density[inside], np.log(theta[inside])) == pytest.approx(0.9, abs=0.02)
     draws = np.exp(np.random.default_rng(0).normal(1.0, 0.3, 5000))
     theta, density = log_density_of_draws(draws)
     assert np.trapezoid(density, np.log(theta)) == pytest.approx(1.0, abs=0.01)

@@ -9,22 +9,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from comparison_case import cases, study
+from comparison_case import cases
 from evaluation_cases import TITLE
 from study_copy import StudyCopy
 
-from swesbi.report.latex import comparison_latex, posterior_latex, ppc_latex, text
-from swesbi.report.paper.comparison import comparison_table
-from swesbi.report.paper.values import read_paper
+from swesbi.report.latex import posterior_latex, ppc_latex, text
 from swesbi.report.study_tables import posterior_table, ppc_table
 
 EXPERIMENTS = ("paper", "wide_prior")
 PREAMBLE = (
-    r"\documentclass{article}\usepackage{array,booktabs,graphicx,longtable}"
+    r"\documentclass{article}\usepackage{booktabs,graphicx,longtable}"
     r"\begin{document}"
 )
 ENGINE = next((name for name in ("pdflatex", "lualatex", "xelatex", "tectonic") if shutil.which(name)), None)
-NAMES = ("ppc", "posterior", "comparison")
+NAMES = ("ppc", "posterior")
 
 
 def render(name: str) -> str:
@@ -32,10 +30,7 @@ def render(name: str) -> str:
     verdicts = {(case.experiment, case.subject): case.verdict for case in all_cases}
     if name == "ppc":
         return ppc_latex(ppc_table(all_cases), verdicts, TITLE)
-    if name == "posterior":
-        return posterior_latex(posterior_table(all_cases), verdicts, TITLE)
-    paper = read_paper()
-    return comparison_latex(paper, comparison_table(paper, study(*EXPERIMENTS)), TITLE)
+    return posterior_latex(posterior_table(all_cases), verdicts, TITLE)
 
 
 def assert_syntax(latex: str) -> None:
@@ -56,7 +51,7 @@ def test_syntax_holds(name: str) -> None:
     assert TITLE in latex
 
 
-@pytest.mark.parametrize(("name", "width"), [("ppc", 14), ("posterior", 10), ("comparison", 5)])
+@pytest.mark.parametrize(("name", "width"), [("ppc", 14), ("posterior", 10)])
 def test_every_row_has_its_cells(name: str, width: int) -> None:
     rows = render(name).split(r"\endlastfoot")[1].split(r"\end{longtable}")[0].splitlines()
     plain = [row for row in rows if row and r"\multicolumn" not in row]
@@ -66,7 +61,7 @@ def test_every_row_has_its_cells(name: str, width: int) -> None:
 
 
 def test_the_syntax_check_can_fail() -> None:
-    good = render("comparison")
+    good = render("posterior")
     for bad in (good.replace("{", "", 1), good + "$", good.replace(r"\_", "%", 1), good + "±"):
         with pytest.raises(AssertionError):
             assert_syntax(bad)
@@ -114,7 +109,7 @@ def test_compiles(name: str, tmp_path: Path) -> None:
 
 def test_tables_of_a_finished_study(finished: StudyCopy, tmp_path: Path) -> None:
     files = sorted((finished.results / "tables").glob("*.tex"))
-    assert {file.name for file in files} >= {"ppc.tex", "posterior.tex", "paper_comparison.tex"}
+    assert {file.name for file in files} >= {"ppc.tex", "posterior.tex"}
     tables = [file.read_text(encoding="utf-8") for file in files]
     for table in tables:
         assert_syntax(table)

@@ -19,7 +19,7 @@ from swesbi.parameters import PEAK_ACTIVE, PHI_NAMES
 from swesbi.report.figures.pressures import draw_pressures
 from swesbi.report.page.sections import make_population_section
 from swesbi.report.tables.population import PopulationSection
-from swesbi.report.tables.pressures import pressures_of, pressures_table
+from swesbi.report.tables.pressures import pressures_table
 
 RATIOS = {RESISTANCE: 0.8, TIME_CONSTANT: 0.9, VOLUME_FACTOR: np.nan}
 
@@ -30,8 +30,9 @@ def made(subjects: int = 3, experiment: str = "amortised") -> pd.DataFrame:
     for number in range(subjects):
         for name in (PEAK_ACTIVE.name, *PHI_NAMES, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR, CAPACITANCE):
             ratio = RATIOS.get(name, 1.0) + 0.05 * number
-            known = np.nan if name == VOLUME_FACTOR else 1.0
-            values = (0.95 * known, 0.9 * known, 1.1 * known, 1.02, 0.93, 1.12, ratio, 0.1 * known)
+            known, unit = np.nan if name == VOLUME_FACTOR else 1.0, 1.4e8 if name == RESISTANCE else 1.0
+            limits = (0.95 * known, 0.9 * known, 1.1 * known, 1.02, 0.93, 1.12)
+            values = (*(unit * limit for limit in limits), ratio, 0.1 * known)
             how = (126.0, 83.0, "importance", 0.17, 0.4, number != 2)
             rows.append((experiment, f"S{number}", name, *values, *how))
     return pd.DataFrame(rows, columns=list(COLUMNS))
@@ -46,7 +47,7 @@ def test_widths_and_shifts_stand_by_quantity() -> None:
     assert found.caption == f"What pressures add: 3 {TITLE}."
     by_name = {row.cells[0]: row.cells[1:] for row in found.rows}
     assert list(by_name) == [
-        "k_0", "k_ATP", "k_SR", "a", "peak active stiffness", "R_d", "R_d C_s", "C_s", "f_V"
+        "k_0", "k_ATP", "k_SR", "passive stiffness a", "peak active stiffness", "R_d", "R_d C_s", "C_s", "f_V"
     ]  # fmt: skip
     assert by_name["R_d"] == ("0.85 (0.80 to 0.90)", "0.10 (0.10 to 0.10)")
     assert by_name["f_V"] == ("–", "–")
@@ -62,14 +63,8 @@ def test_the_section_has_them_where_there_are_any() -> None:
     assert "With cuff pressures" not in without.facts
 
 
-def test_rows_are_those_of_the_experiment(tmp_path: Path) -> None:
+def test_a_table_that_lacks_a_column_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "pressures.csv"
-    write_csv(path, pd.concat([made(2), made(1, "other")]))
-    table = PRESSURES.read(path)
-    found = pressures_of(table, "amortised")
-    assert found is not None and found["subject"].unique().tolist() == ["S0", "S1"]
-    assert pressures_of(table, "third") is None
-    assert pressures_of(None, "amortised") is None
     write_csv(path, made().drop(columns="shift_in_widths"))
     with pytest.raises(ArtefactError, match="pressures.csv: lacks the columns shift_in_widths"):
         PRESSURES.read(path)
@@ -82,3 +77,6 @@ def test_the_figure_has_its_texts_apart(subjects: int) -> None:
     assert len(figure.axes) == 8
     assert figure.axes[5].get_xlabel() == f"width {0.8 + 0.025 * (subjects - 1):.2f} of that without"
     assert not figure.axes[7].get_xlabel()  # the stressed volume is not free without
+    assert figure.axes[5].get_title("left") == "resistance $R_d$ (mmHg s/mL)"
+    without = figure.axes[5].lines[0].get_xdata()
+    np.testing.assert_allclose(without, 0.95 * 1.4e8 / 133.322387415e6)

@@ -19,19 +19,18 @@ from swesbi.parameters import PHI_NAMES, THETA_NAMES
 from swesbi.recording.noise.cohort import CohortNoise, GroupNoise, NoiseEstimate
 from swesbi.recording.noise.components import ComponentEstimate
 from swesbi.report.figures.style import save_figure
-from swesbi.report.page.figures import PagePart
+from swesbi.report.page.landing import limits
 from swesbi.report.page.sections import make_section, section_figures
-from swesbi.report.results import Experiment
+from swesbi.report.results import Experiment, no_rows
 from swesbi.report.table import Strong
-from swesbi.report.tables.exact import Exact, outcomes_table, truth_table, verdicts_table
+from swesbi.report.tables.exact import exact_table, outcomes_table, verdicts_table
 from swesbi.report.tables.experiments import (
     comparison_table,
     differences_table,
-    median_table,
     recovery_table,
     training_table,
 )
-from swesbi.report.tables.subjects import score_table
+from swesbi.report.tables.subjects import posterior_table, score_table
 
 SUBJECTS = "ADF"
 
@@ -79,8 +78,10 @@ def identifiability() -> pd.DataFrame:
         [
             {
                 "subject": subject, "quantity": name, "median": 5.0, "sd_log": 0.123, "contraction": 0.8,
-                "contraction_log": 0.812, "expected_sd_log": 0.13, "likelihood_low": 4.0,
-                "likelihood_high": 30.0, "likelihood_low_open": False, "likelihood_high_open": True,
+                "contraction_log": 0.812, "expected_sd_log": 0.13, "sensitivity_prior": 0.06,
+                "sensitivity_likelihood": 0.07 if name == "k_atp_per_s" else 0.02,
+                "sensitivity_nuisances": 0.04, "width_4": 0.94, "correlated_with": "speed_scale",
+                "correlation": -0.951,
             }
             for subject in SUBJECTS
             for name in PHI_NAMES
@@ -109,13 +110,19 @@ def noise() -> CohortNoise:
 
 
 @pytest.fixture
-def exact() -> Exact:
-    results = {name: result(name, 200) for name in SUBJECTS}
-    experiment = make_exact_experiment()
-    return Exact(experiment, results, calibration(), alarms(), identifiability(), noise(), truth())
+def exact() -> Experiment:
+    return replace(
+        make_exact_experiment(),
+        results={name: result(name, 200) for name in SUBJECTS},
+        calibration=calibration(),
+        alarms=alarms(),
+        identifiability=identifiability(),
+        noise=noise(),
+        truth=truth(),
+    )
 
 
-def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Exact) -> None:
+def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Experiment) -> None:
     rows = verdicts_table(exact, TITLE).rows
     assert [row.mark for row in rows] == ["", "doubtful", "muted"]
     assert rows[1].cells[:4] == ("D", "doubtful", "residuals (p = 0.0002)", "importance weights")
@@ -126,17 +133,17 @@ def test_verdicts_stand_with_the_reliability_of_their_draws(exact: Exact) -> Non
     )  # fmt: skip
 
 
-def test_flagged_tests_are_bold_and_tests_without_a_p_value_show_their_statistic(exact: Exact) -> None:
+def test_flagged_tests_are_bold_and_tests_without_a_p_value_show_their_statistic(exact: Experiment) -> None:
     rows = {str(row.cells[0]): row.cells[1:] for row in outcomes_table(exact, TITLE).rows}
     assert rows["residuals"] == ("0.40", Strong("0.00020"), Strong("0.00020"))
     assert rows["mass at a bound"] == ("0.40", "0.40", Strong("0.00020"))
     assert rows["end systolic volume"] == ("1.2", "1.2", "1.2")
 
 
-def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> None:
+def test_the_section_counts_what_failed_and_what_lies_inside(exact: Experiment) -> None:
     section = make_section(exact, {}, TITLE)
     facts = section.facts
-    assert facts["Verdicts"] == "1 not contradicted, 1 doubtful, 1 contradicted"
+    assert facts["Verdicts"] == "1 not contradicted (A), 1 doubtful (D), 1 contradicted (F)"
     assert facts["Exact posteriors"].endswith("by MCMC: F")
     assert facts["Truth of the simulated recordings"] == "inside 3 of 6 intervals"
     shown = {
@@ -149,30 +156,42 @@ def test_the_section_counts_what_failed_and_what_lies_inside(exact: Exact) -> No
     assert failed == ["k_SR"] * 6
     rates = [row.cells[1] for row in section.tables["alarms"].rows]
     assert rates[0] == "5.5 (2.8 to 11.0)" and len(rates) == 2
-    assert section.tables["identifiability"].rows[0].cells[2:] == ("0.812", "12.3", "13.0", "4.00 to (30.0)")
+    assert section.tables["identifiability"].rows[0].cells[2:] == (
+        "0.812", "0.06", "0.04", "0.02", "12.3", "13.0", "94", "scale of all speeds (−0.95)"
+    )  # fmt: skip
     assert section.tables["noise"].rows[0].cells == ("between repeats", "4.43", "0.10", "3.99 to 4.87")
     assert [row.mark for row in section.tables["posterior"].rows] == [""] * 4 + ["doubtful"] * 4 + [
         "muted"
     ] * 4
 
 
-def test_truth_of_the_contradicted_is_shown_without_an_answer(exact: Exact) -> None:
-    rows = truth_table(exact, TITLE).rows
-    assert [str(row.cells[-1]) for row in rows] == ["yes"] * 3 + ["no"] * 3 + ["–"] * 3
-    assert rows[-1].cells[4] == "5.50" and rows[-1].mark == "muted"
-    without = make_section(replace(exact, truth=pd.DataFrame(columns=["experiment"])), {}, TITLE)
-    assert "truth" not in without.tables
+def test_a_parameter_that_prior_and_likelihood_move_is_said_to_be_disputed(exact: Experiment) -> None:
+    said = list(limits(exact, "A"))
+    assert [text for text in said if "disagree" in text] == ["prior and recording disagree on k_ATP"]
+    assert not any("disagree" in text for text in limits(replace(exact, settings={"posterior": {}}), "A"))
 
 
-def test_tables_of_all_experiments_take_both_kinds(exact: Exact) -> None:
-    paper, calibrated = make_experiment("paper", dict.fromkeys(SUBJECTS, True)), exact.experiment
+def test_truth_of_the_contradicted_is_shown_without_an_answer(exact: Experiment) -> None:
+    rows = exact_table(exact, TITLE).rows
+    assert [str(row.cells[6]) for row in rows] == [*["yes"] * 3, "–", *["no"] * 3, "–", *["–"] * 4]
+    assert [row.cells[5] for row in rows[-4:]] == ["5.50"] * 3 + ["–"]
+    recorded = replace(exact, truth=no_rows())
+    heads = [column.head for column in exact_table(recorded, TITLE).columns]
+    assert (
+        "Truth" not in heads
+        and "Truth of the simulated recordings" not in make_section(recorded, {}, TITLE).facts
+    )
+
+
+def test_tables_of_all_experiments_take_both_kinds(exact: Experiment) -> None:
+    paper, calibrated = make_experiment("paper", dict.fromkeys(SUBJECTS, True)), exact
     rows = differences_table([calibrated], paper).rows
     assert [row.cells for row in rows] == [
         ("calibrated", "kind", "noise on features", "noise on the measured speeds")
     ]
     both = [paper, calibrated]
     assert comparison_table(both, TITLE).rows[0].cells[2] == "2 of 3 (A, D)"
-    assert median_table(both, TITLE).rows[-1].cells[-1] == "–"
+    assert posterior_table(both, TITLE).rows[-1].cells[3:6] == ("calibrated", "–", "–")
     assert len(recovery_table(both).rows) == 12 and len(training_table(both).rows) == 2
 
 
@@ -181,7 +200,7 @@ def test_figures_are_found_by_kind_and_experiment(tmp_path: Path) -> None:
     pngs = [tmp_path / f"{name}.png" for name in names]
     for png in pngs:
         save_figure(Drawing(figsize=(2.0, 1.0)), png)
-    found = section_figures(PagePart.SPEEDS, pngs, "calibrated", tmp_path / "index.html", TITLE)
+    found = section_figures("speeds", pngs, "calibrated", tmp_path / "index.html", TITLE)
     assert sorted(found) == ["identifiability", "noise", "ppc"]
     assert (found["ppc"].source, found["ppc"].full) == ("ppc-calibrated.png", "ppc-calibrated.pdf")
     assert TITLE in found["ppc"].caption

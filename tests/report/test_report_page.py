@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import pandas as pd
 import pytest
 from matplotlib.figure import Figure as Drawing
 from report_case import make_experiment
 
 from swesbi.artefacts import ArtefactError
 from swesbi.parameters import THETA_NAMES
+from swesbi.report.columns import _BY_SOURCE, _OF_SEVERAL
 from swesbi.report.figures.style import save_figure
 from swesbi.report.numbers import (
     estimate,
@@ -23,13 +23,12 @@ from swesbi.report.numbers import (
     with_symbols,
 )
 from swesbi.report.page.files import figure
-from swesbi.report.page.sections import caution, headline
+from swesbi.report.page.sections import caution
 from swesbi.report.paper.comparison import COMPARISON
-from swesbi.report.table import MARK, MUTED, Column, Link, Strong, Table, markdown, words
+from swesbi.report.table import MUTED, Column, words
 from swesbi.report.tables.experiments import (
     comparison_table,
     differences_table,
-    median_table,
     paper_table,
     recovery_table,
     training_table,
@@ -87,7 +86,7 @@ def test_the_spread_is_that_of_a_sample() -> None:
 
 
 def test_a_predicted_quantity_beside_the_measured_says_so_in_words() -> None:
-    row = {"median": 0.724, "ci_low": 0.690, "ci_high": 0.743}
+    row = {"median": 0.724, "low": 0.690, "high": 0.743}
     assert beside_the_measured(row | {"measured": 0.619}) == "predicted above measured"
     assert beside_the_measured(row | {"measured": 0.8}) == "predicted below measured"
     assert beside_the_measured(row | {"measured": 0.7}) == "holds the measured"
@@ -104,6 +103,11 @@ def test_a_column_of_several_values_is_an_interval_or_a_value_with_its_own() -> 
         Column("absent", "Coverage").cell(row)
 
 
+def test_no_column_is_defined_twice() -> None:
+    assert len({column.source for column in _BY_SOURCE}) == len(_BY_SOURCE)
+    assert {str(column.source) for column in _BY_SOURCE}.isdisjoint(_OF_SEVERAL)
+
+
 def test_words_may_have_other_names() -> None:
     column = words("sampler", "Answer", {"mcmc": "MCMC", "": "–"})
     assert [column.cell({"sampler": name}) for name in ("mcmc", "", "other", None)] == [
@@ -111,34 +115,6 @@ def test_words_may_have_other_names() -> None:
         "–",
         "other",
         "–",
-    ]
-
-
-def test_a_table_as_markdown_keeps_its_columns_and_its_note() -> None:
-    frame = pd.DataFrame(
-        {
-            "name": ["A", "B|C"],
-            "z": [Strong("3.1"), (Link("f", "g/f"),)],
-            "coverage": [0.9, math.nan],
-            "low": [0.88, math.nan],
-            "high": [0.92, math.nan],
-            MARK: ["", MUTED],
-        }
-    )
-    columns = (
-        words("name", "Subject"),
-        Column("z", "Largest |z|"),
-        Column(("coverage", "low", "high"), "Coverage", "% (interval)", "0%"),
-    )
-    table = Table("shown", frame, columns, "Note.")
-    assert [row.mark for row in table.rows] == ["", MUTED]
-    assert markdown(table).splitlines() == [
-        r"| Subject | Largest \|z\| | Coverage, % (interval) |",
-        "|---|---:|---:|",
-        "| A | **3.1** | 90 (88 to 92) |",
-        r"| B\|C | [f](g/f) | – |",
-        "",
-        "Note.",
     ]
 
 
@@ -172,9 +148,9 @@ def test_the_comparison_is_shown_as_written_and_escaped(tmp_path: Path) -> None:
 def test_means_are_over_the_supported_subjects_alone() -> None:
     experiment = make_experiment("paper", {"A": True, "B": True, "E": False})
     experiment.scores.loc[0, "rmse_kpa"] = 1.0
-    facts = headline(experiment)
-    assert facts["Subjects that the prior supports"] == "2 of 3"
-    assert "→ 1.50 ± 0.71 kPa" in facts["RMSE of the predictive median, prior → posterior"]
+    shown = {str(row.cells[0]): row.cells[1] for row in comparison_table([experiment], TITLE).rows}
+    assert shown["Subjects prior-supported"] == "2 of 3 (A, B)"
+    assert shown["RMSE, posterior (kPa)"] == "1.50 ± 0.71"
     rows = score_table(experiment, TITLE).rows
     assert [row.mark for row in rows] == ["", "", "muted", "summary", "summary"]
     assert [row.cells[2] for row in rows[-2:]] == ["1.50", "0.71"]
@@ -184,14 +160,14 @@ def test_means_are_over_the_supported_subjects_alone() -> None:
 def test_both_recoveries_stand_side_by_side_at_every_level() -> None:
     rows = recovery_table([make_experiment("paper", {"A": True})]).rows
     assert len(rows) == 2 * len(THETA_NAMES)
-    assert rows[-1].cells[2:6] == ("90", "25.0 (20.0 to 30.0)", "400", "12.5 (20.0 to 30.0)")
+    assert rows[-1].cells[3:7] == ("90", "25.0 (20.0 to 30.0)", "400", "12.5 (20.0 to 30.0)")
 
 
 def test_intervals_that_cover_too_little_are_pointed_out() -> None:
     experiment = make_experiment("paper", {"A": True})
     assert "contain the truth less often" in caution(experiment)
-    assert "k_SR (12.5 %)" in caution(experiment)
-    experiment.recovery.acquisition["ci_high"] = 0.95
+    assert "k_SR 12.5 %" in caution(experiment)
+    experiment.recovery_acquisition["ci_high"] = 0.95
     assert caution(experiment) == ""
 
 
@@ -203,19 +179,18 @@ def test_experiments_differ_in_the_settings_that_were_changed() -> None:
     shown = {str(row.cells[0]): row.cells[1:] for row in comparison_table([main, other], TITLE).rows}
     assert shown["Subjects prior-supported"] == ("2 of 2 (A, B)", "1 of 2 (A)")
     assert shown["RMSE, posterior (kPa)"] == ("2.00 ± 0.00", "2.00")
-    assert median_table([main, other], TITLE).rows[-1].cells[3:] == ("5.00 (4.00 to 6.00)", "–")
+    last = [row.cells for row in posterior_table([main, other], TITLE).rows[-2:]]
+    assert [cells[3:6] for cells in last] == [("paper", "5.00", "4.00 to 6.00"), ("scalar_only", "–", "–")]
     larger = make_experiment("calibrated", {"A": True, "G": True})
-    last = median_table([main, larger], TITLE).rows[-1].cells  # a subject that the first does not have
-    assert (last[0], *last[3:]) == ("G", "–", "5.00 (4.00 to 6.00)")
+    cells = posterior_table([main, larger], TITLE).rows[-1].cells  # a subject that the first does not have
+    assert (cells[0], *cells[3:6]) == ("G", "calibrated", "5.00", "4.00 to 6.00")
 
 
 def test_a_study_that_supports_nobody_is_shown() -> None:
     nobody = make_experiment("paper", {"A": False, "B": False})
-    facts = headline(nobody)
-    assert facts["Subjects that the prior supports"] == "0 of 2"
-    assert not any("RMSE" in name for name in facts)
-    for make in (verdict_table, score_table, feature_table, posterior_table):
+    for make in (verdict_table, score_table, feature_table):
         assert all(row.mark == MUTED for row in make(nobody, TITLE).rows)
+    assert all(row.mark == MUTED for row in posterior_table([nobody], TITLE).rows)
     assert derived_table(nobody, TITLE).rows == ()
     assert comparison_table([nobody], TITLE).rows[1].cells[1] == "–"
 

@@ -55,9 +55,9 @@ def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path)
     shown = shown_validation(ROUNDS.read(stored(tmp_path))).table
     assert shown.caption.endswith("round 2, 2026-12-02; as shipped.")
     together, *rows = shown.rows
-    assert together.cells[:2] == ("(c), (d), (h) together", "k_SR")
+    assert together.cells[:2] == ("(c); spring; (h) together", "k_SR")
     assert together.cells[7:9] == (Strong("84.0 (75 to 91)"), Strong("24.0 (15 to 34)"))
-    assert [row.cells[0] for row in rows] == ["(d) spring", "(e) blocks", "(a) own"]
+    assert [row.cells[0] for row in rows] == ["spring", "blocks", "own"]
     assert rows[0].cells[1:7] == ("k_SR", "60", "67", "0", "33", "73.3 (60 to 84)")
     assert rows[0].cells[7:] == (Strong("60.0 (40 to 78)"), Strong("40.0 (22 to 60)"), "−0.18", "0.45")
     assert rows[1].mark == "muted" and rows[1].cells[7:9] == ("not tested", "not tested")
@@ -67,11 +67,11 @@ def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path)
 def test_sentences_follow_the_numbers(tmp_path: Path) -> None:
     each, chance, covered, missed, untested = shown_validation(ROUNDS.read(stored(tmp_path))).brief
     assert all(sentence.startswith("Not reached: ") for sentence in (each, chance, covered, missed))
-    assert each.endswith("interval. Short of it: (d) spring, k_SR 60.0 % (40.0 to 78.0).")
-    assert chance.endswith("19 %, by the 99 % interval. Above it: (d) spring, 40.0 % (22.0 to 60.0).")
-    assert covered.endswith("at least 85 %. Found: k_SR 84.0 %.")
+    assert each.endswith("interval. Short of it: spring, k_SR 60.0 % (40.0 to 78.0).")
+    assert chance.endswith("19 %, by the 99 % interval. Above it: spring, 40.0 % (22.0 to 60.0).")
+    assert covered.endswith("at least 85 %. Found: k_SR 84.0 %, 73.3 % of all answered.")
     assert missed.endswith("at most 23 % are missed, 19 % being missed by chance. Found: 24.0 %.")
-    assert untested == "Not tested, since too few hearts are not contradicted: (e) blocks, 12 of 60."
+    assert untested == "Not tested, since too few hearts are not contradicted: blocks, 12 of 60."
 
 
 def test_a_later_round_is_compared_with_the_second(tmp_path: Path) -> None:
@@ -80,7 +80,7 @@ def test_a_later_round_is_compared_with_the_second(tmp_path: Path) -> None:
     third = table[table["round"] == 2].assign(round=4, width_log=0.6)
     write_csv(path, pd.concat([table, third]))
     width = shown_validation(ROUNDS.read(path)).brief[-1]
-    assert width.startswith("Reached: k_SR of (a) is at most 1.35 times as wide")
+    assert width.startswith("Reached: k_SR of the own is at most 1.35 times as wide")
     assert width.endswith("Found: 1.33 times.")
 
 

@@ -146,6 +146,7 @@ def test_own_tables_are_read_by_one_function() -> None:
 def test_every_mutant_is_a_fault_of_a_line_that_is_there() -> None:
     for mutant in MUTANTS:
         mutant.edited(ROOT)
+        assert all((ROOT / path).exists() for path in mutant.suite), mutant.package
     assert read_table(ROOT / STORED)["mutant"].tolist() == [mutant.name for mutant in MUTANTS]
 
 

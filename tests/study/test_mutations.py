@@ -146,8 +146,8 @@ MUTATIONS = (
     ),
     Mutation(
         "sign of the bias in the recovery",
-        "(recovered.mean - recovered.truth)",
-        "(recovered.truth - recovered.mean)",
+        '(part["mean"] - part["truth"])',
+        '(part["truth"] - part["mean"])',
         ("paper/recovery.csv",),
         "recovery/bias",
     ),

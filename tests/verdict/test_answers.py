@@ -15,8 +15,9 @@ from observed_cohort import write_observed_cohort
 from swesbi.answers.cohort import AnswerOfPopulation, answer_of_population
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.artefacts.typed import read_as
-from swesbi.checks.calibration.dataset import PopulationCalibration
-from swesbi.checks.calibration.fresh import FreshRecordings, infer_fresh, strata
+from swesbi.checks.calibration.dataset import FreshRecordings, PopulationCalibration
+from swesbi.checks.calibration.known import infer_all, of_fresh
+from swesbi.checks.calibration.scores import strata_of
 from swesbi.checks.calibration.settings import RecordingsSettings
 from swesbi.context import Context
 from swesbi.networks.flow.cells import CellConditioner
@@ -51,7 +52,8 @@ SIZES = RecordingsSettings(
 @cache
 def parts(start: int, stop: int, kind: str = MODEL_NOISE) -> FreshRecordings:
     flow = case.trained().flow
-    return infer_fresh(range(start, stop), kind, flow, case.FRESH, SIZES, EXACT, seed=7)
+    made = of_fresh(range(start, stop), kind, case.FRESH, seed=7)
+    return infer_all(made, stop - start, kind, flow, SIZES, EXACT)
 
 
 def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -> None:
@@ -103,7 +105,7 @@ def test_strata_of_a_value_are_a_partition_with_the_cuts_where_they_are_said() -
     contexts = [
         Context("T", "F" if n % 2 else "M", age, 1.7, 66.0, 90.0, 34.0, 0.8) for n, age in enumerate(ages)
     ]
-    found = strata(contexts, np.full(6, 0.03), case.EXPERIMENT.calibration.strata)
+    found = strata_of(contexts, np.full(6, 0.03), case.EXPERIMENT.calibration.strata)
     by_age = {name: part for name, part in found.items() if name.startswith("age")}
     assert np.array_equal(np.sum(list(by_age.values()), axis=0), np.ones(6))
     assert by_age["age_years below 18"].tolist() == [True, True, False, False, False, False]
@@ -114,7 +116,7 @@ def test_strata_of_a_value_are_a_partition_with_the_cuts_where_they_are_said() -
 def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
     hearts = [(90.0, 0.8), (100.0, 1.5), (220.0, 0.9)]
     contexts = [Context("T", "F", 50.0, 1.7, 66.0, lvedv, 0.4 * lvedv, ivsd) for lvedv, ivsd in hearts]
-    found = strata(contexts, np.full(3, 0.03), case.EXPERIMENT.calibration.strata)
+    found = strata_of(contexts, np.full(3, 0.03), case.EXPERIMENT.calibration.strata)
     assert found["ivsd_cm 1.2 and more"].tolist() == [False, True, False]
     assert found["lvedv_ml 160 and more"].tolist() == [False, False, True]
 

@@ -1,4 +1,7 @@
-"""Command line: ``python -m tools.docs`` writes tables and figures of README and docs/."""
+"""Copy the tables and figures that README and docs/ name from a finished study, and fill the pages' tables.
+
+They go into docs/tables and docs/figures.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +24,7 @@ EXIT_USAGE: Final = 2
 
 def main(arguments: Sequence[str]) -> int:
     """Write tables and figures of the pages; return 0, or 2 with a message."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tools.docs",
-        description="Copy the tables and figures that README and docs/ name from a finished study into "
-        "docs/tables and docs/figures, and write the tables of the pages anew.",
-    )
+    parser = argparse.ArgumentParser(prog="python -m tools.docs", description=__doc__)
     add_options(parser)
     parser.add_argument(
         "--folder", type=Path, default=Path(), help="of README.md and docs/; default: this one"

@@ -18,7 +18,6 @@ from pydantic import Field, ValidationError
 
 from swesbi.base.settings import Settings
 from swesbi.report.numbers import MINUS, MISSING, count, fixed, with_minus
-from swesbi.report.table import BAR
 
 PART: Final = re.compile(
     r"<!-- table (?P<path>[^\n]*)\n(?P<keys>(?:(?!-->).)*)-->\n"
@@ -29,6 +28,7 @@ MARK: Final = re.compile(r"<!-- (?:table |end table)")
 STORED: Final = re.compile(r"(?:docs|studies/\w+)/tables/[\w./-]+\.csv")
 HOLE: Final = re.compile(r"\{([^{}]*)\}")
 MOST_ROWS: Final = 15
+BAR: Final = "\\|"
 QUERY_ERRORS: Final = (
     ArithmeticError, AttributeError, LookupError, NameError, NotImplementedError, SyntaxError, TypeError,
     ValueError,

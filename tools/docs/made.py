@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.identifiability.information import contraction
+from swesbi.checks.identifiability.posterior import contraction
 from swesbi.config.study import Study
 from swesbi.networks import training_tables
 from swesbi.parameters import NUISANCES, PHI_NAMES, THETA_NAMES

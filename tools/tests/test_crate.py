@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -79,13 +78,6 @@ def ids(value: object) -> set[str]:
     return {each["@id"] for each in (value if isinstance(value, list) else [value])}
 
 
-def references(value: object) -> Iterator[str]:
-    if isinstance(value, dict):
-        yield from [value["@id"]] if set(value) == {"@id"} else []
-    for each in value if isinstance(value, list) else []:
-        yield from references(each)
-
-
 def files_below(folder: Path) -> dict[str, bytes]:
     paths = (path for path in folder.rglob("*") if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
@@ -101,18 +93,6 @@ def test_what_is_described_is_there_and_what_is_there_is_described(project: Path
     assert not any("__pycache__" in name for name in files)
     assert all(files[name] == (project / name).read_bytes() for name in named)
     assert all(int(entities[name]["contentSize"]) == len(files[name]) for name in named - {"Snakefile"})
-
-
-def test_references_lead_somewhere(project: Path) -> None:
-    entities = graph(packed(project))
-    local = {
-        target
-        for entity in entities.values()
-        for value in entity.values()
-        for target in references(value)
-        if "://" not in target
-    }
-    assert local <= set(entities)
 
 
 def test_the_workflow_made_the_results_of_the_recordings(project: Path) -> None:

@@ -14,7 +14,7 @@ from swesbi.config.read import (
 )
 from swesbi.config.study import load_study
 from swesbi.config.view import View
-from swesbi.report.figures.registry import captions, figure_of
+from swesbi.report.figures.registry import WHOLE, captions, figure_of
 from swesbi.study.running import RUN, check_dates, current_run, guard_run
 from swesbi.study.nulls import nulls_of
 from swesbi.study.stage import stage_params
@@ -152,11 +152,12 @@ def reported(path, caption, label, subcategory="Whole cohort"):
 def drawn(rule, name):
     """Return a rule's figure with its place in the report, which the registry of figures knows."""
     figure = figure_of(rule, name)
-    paths = {
-        "cohort": f"<results>/figures/{name}.png",
-        "subject": f"<results>/{{experiment}}/subjects/{{subject}}/{name}.png",
-    }
-    path = paths.get(figure.of, f"<results>/figures/{name}-{{experiment}}.png")
+    if figure.of in WHOLE:
+        path = f"<results>/figures/{name}.png"
+    elif figure.of == "subject":
+        path = f"<results>/{{experiment}}/subjects/{{subject}}/{name}.png"
+    else:
+        path = f"<results>/figures/{name}-{{experiment}}.png"
     return reported(path, "figure", figure.label, figure.subcategory)
 
 

@@ -99,7 +99,6 @@ rule workflow_figure:
     input:
         pool=f"<results>/{MAIN}/pool.h5",
         training=f"<results>/{MAIN}/training.csv",
-        observations=paths_of(OBSERVATION, MAIN),
         predictives=paths_of(PREDICTIVE, MAIN),
         posteriors=paths_of(POSTERIOR, MAIN),
         verdicts=paths_of(VERDICT, MAIN),

@@ -47,7 +47,7 @@ rule population_calibration:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.checks.calibration.population:calibration_on_fresh"),
+        **stage("swesbi.checks.calibration.known:calibration_on_fresh"),
     script:
         "../scripts/stage.py"
 
@@ -81,7 +81,7 @@ rule population_scores:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.checks.calibration.population:scores_on_fresh"),
+        **stage("swesbi.checks.calibration.scores:scores_on_fresh"),
     script:
         "../scripts/stage.py"
 
@@ -97,7 +97,7 @@ rule pushes_calibration:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.checks.calibration.pushes:infer_pushes"),
+        **stage("swesbi.checks.calibration.known:pushes_on_fresh"),
     script:
         "../scripts/stage.py"
 
@@ -117,7 +117,7 @@ rule pushes_table:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.checks.calibration.pushes:scores_on_pushes"),
+        **stage("swesbi.checks.calibration.scores:scores_on_pushes"),
     script:
         "../scripts/stage.py"
 
@@ -194,7 +194,7 @@ rule strata_figure:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.report.figures.population:draw_strata"),
+        **stage("swesbi.report.figures.strata:draw_strata"),
     script:
         "../scripts/stage.py"
 
@@ -219,6 +219,6 @@ rule population_agreement:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.checks.calibration.cohort:agreement_of_networks"),
+        **stage("swesbi.checks.calibration.two_samples:agreement_of_networks"),
     script:
         "../scripts/stage.py"

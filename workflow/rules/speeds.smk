@@ -101,7 +101,7 @@ rule noise_figure:
         noise=NOISE,
     output:
         figure_pdf="<results>/figures/noise.pdf",
-        figure_png="<results>/figures/noise.png",
+        figure_png=drawn("noise_figure", "noise"),
     log:
         "<results>/logs/noise_figure.log",
     params:
@@ -111,24 +111,27 @@ rule noise_figure:
 
 
 rule identifiability:
-    """Contraction, profiles of the exact likelihood, information of each phase, and other designs."""
+    """Contraction, correlations, power scaling, information of each phase, and what more repeats buy."""
     input:
         posteriors=of_experiment(POSTERIOR),
         observations=of_experiment(OBSERVATION),
         noise=NOISE,
     output:
-        identifiability="<results>/{experiment}/identifiability.h5",
         summary=reported(
             "<results>/{experiment}/identifiability.csv",
             "identifiability_table",
             "identifiability",
+        ),
+        correlations=reported(
+            "<results>/{experiment}/correlations.csv",
+            "correlations",
+            "correlations of the posteriors",
         ),
         information=reported(
             "<results>/{experiment}/information.csv",
             "information",
             "information of the phases",
         ),
-        design=reported("<results>/{experiment}/design.csv", "design", "designs"),
     log:
         "<results>/logs/identifiability/{experiment}.log",
     wildcard_constraints:
@@ -142,7 +145,9 @@ rule identifiability:
 rule identifiability_figures:
     """What the recordings tell."""
     input:
-        identifiability=rules.identifiability.output.identifiability,
+        posteriors=rules.identifiability.input.posteriors,
+        summary=rules.identifiability.output.summary,
+        information=rules.identifiability.output.information,
     output:
         identifiability_pdf="<results>/figures/identifiability-{experiment}.pdf",
         identifiability_png=drawn("identifiability_figures", "identifiability"),
@@ -169,7 +174,7 @@ rule calibration_recordings:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        **stage("swesbi.checks.calibration.subject:recordings_like_subject"),
+        **stage("swesbi.checks.calibration.known:recordings_like_subject"),
     script:
         "../scripts/stage.py"
 
@@ -188,7 +193,7 @@ rule calibration_local:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        **stage("swesbi.checks.calibration.subject:calibration_at_subject"),
+        **stage("swesbi.checks.calibration.local:calibration_at_subject"),
     script:
         "../scripts/stage.py"
 
@@ -224,13 +229,13 @@ rule calibration:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        **stage("swesbi.checks.calibration.cohort:calibration_of_cohort"),
+        **stage("swesbi.checks.calibration.scores:calibration_of_cohort"),
     script:
         "../scripts/stage.py"
 
 
 rule calibration_figure:
-    """Ranks, coverage, weights and local calibration."""
+    """Ranks and coverage on recordings of known parameters, and how reliable the weights were."""
     input:
         calibration=rules.calibration.output.calibration,
         table=rules.calibration.output.table,

@@ -62,7 +62,6 @@ rule paper_comparison:
             "table_comparison",
             "beside the paper",
         ),
-        comparison_tex="<results>/tables/paper_comparison.tex",
         statements_csv=reported(
             "<results>/tables/statements.csv",
             "table_statements",

@@ -17,7 +17,7 @@ PRESSURES_TABLES = (
 NOISE_FILES = (
     [NOISE, "<results>/cohort/contexts.h5"] if SPEED_EXPERIMENTS or POPULATIONS else []
 )
-NOISE_FIGURES = ["noise"] if SPEED_EXPERIMENTS else []
+NOISE_FIGURES = names_of("recordings") if SPEED_EXPERIMENTS else []
 EXPLORER_PAGES = (
     ["<results>/explorer.html"] if EXPLORER.is_file() and SPEED_EXPERIMENTS else []
 )
@@ -93,15 +93,21 @@ def cohort_outputs():
         *figures_of(EXPERIMENTS, names_of("experiment"), ["png"]),
         *expand(
             "<results>/tables/{table}.{kind}",
-            table=["ppc", "posterior", "paper_comparison"],
+            table=["ppc", "posterior"],
             kind=["csv", "tex"],
         ),
-        *expand("<results>/tables/{table}.csv", table=["features", "statements"]),
+        *expand(
+            "<results>/tables/{table}.csv",
+            table=["features", "paper_comparison", "statements"],
+        ),
         *TRUTH_TABLES,
         *figures_of(SPEED_EXPERIMENTS, names_of("speeds")),
         *files_of(SPEED_EXPERIMENTS, "calibration.csv", "alarms.csv"),
         *files_of(
-            SPEED_EXPERIMENTS, "identifiability.csv", "information.csv", "design.csv"
+            SPEED_EXPERIMENTS,
+            "identifiability.csv",
+            "correlations.csv",
+            "information.csv",
         ),
         *cohort_posteriors(SPEED_EXPERIMENTS),
         *files_of(EXPERIMENTS, "recovery.csv", "recovery_acquisition.csv"),
@@ -128,7 +134,7 @@ def linked_artefacts():
         *figures_of(EXPERIMENTS, names_of("experiment"), ["pdf"]),
         *files_of(EXPERIMENTS, "pool.h5", "training.csv"),
         *files_of(FEATURE_EXPERIMENTS, "estimator.pt", "checkpoints.pt"),
-        *files_of(SPEED_EXPERIMENTS, "flow.h5", "calibration.h5", "identifiability.h5"),
+        *files_of(SPEED_EXPERIMENTS, "flow.h5", "calibration.h5"),
         *files_of([MAIN], "epochs.csv"),
         *files_of(POPULATIONS, "flow.h5", "training.csv", "calibration.h5"),
         *files_of(POPULATIONS, *of_part),

@@ -16,6 +16,7 @@ from swesbi.artefacts import Provenance
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
+from swesbi.checks.scores import Band
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.persons.change.joint import both_visits, infer_change, own_posterior
@@ -125,7 +126,7 @@ def _shown(
     known = speed[np.isfinite(speed).all(axis=1)]
     kpa = youngs_modulus_kpa(known, model.settings.density_kg_m3)
     low, median, high = median_and_interval(kpa, mass)
-    return ShownVisit(observed, verdict, phase, low, median, high)
+    return ShownVisit(observed, verdict, phase, Band(median=median, low=low, high=high))
 
 
 def _report(stored: StoredChange, efficiency: Sequence[float]) -> None:

@@ -21,9 +21,9 @@ from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole, write
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.checks.free_predictive import FreePredictiveCheck
 from swesbi.recording.observation import SOURCES, Observation, same_recording
-from swesbi.report.figures.free_predictive import draw_free_check
-from swesbi.report.figures.posterior_subject import draw_exact_subject
-from swesbi.report.figures.predictive import NETWORK_ALONE, ExactPanel, PredictivePanel, draw_subject_check
+from swesbi.report.figures.posterior import NETWORK_ALONE, PosteriorPanel
+from swesbi.report.figures.posterior_subject import draw_corner
+from swesbi.report.figures.predictive import PredictivePanel, draw_free_check, draw_subject_check
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.report.sheet import Sheet
@@ -131,8 +131,8 @@ class RecordingRequest:
         check.write(folder / "predictive.h5", self.made)
         save_figure(draw_check(answer, check, title), folder / "ppc.png")
         began = PRIOR_DRAWS if self.knowledge.flow is None else NETWORK_ALONE
-        panel = ExactPanel(self.made.subject, exact, None, answer.verdict, None, began)
-        save_figure(draw_exact_subject(panel, settings.joint_prior, title), folder / "posterior.png")
+        panel = PosteriorPanel.of_speeds(self.made.subject, exact, answer.verdict, None, None, began)
+        save_figure(draw_corner(panel, settings.joint_prior, title), folder / "posterior.png")
         page = sheet_of(answer, self.knowledge, check, settings)
         save_figure(draw_sheet(page), folder / "sheet.pdf")
         return page

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from swesbi.answers.answer import Answer
 from swesbi.answers.settings import AnswerSettings
-from swesbi.checks.draws import CheckedFeatures
 from swesbi.checks.free_predictive import FreePredictiveCheck, check_pushes
-from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.predictive import CheckedFeatures, PredictiveCheck
 from swesbi.checks.predictive_speeds import Recorder, new_recordings, predictive_check, stream_of
 from swesbi.seeds import generator
 

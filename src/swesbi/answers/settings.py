@@ -37,4 +37,4 @@ class OneAnswerSettings(AnswerSettings):
     cohort_title: str
     joint_prior: JointPriorSettings
     difference_step: float
-    information_draws: int
+    repeats_draws: int

@@ -64,6 +64,6 @@ def _more(
     """
     if not exact.converged:
         return None
-    number = min(settings.information_draws, len(exact.phi))
+    number = min(settings.repeats_draws, len(exact.phi))
     rows = np.linspace(0, len(exact.phi) - 1, number).astype(np.int64)
     return more_repeats(recording.model, exact.phi[rows], settings.difference_step)

@@ -13,9 +13,10 @@ from scipy.special import stdtrit
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
-from swesbi.checks.draws import score_theta
-from swesbi.checks.recovery import NothingRecoveredError, recover, score_recovery
+from swesbi.checks.calibration.table import coverage
+from swesbi.checks.recovery import NothingRecoveredError, recover
 from swesbi.checks.settings import PredictiveSettings, RecoverySettings
+from swesbi.checks.simulated import score_theta
 from swesbi.checks.synthetic_recovery import posterior_seed, synthetic_recordings
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
@@ -144,7 +145,7 @@ def _recovery_rows(
         LOGGER.info("epoch %d: no synthetic recording has enough draws in the prior's bounds", net.epoch)
         yield from (_row(net, training_tables.RECOVERY_COVERAGE, parameter=name) for name in THETA_NAMES)
         return
-    for row in score_recovery(recovered, asked.prior, at_level):
+    for row in coverage(recovered, [], at_level).itertuples():
         yield _row(
             net,
             training_tables.RECOVERY_COVERAGE,

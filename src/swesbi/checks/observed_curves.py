@@ -15,11 +15,11 @@ model asks for that, and so for a reading of what each noise does to the whole c
     both features have the noise of Eq. 5 and no more.
 ``auc_kpa``, ``post_peak_auc_kpa``, ``decay_slope_kpa_per_cycle``
     Nothing more. They stay as Eq. 5 defines them, noise added to the feature of a drawn curve
-    (:func:`swesbi.checks.scores.check_features`): an area or a slope belongs to infinitely many curves, and
-    no one deformation of a curve to it. Scale and shift move them already. Under 1 kPa and 0.03 of the cycle
-    the area of the six volunteers' prior curves moves by 0.4 kPa (Eq. 5: 0.5), that after the peak by
-    0.3 kPa (0.5) and the decay slope from the peak to the end by 3 to 5 kPa per cycle (5): a third move for
-    each would count that noise twice.
+    (:func:`swesbi.checks.predictive_features.replicates`): an area or a slope belongs to infinitely many
+    curves, and no one deformation of a curve to it. Scale and shift move them already. Under 1 kPa and 0.03
+    of the cycle the area of the six volunteers' prior curves moves by 0.4 kPa (Eq. 5: 0.5), that after the
+    peak by 0.3 kPa (0.5) and the decay slope from the peak to the end by 3 to 5 kPa per cycle (5): a third
+    move for each would count that noise twice.
 
 The trajectory values, which Eq. 5 does "not independently" perturb, so move with the curve that they are of.
 """

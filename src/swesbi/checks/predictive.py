@@ -4,28 +4,27 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final
-
-import numpy as np
 
 from swesbi.artefacts import Artefact, Group, Labels, Part, Provenance, Variable, from_groups
 from swesbi.base.arrays import BoolArray, FloatArray, rows_of
-from swesbi.checks.observed_curves import at_phases, observed_curves
 from swesbi.checks.scores import (
+    NO_COVERAGES,
     NO_SCORES,
     Band,
     Coverages,
     FeatureCheck,
     Scores,
     band,
-    check_features,
     cover,
     coverage,
     score,
 )
+from swesbi.measurement.settings import SummarySettings, summary_names
+from swesbi.measurement.summary import summarise
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
-from swesbi.seeds import generator
+from swesbi.recording.observation import Observation
 
 LOGGER = logging.getLogger("swesbi")
 FEATURE_UNITS: Final = "as named in feature"
@@ -163,70 +162,119 @@ class PredictiveCheck(Artefact, kind="predictive"):
         return from_groups(cls, groups, given)
 
 
-def noise_streams(seed: int, subject: str, draws: str) -> tuple[np.random.Generator, np.random.Generator]:
-    """Return what puts noise on whole curves, and on features and phases, of a subject's draws."""
-    return generator(seed, "observed curves", subject, draws), generator(seed, "predictive", subject, draws)
+class FeatureError(ValueError):
+    """A feature to check that the summary does not have."""
 
 
-def observe(
-    draws: Draws, phase: FloatArray, noise: Mapping[str, float], rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
-    """Return n draws as one new observation of each would show them: on the grid, and at the phases.
+@dataclass(frozen=True)
+class CheckedFeatures:
+    """The features that a check compares, by name, of those of a summary."""
 
-    What the noise does at a phase of the recording is read off the grid, and added to the draw's value there.
+    names: tuple[str, ...]
+    summary: SummarySettings
 
-    Args:
-        draws: Simulations.
-        phase: Phases of the recording; shape (phases,).
-        noise: Standard deviations by feature, of which some scale and shift curves.
-        rng: Draws both.
+    @property
+    def columns(self) -> list[int]:
+        """Where they stand in the summary.
+
+        Raises:
+            FeatureError: A name is no feature of the summary.
+        """
+        names = summary_names(self.summary)
+        if unknown := [name for name in self.names if name not in names]:
+            raise FeatureError(
+                f"predictive.features: {unknown[0]!r} is no feature of the summary; it has {', '.join(names)}"
+            )
+        return [names.index(name) for name in self.names]
+
+    def of(self, curve_kpa: FloatArray) -> FloatArray:
+        """Return the features (n, features) of curves (n, grid); errors as of ``columns``."""
+        return summarise(curve_kpa, self.summary)[:, self.columns]
+
+    def target(self, observation: Observation, se_kpa: FloatArray, noise_sd: FloatArray) -> Target:
+        """Return what predictions are compared with; errors as of ``columns``.
+
+        Args:
+            observation: The recording.
+            se_kpa: Standard errors of its stiffness; shape (phases,).
+            noise_sd: Standard deviation of what noise does to the features; shape (features,).
+        """
+        return Target(
+            grid=observation.grid,
+            curve_kpa=observation.curve_kpa,
+            phase=observation.phase,
+            measured=observation.measured,
+            stiffness_kpa=observation.stiffness_kpa,
+            stiffness_se_kpa=se_kpa,
+            features=self.of(observation.curve_kpa[None])[0],
+            feature_names=self.names,
+            feature_noise_sd=noise_sd,
+            lvedv_ml=observation.context.lvedv_ml,
+            lvesv_ml=observation.context.lvesv_ml,
+        )
+
+
+@dataclass(frozen=True)
+class Replicates:
+    """n predictive draws, and a new recording of each.
+
+    Attributes:
+        draws: Parameters, noiseless curves, and what a cardiologist reads.
+        curve_kpa: New curves on the grid, under the experiment's observation model; shape (n, grid).
+        phase_kpa: New values at the phases of the recording; shape (n, phases).
+        features: New checked features; shape (n, features).
+        measured_kpa: Values at the phases with the noise of the measurement alone; shape (n, phases).
     """
-    curves = observed_curves(draws.curve_kpa, noise, rng)
-    return curves, draws.phase_kpa + at_phases(curves - draws.curve_kpa, phase)
+
+    draws: Draws
+    curve_kpa: FloatArray
+    phase_kpa: FloatArray
+    features: FloatArray
+    measured_kpa: FloatArray
 
 
-def predict(
-    draws: Draws,
-    observed: tuple[FloatArray, FloatArray],
-    target: Target,
-    interval: float,
-    rng: np.random.Generator,
-) -> Prediction:
+def predict(made: Replicates, target: Target, interval: float, *, of_new: bool) -> Prediction:
     """Compare predictive draws with the observation.
 
     Args:
-        draws: n simulations; with n = 0 every score and band is NaN.
-        observed: The same as new observations show them, as of :func:`observe`.
+        made: n draws; with n = 0 every score and band is NaN.
         target: The observation.
         interval: Probability mass of the central intervals.
-        rng: Draws the observation noise of features and phases.
+        of_new: Whether bands and scores have the intervals of new recordings, not of noiseless curves.
     """
+    draws, measured, observed = made.draws, target.measured, target.stiffness_kpa[target.measured]
     curve, phases = band(draws.curve_kpa, interval), band(draws.phase_kpa, interval)
-    features = check_features(target.features, draws.features, target.feature_noise_sd, interval, rng)
-    measured = target.measured
-    curves_kpa, phases_kpa = observed
-    stiffness = target.stiffness_kpa[measured]
-    shown = draws.phase_kpa[:, measured], phases_kpa[:, measured]
+    new = band(made.curve_kpa, interval)
+    if of_new:
+        new_phases = band(made.phase_kpa, interval)
+        curve = replace(curve, low=new.low, high=new.high)
+        phases = replace(phases, low=new_phases.low, high=new_phases.high)
+    at_phases = draws.phase_kpa[:, measured], made.phase_kpa[:, measured]
+    alone = band(made.measured_kpa[:, measured], interval)
     return Prediction(
         draws=draws,
         curve=curve,
         phases=phases,
-        features=features,
+        features=FeatureCheck(target.features, band(made.features, interval)),
         scores=score(target.grid, target.curve_kpa, curve),
-        phase_scores=score(target.phase[measured], stiffness, rows_of(phases, measured)),
-        coverage_recording_noise=_noisy_coverage(draws, target, interval, rng),
-        observed=band(curves_kpa, interval),
-        coverages=cover(target.curve_kpa, draws.curve_kpa, curves_kpa, interval),
-        phase_coverages=cover(stiffness, *shown, interval),
+        phase_scores=score(target.phase[measured], observed, rows_of(phases, measured)),
+        coverage_recording_noise=coverage(observed, alone) if len(draws.theta) else NO_SCORES.coverage,
+        observed=new,
+        coverages=cover(target.curve_kpa, draws.curve_kpa, made.curve_kpa, interval),
+        phase_coverages=cover(observed, *at_phases, interval),
     )
 
 
-def _noisy_coverage(draws: Draws, target: Target, interval: float, rng: np.random.Generator) -> float:
-    if len(draws.phase_kpa) == 0:
-        return NO_SCORES.coverage
-    values = draws.phase_kpa[:, target.measured]
-    noise = rng.standard_normal(values.shape) * target.stiffness_se_kpa[target.measured]
-    return coverage(target.stiffness_kpa[target.measured], band(values + noise, interval))
+def withheld(prediction: Prediction) -> Prediction:
+    """Return the prediction of a subject whose posterior is not reported: curves, but no scores."""
+    return replace(
+        prediction,
+        scores=NO_SCORES,
+        phase_scores=NO_SCORES,
+        coverage_recording_noise=NO_SCORES.coverage,
+        coverages=NO_COVERAGES,
+        phase_coverages=NO_COVERAGES,
+    )
 
 
 def log_scores(subject: str, check: PredictiveCheck) -> None:

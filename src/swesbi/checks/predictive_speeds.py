@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from swesbi.base.arrays import FloatArray, rows_of
-from swesbi.checks.draws import CheckedFeatures, Curves, make_draws, make_target
-from swesbi.checks.predictive import Draws, Prediction, PredictiveCheck, Target, log_scores
-from swesbi.checks.scores import NO_COVERAGES, NO_SCORES, Band, FeatureCheck, band, cover, coverage, score
+from swesbi.base.arrays import FloatArray
+from swesbi.checks.predictive import (
+    CheckedFeatures,
+    Draws,
+    PredictiveCheck,
+    Replicates,
+    Target,
+    log_scores,
+    predict,
+    withheld,
+)
 from swesbi.checks.settings import PredictiveSettings
+from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, speed_model
@@ -30,21 +38,6 @@ NO_DISCREPANCY = DiscrepancySettings(speed_fraction=0.0, timing_cycle=0.0)
 
 
 @dataclass(frozen=True)
-class Replicates:
-    """Predictive draws and a new recording of each.
-
-    Attributes:
-        draws: Parameters, noiseless curves, and what a cardiologist reads.
-        noisy: The new recordings: measurement noise and discrepancy.
-        measured: The same draws with measurement noise alone, as if the model were exact.
-    """
-
-    draws: Draws
-    noisy: Curves
-    measured: Curves
-
-
-@dataclass(frozen=True)
 class Recorder:
     """One subject's model with what its recordings are read by."""
 
@@ -52,14 +45,16 @@ class Recorder:
     observation: Observation
     features: CheckedFeatures
 
-    def curves(self, speed_m_s: FloatArray) -> Curves:
-        """Turn speeds (n, p) at the measured phases into curves, like ingestion: E = 3 rho c^2, the grid."""
-        settings, phase = self.model.settings, self.model.recording.phase
-        stiffness = youngs_modulus_kpa(speed_m_s, settings.density_kg_m3)
-        full = np.full((len(stiffness), len(self.observation.phase)), np.nan)
-        full[:, self.observation.measured] = stiffness
-        grid = to_grid(phase, stiffness, settings.measurement.grid_points)
-        return Curves(full, grid, self.features.of(grid))
+    def at_phases(self, speed_m_s: FloatArray) -> FloatArray:
+        """Turn speeds (n, p) at measured phases into E = 3 rho c^2 at all of them, NaN where missing."""
+        full = np.full((len(speed_m_s), len(self.observation.phase)), np.nan)
+        full[:, self.observation.measured] = youngs_modulus_kpa(speed_m_s, self.model.settings.density_kg_m3)
+        return full
+
+    def on_grid(self, phase_kpa: FloatArray) -> FloatArray:
+        """Turn stiffness at the phases into curves (n, grid), like ingestion."""
+        points = self.model.settings.measurement.grid_points
+        return to_grid(self.model.recording.phase, phase_kpa[:, self.observation.measured], points)
 
     def target(self, noise_sd: FloatArray) -> Target:
         """Return what predictions are compared with; standard errors are those of the observation model.
@@ -72,7 +67,7 @@ class Recorder:
         se[observation.measured] = (
             2.0 * self.model.recording.errors.total * observation.stiffness_kpa[observation.measured]
         )
-        return make_target(observation, self.features, se, noise_sd)
+        return self.features.target(observation, se, noise_sd)
 
 
 def new_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator) -> Replicates:
@@ -135,19 +130,19 @@ def predictive_check(
     if not len(after.draws.theta):
         raise ValueError(f"subject {subject}: none of {len(phi[:number])} posterior draws can be simulated")
     target = recorder.target(feature_noise_sd(after))
-    shown = predict_recordings(after, target, settings.interval)
+    shown = predict(after, target, settings.interval, of_new=True)
     return PredictiveCheck(
         target=target,
         interval=settings.interval,
         may_be_read=may_be_read,
-        prior=predict_recordings(prior, target, settings.interval),
+        prior=predict(prior, target, settings.interval, of_new=True),
         posterior=shown if may_be_read else withheld(shown),
     )
 
 
 def feature_noise_sd(made: Replicates) -> FloatArray:
     """Return the standard deviation of what noise and discrepancy do to the features; shape (features,)."""
-    return np.asarray((made.noisy.features - made.draws.features).std(axis=0))
+    return np.asarray((made.features - made.draws.features).std(axis=0))
 
 
 def _record(
@@ -158,63 +153,27 @@ def _record(
     recorder: Recorder,
     rng: np.random.Generator,
 ) -> Replicates:
-    model = recorder.model
-    clean = recorder.curves(predicted.speed_m_s)
+    model, theta = recorder.model, phi[:, OF_THETA]
     errors, discrepancy = model.recording.errors, model.settings.discrepancy
+    clean = recorder.at_phases(predicted.speed_m_s)
+    grid = recorder.on_grid(clean)
+    new = recorder.at_phases(draw_speeds(predicted, errors, discrepancy, rng))
+    new_grid = recorder.on_grid(new)
     return Replicates(
-        draws=make_draws(phi[:, OF_THETA], clean, volumes_ml, model.activation_duration_s(phi), failed),
-        noisy=recorder.curves(draw_speeds(predicted, errors, discrepancy, rng)),
-        measured=recorder.curves(draw_speeds(predicted, errors, NO_DISCREPANCY, rng)),
-    )
-
-
-def predict_recordings(made: Replicates, target: Target, interval: float) -> Prediction:
-    """Compare predictive draws of an experiment on speeds with the observation.
-
-    Medians are those of the noiseless curves, intervals those of new recordings: a measured phase should
-    lie inside with the interval's probability; ``coverages`` count the band of noiseless curves too.
-    ``coverage_recording_noise`` is the coverage with measurement noise alone, the discrepancy left out.
-
-    Args:
-        made: n draws, n > 0.
-        target: The observation.
-        interval: Probability mass of the central intervals.
-    """
-    measured = target.measured
-    curve = noisy_band(made.draws.curve_kpa, made.noisy.curve_kpa, interval)
-    phases = noisy_band(made.draws.phase_kpa, made.noisy.phase_kpa, interval)
-    observed = target.stiffness_kpa[measured]
-    shown = made.draws.phase_kpa[:, measured], made.noisy.phase_kpa[:, measured]
-    alone = band(made.measured.phase_kpa[:, measured], interval)
-    return Prediction(
-        draws=made.draws,
-        curve=curve,
-        phases=phases,
-        features=FeatureCheck(target.features, band(made.noisy.features, interval)),
-        scores=score(target.grid, target.curve_kpa, curve),
-        phase_scores=score(target.phase[measured], observed, rows_of(phases, measured)),
-        coverage_recording_noise=coverage(observed, alone),
-        observed=band(made.noisy.curve_kpa, interval),
-        coverages=cover(target.curve_kpa, made.draws.curve_kpa, made.noisy.curve_kpa, interval),
-        phase_coverages=cover(observed, *shown, interval),
-    )
-
-
-def noisy_band(noiseless: FloatArray, noisy: FloatArray, interval: float) -> Band:
-    """Return the median of noiseless curves within the interval of noisy ones, (n, points) each."""
-    ends = band(noisy, interval)
-    return Band(band(noiseless, interval).median, ends.low, ends.high)
-
-
-def withheld(prediction: Prediction) -> Prediction:
-    """Return the prediction of a subject whose posterior is not reported: curves, but no scores."""
-    return replace(
-        prediction,
-        scores=NO_SCORES,
-        phase_scores=NO_SCORES,
-        coverage_recording_noise=NO_SCORES.coverage,
-        coverages=NO_COVERAGES,
-        phase_coverages=NO_COVERAGES,
+        Draws(
+            theta,
+            curve_kpa=grid,
+            phase_kpa=clean,
+            features=recorder.features.of(grid),
+            end_diastolic_volume_ml=volumes_ml[0],
+            end_systolic_volume_ml=volumes_ml[1],
+            isometric_stiffness_kpa=isometric_stiffness_kpa(theta, model.activation_duration_s(phi)),
+            failed=failed,
+        ),
+        curve_kpa=new_grid,
+        phase_kpa=new,
+        features=recorder.features.of(new_grid),
+        measured_kpa=recorder.at_phases(draw_speeds(predicted, errors, NO_DISCREPANCY, rng)),
     )
 
 

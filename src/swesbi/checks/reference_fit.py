@@ -9,8 +9,8 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.checks import cmaes
 from swesbi.checks.cmaes import FAILED_LOSS, CmaesFit, best_run, curve_loss
-from swesbi.checks.draws import simulated_curves
 from swesbi.checks.settings import CmaesSettings
+from swesbi.checks.simulated import simulated_curves
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import PassiveBaseline

@@ -109,28 +109,6 @@ class FeatureCheck:
         return inside
 
 
-def check_features(
-    observed: FloatArray,
-    simulated: FloatArray,
-    noise_sd: FloatArray,
-    interval: float,
-    rng: np.random.Generator,
-) -> FeatureCheck:
-    """Compare observed features with the predictive distribution of a new observation.
-
-    The noise is the additive Gaussian of the observation model (paper, Eq. 5).
-
-    Args:
-        observed: (features,) features of the observed curve.
-        simulated: (n, features) features of the predictive curves, same units.
-        noise_sd: (features,) standard deviation of the observation noise, same units.
-        interval: Probability mass of the central interval.
-        rng: Draws the noise.
-    """
-    noise = rng.standard_normal(simulated.shape) * noise_sd
-    return FeatureCheck(observed, band(simulated + noise, interval))
-
-
 @dataclass(frozen=True)
 class Coverages:
     """Fractions of one observed curve inside three intervals of its prediction; NaN without draws.

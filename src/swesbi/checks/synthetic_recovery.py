@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 
 import numpy as np
 import pandas as pd
@@ -12,7 +11,8 @@ import pandas as pd
 from swesbi.artefacts.csv import WholeTable
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.recovery import fresh_simulations, recover, score_recovery, shares
+from swesbi.checks.calibration.table import coverage
+from swesbi.checks.recovery import fresh_simulations, recover, shares
 from swesbi.checks.settings import RecoverySettings
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.heart.settings import ForwardModelSettings
@@ -131,8 +131,7 @@ def recovery_table(
     truth: FloatArray, candidates: FloatArray, prior: PriorSettings, settings: RecoverySettings
 ) -> pd.DataFrame:
     """Return how often intervals of candidates (N, draws, 3) contain theta (N, 3), by parameter and level."""
-    rows = score_recovery(recover(truth, candidates, prior, settings), prior, settings)
-    return pd.DataFrame([asdict(row) for row in rows])
+    return coverage(recover(truth, candidates, prior, settings), [], settings)
 
 
 def _scored(

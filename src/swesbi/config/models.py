@@ -34,8 +34,8 @@ from swesbi.measurement.settings import (
     summary_names,
 )
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
-from swesbi.persons.change.settings import ChangeGroupsSettings, ChangeSettings
-from swesbi.persons.cohort.settings import HierarchySettings
+from swesbi.persons.change.settings import ChangeSettings
+from swesbi.persons.cohort.settings import ChangeGroupsSettings, HierarchySettings
 from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.cohort.clinical import ClinicalErrors
@@ -167,7 +167,7 @@ def check_population_experiments(config: Config) -> None:
 
 
 def check_plan(config: Config) -> None:
-    """A plan has a network over a population, one of its groups, and no more draws than posteriors keep."""
+    """A plan has a network over a population, and one of its groups."""
     plan = config.plan
     if plan.experiment not in config.population_experiments:
         listed = ", ".join(config.population_experiments) or "none"
@@ -178,13 +178,6 @@ def check_plan(config: Config) -> None:
     if plan.persons.group not in population.groups:
         known = ", ".join(population.groups)
         raise ValueError(f"plan.persons.group = {plan.persons.group!r}: the population has {known}")
-    own = config.speed_experiments[config.base_of(plan.experiment)].exact.draws
-    kept = min(own, config.changes.exact.draws)
-    if plan.studies.recycled_draws > kept:
-        raise ValueError(
-            f"plan.studies.recycled_draws = {plan.studies.recycled_draws}, but posteriors keep {kept} draws "
-            "(changes.exact.draws, and exact.draws of the experiment)"
-        )
 
 
 class Config(Settings):

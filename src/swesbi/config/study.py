@@ -140,6 +140,7 @@ def load_study(
     if new_cohort is None or Path(study.config.cohort).is_dir():
         study = replace(study, cohort=study_cohort(study.config, source))
         _check_subjects(study, source)
+        _check_reference(study, source)
     if new_cohort is None:
         return study
     return replace(study, outside=outside_cohort(new_cohort, *study.settings_of_outside))
@@ -156,3 +157,15 @@ def _check_subjects(study: Study, source: str) -> None:
                 f"`subjects`, which are {', '.join(study.subjects)}. Add one to either, or leave {name!r} "
                 "out of `run`"
             )
+
+
+def _check_reference(study: Study, source: str) -> None:
+    """Check that the group that others are compared with is one of the cohort's."""
+    from swesbi.persons.cohort.cohort import reference_among
+
+    reference = study.config.cohort_posterior.reference_group
+    try:
+        if reference:
+            reference_among([visit.group for visit in study.cohort.visits.values()], reference)
+    except ValueError as error:
+        raise ConfigError(f"{source}: cohort_posterior.reference_group: {error}") from error

@@ -95,24 +95,6 @@ def innovations(distance: FloatArray, sd: FloatArray, shared: FloatArray) -> Inn
     return Innovations(z, conditional)
 
 
-def precision(sd: FloatArray, shared: FloatArray) -> FloatArray:
-    """Return C^-1 of n rows by Woodbury's identity; shape (n, p, p).
-
-    C^-1 = S - S W (1 + W^T S W)^-1 W^T S with S = diag(1 / s^2).
-
-    Args:
-        sd: Standard deviations s of the own errors; shape (n, p).
-        shared: Factor W of the shared errors; shape (p, R).
-    """
-    own = sd**-2.0
-    weighed = own[:, :, None] * shared
-    small = np.eye(shared.shape[1]) + shared.T @ weighed
-    whole = -weighed @ np.linalg.solve(small, np.swapaxes(weighed, 1, 2))
-    diagonal = np.arange(len(shared))
-    whole[:, diagonal, diagonal] += own
-    return np.asarray(whole)
-
-
 def draw_shared(shared: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
     """Draw W n of ``count`` rows, each with n of its own; shape (count, p).
 

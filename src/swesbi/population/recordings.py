@@ -157,15 +157,6 @@ def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:
     noise = NoiseComponents(
         factor * unit.repeat_fraction, factor * unit.sample_fraction, factor * unit.sweep_fraction
     )
-    changes = {
-        "repeat_sd_fraction": noise.repeat_fraction,
-        "sample_sd_fraction": noise.sample_fraction,
-        "sweep_fraction": noise.sweep_fraction,
-    }
-    return Acquisition(
-        protocol.model_copy(update=changes),
-        settings.recording,
-        settings.model.measurement,
-        noise,
-        subject.missing,
+    return Acquisition.with_noise(
+        protocol, noise, subject.missing, settings.recording, settings.model.measurement
     )

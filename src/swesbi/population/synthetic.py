@@ -62,6 +62,23 @@ class Acquisition:
     noise: NoiseComponents
     missing_phases: tuple[int, ...]
 
+    @classmethod
+    def with_noise(
+        cls,
+        protocol: AcquisitionSettings,
+        noise: NoiseComponents,
+        missing_phases: tuple[int, ...],
+        recording: RecordingSettings,
+        measurement: MeasurementSettings,
+    ) -> Acquisition:
+        """Return a protocol with other errors than its own, which ingestion is told."""
+        errors = {
+            "sample_sd_fraction": noise.sample_fraction,
+            "repeat_sd_fraction": noise.repeat_fraction,
+            "sweep_fraction": noise.sweep_fraction,
+        }
+        return cls(protocol.model_copy(update=errors), recording, measurement, noise, missing_phases)
+
 
 def own_recordings(model: SpeedModel, count: int, seed: int, *name: str | int) -> Synthetic:
     """Draw phi from the prior and speeds under the model's own noise and discrepancy.

@@ -1,21 +1,20 @@
-"""Tables of the study as LaTeX; a document needs the packages booktabs, graphicx, array and longtable."""
+"""Tables of the study as LaTeX; a document needs the packages booktabs, graphicx and longtable."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Final
 
 import pandas as pd
 
+from swesbi.report.columns import named
 from swesbi.report.numbers import SYMBOL
-from swesbi.report.paper.values import PaperNumber
 from swesbi.report.results import PASSED
-from swesbi.report.table import Column, Row, Strong, Table, words
+from swesbi.report.table import Column, Row, Strong, Table
 from swesbi.report.tables.subjects import (
     DERIVED,
     POSTERIOR,
     SCORES,
-    SUBJECT,
     derived_of,
     parameters_of,
     with_mean,
@@ -34,10 +33,6 @@ SPECIAL: Final = str.maketrans(
 )  # fmt: skip
 GROUP: Final = "group"
 """The column of a dataframe whose values head the rows below them."""
-WIDE: Final = "".join(
-    rf">{{\raggedright\arraybackslash}}p{{{width}\linewidth}}" for width in (0.23, 0.10, 0.19, 0.24, 0.10)
-)
-"""Layout of five columns of text."""
 Verdicts = Mapping[tuple[str, str], Verdict]
 """By (experiment, subject)."""
 
@@ -51,15 +46,14 @@ def text(plain: str) -> str:
     )
 
 
-def latex(table: Table, label: str, layout: str = "") -> str:
+def latex(table: Table, label: str) -> str:
     """Return a table as a longtable, its note below the caption; heads of numbers are turned.
 
     Args:
         table: The table; where its dataframe has a column ``GROUP`` of several values, these are headings.
         label: Its label.
-        layout: Of its columns; nothing: by whether they are numbers.
     """
-    layout = layout or "".join("r" if column.numeric else "l" for column in table.columns)
+    layout = "".join("r" if column.numeric else "l" for column in table.columns)
     head = rf"    \toprule {' & '.join(map(_head, table.columns))} \\ \midrule"
     lines = [
         r"{\scriptsize\setlength{\tabcolsep}{2.5pt}",
@@ -113,7 +107,7 @@ def ppc_latex(scores: pd.DataFrame, verdicts: Verdicts, cohort_title: str) -> st
         "observations. The prior's band and envelope are the ceiling of the first. Mean and standard "
         f"deviation: of subjects whose answers may be read without care. {_excluded(verdicts)}"
     )
-    return latex(Table(caption, pd.concat(parts), (SUBJECT, *SCORES), note), "ppc")
+    return latex(Table(caption, pd.concat(parts), named("subject", *SCORES), note), "ppc")
 
 
 def posterior_latex(posterior: pd.DataFrame, verdicts: Verdicts, cohort_title: str) -> str:
@@ -128,13 +122,13 @@ def posterior_latex(posterior: pd.DataFrame, verdicts: Verdicts, cohort_title: s
     parameters = Table(
         f"Posteriors of the parameters ({cohort_title}).",
         parameters_of(table),
-        POSTERIOR,
+        named("subject", "parameter", "unit", *POSTERIOR),
         _excluded(verdicts),
     )
     derived = Table(
         f"What follows from the posteriors in the simulated beat ({cohort_title}).",
         derived_of(table),
-        DERIVED,
+        named(*DERIVED),
         "Measured volumes are those of the subject's context; none of them is fitted.",
     )
     return latex(parameters, "posterior") + "\n" + latex(derived, "derived")
@@ -148,28 +142,3 @@ def _excluded(verdicts: Verdicts) -> str:
         if not verdict.may_be_read
     ]
     return f"Excluded: {'; '.join(excluded)}." if excluded else ""
-
-
-def comparison_latex(paper: Sequence[PaperNumber], table: pd.DataFrame, cohort_title: str) -> str:
-    """Return every number of the paper beside this study's.
-
-    Args:
-        paper: The paper's numbers, in the order of the rows.
-        table: As ``comparison_table`` returns it.
-        cohort_title: What the subjects are ("virtual volunteers").
-    """
-    frame = table.assign(**{GROUP: [number.group for number in paper]})
-    columns = (
-        words("quantity", "Quantity"),
-        words("paper", "Paper"),
-        words("this_study", "This study"),
-        words("note", "Reading"),
-        words("origin", "Origin", lambda origin: origin.split(" (")[0]),
-    )
-    note = (
-        "Cases A to D of the paper and the subjects of these names here are different people. Means and "
-        "standard deviations are over the prior-supported subjects. Designed: a choice of this study, named "
-        "in paper_comparison.csv, brought the value or its agreement about."
-    )
-    caption = f"Every number of the paper beside this study's ({cohort_title})."
-    return latex(Table(caption, frame, columns, note), "paper-comparison", WIDE)

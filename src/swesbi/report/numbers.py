@@ -13,18 +13,21 @@ from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from swesbi.context import CONTEXT as VARIABLES
-from swesbi.parameters import THETA
+from swesbi.heart.physiology import CAPACITANCE
+from swesbi.parameters import DERIVED, NUISANCES, PHI, QUANTITIES, THETA
 
 MISSING: Final = "–"
 MINUS: Final = "−"
 PARAMETERS: Final = {parameter.name: parameter.text for parameter in THETA}
 PARAMETER_UNITS: Final = {parameter.name: parameter.html_unit for parameter in THETA}
-DERIVED: Final = {
-    "ejection_fraction": "ejection fraction",
+QUANTITY_WORDS: Final = {
+    **{each.name: f"{each.title} {each.text}".strip() for each in (*PHI, *NUISANCES)},
+    **{each.name: each.meaning for each in DERIVED},
     "end_diastolic_volume_ml": "end-diastolic volume",
     "end_systolic_volume_ml": "end-systolic volume",
     "peak_stiffness_kpa": "peak stiffness",
     "isometric_stiffness_kpa": "isometric stiffness k_0(1 − exp(−k_ATP D_T))",
+    CAPACITANCE: "C_s",
 }
 CONTEXT: Final = {variable.name: variable.words for variable in VARIABLES}
 SYMBOL: Final = re.compile(r"\b(k|D)_(0|ATP|SR|T)\b")
@@ -48,17 +51,32 @@ COMPONENT: Final = re.compile(
 
 
 def quantity(name: str) -> str:
-    """Return a quantity of the posterior table in words; an unknown one by its own name."""
-    return PARAMETERS.get(name) or DERIVED.get(name) or name.replace("_", " ")
+    """Return a quantity in words or as its symbol; an unknown one by its own name."""
+    return QUANTITY_WORDS.get(name) or name.replace("_", " ")
+
+
+def unit(name: str) -> str:
+    """Return the unit of a quantity as the page has it."""
+    return QUANTITIES[name].html_unit
+
+
+def pareto_shape(k_hat: float) -> str:
+    """Return the Pareto shape of weights, which may be infinite."""
+    return "inf" if math.isinf(k_hat) else fixed(k_hat, 2)
 
 
 def component(name: str) -> str:
-    """Return a component of the conditioning vector in words: a feature or an entry of the context."""
+    """Return a component of the conditioning vector in words, an entry of the context or a feature.
+
+    Examples: "hr_bpm" is "heart rate", "post_peak_auc_kpa" is "post-peak AUC".
+    """
     if name in CONTEXT:
         return CONTEXT[name]
     if point := TRAJECTORY.fullmatch(name):
         return f"stiffness at point {int(point[1]) + 1} of the curve"
-    return feature_label(name).split(" (")[0]
+    suffix = next((suffix for suffix in FEATURE_UNITS if name.endswith(suffix)), "")
+    words = name.removesuffix(suffix).replace("post_peak", "post-peak").split("_")
+    return " ".join("AUC" if word == "auc" else word for word in words)
 
 
 def feature_unit(name: str) -> str:
@@ -78,14 +96,6 @@ def protocol_entry(key: str, value: object) -> str:
 def with_symbols(text: str) -> Markup:
     """Return plain text as HTML, with k_0, k_ATP, k_SR and D_T set as symbols; Markup passes as it is."""
     return Markup(SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", str(escape(text))))
-
-
-def feature_label(name: str) -> str:
-    """Return a feature's name in words: "post_peak_auc_kpa" as "post-peak AUC (kPa)"."""
-    suffix = next((suffix for suffix in FEATURE_UNITS if name.endswith(suffix)), "")
-    words = name.removesuffix(suffix).replace("post_peak", "post-peak").split("_")
-    unit = f" ({FEATURE_UNITS[suffix]})" if suffix else ""
-    return " ".join("AUC" if word == "auc" else word for word in words) + unit
 
 
 def fixed(value: float, decimals: int) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import pandas as pd
 
+from swesbi.posterior.result import ExactPosterior
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.report.table import DOUBTFUL as WITH_CARE
 from swesbi.report.table import MARK, MUTED
@@ -20,17 +22,9 @@ MARKS: Final = {Status.DOUBTFUL: WITH_CARE} | dict.fromkeys(NOT_READ, MUTED)
 """How a subject's row is set: grey where the posterior must not be used, amber where it needs care."""
 
 
-@dataclass(frozen=True)
-class Recovery:
-    """Coverages of one experiment on synthetic recordings, as the columns of ``recovery.csv``.
-
-    Attributes:
-        own: Noise of the experiment's own observation model.
-        acquisition: Acquisition noise, passed through the whole pipeline.
-    """
-
-    own: pd.DataFrame
-    acquisition: pd.DataFrame
+def no_rows() -> pd.DataFrame:
+    """Return a table of experiments without any row."""
+    return pd.DataFrame({"experiment": []}, dtype=str)
 
 
 @dataclass(frozen=True)
@@ -44,8 +38,15 @@ class Experiment:
         scores: Its rows of ``ppc.csv``.
         features: Its rows of ``features.csv``.
         posterior: Its rows of ``posterior.csv``.
-        recovery: What its credible intervals cover.
+        recovery: ``recovery.csv``: coverage under the noise of the experiment's own observation model.
+        recovery_acquisition: Likewise, under acquisition noise, passed through the whole pipeline.
         training: ``training.csv``.
+        results: Of an experiment on speeds, as all that follows: exact posterior of each subject.
+        calibration: ``calibration.csv``.
+        alarms: ``alarms.csv``.
+        identifiability: ``identifiability.csv``.
+        truth: Its rows of ``truth.csv``; empty for a cohort without known truth.
+        noise: The cohort's noise.
     """
 
     name: str
@@ -54,8 +55,15 @@ class Experiment:
     scores: pd.DataFrame
     features: pd.DataFrame
     posterior: pd.DataFrame
-    recovery: Recovery
+    recovery: pd.DataFrame
+    recovery_acquisition: pd.DataFrame
     training: pd.DataFrame
+    results: Mapping[str, ExactPosterior] = field(default_factory=dict)
+    calibration: pd.DataFrame = field(default_factory=no_rows)
+    alarms: pd.DataFrame = field(default_factory=no_rows)
+    identifiability: pd.DataFrame = field(default_factory=no_rows)
+    truth: pd.DataFrame = field(default_factory=no_rows)
+    noise: CohortNoise | None = None
 
     @property
     def passed(self) -> pd.DataFrame:
@@ -87,6 +95,11 @@ class Experiment:
         """Mass of the credible intervals, in percent."""
         part = "exact" if self.exact else "posterior"
         return 100.0 * float(self.settings[part]["interval"])
+
+    @property
+    def intervals(self) -> str:
+        """What a note says of the mass of credible intervals."""
+        return f"Intervals: {self.credible_percent:g} %."
 
     @property
     def exact(self) -> bool:

@@ -22,8 +22,6 @@ from swesbi.verdict.verdict import Status, Verdict
 MS_PER_S: Final = 1e3
 FEW: Final = 20
 """Fewer hearts than this have no percentiles worth the name."""
-SYMBOLS: Final = tuple(line.parameter.tex for line in ANSWER_LINES)
-UNITS: Final = tuple(line.parameter.unit for line in ANSWER_LINES)
 CONDITIONAL: Final = (
     "All intervals assume that the model can describe the heart. Its unknown properties are integrated out "
     "within the prior."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -39,6 +39,17 @@ class Case:
     posterior: Posterior
     verdict: Verdict
     fit: CmaesFit
+
+    @property
+    def whose(self) -> dict[str, Any]:
+        """The columns that begin every row."""
+        named = {"experiment": self.experiment, "subject": self.subject}
+        return named | {"may_be_read": self.verdict.may_be_read}
+
+    def limits(self, median: float, low: float, high: float) -> dict[str, float]:
+        """Return a posterior median and its credible interval, NaN where they may not be read."""
+        values = np.array([median, low, high]) * (1.0 if self.verdict.may_be_read else np.nan)
+        return dict(zip(("median", "ci_low", "ci_high"), values.tolist(), strict=True))
 
 
 class StudyTables(NamedTuple):
@@ -89,14 +100,25 @@ def study_tables(
 def beside_the_truth(posteriors: ByPlace[Posterior], verdicts: ByPlace[Verdict], truth: Truths) -> PlainTable:
     """Tabulate credible intervals of every experiment and subject beside the truth of a generated cohort.
 
+    ``low`` and ``high`` are the ends of the credible interval; they, the median and ``inside`` are missing
+    where the subject may not be read. Subjects without a known truth are left out.
+
     Raises:
         UnfitError: A verdict is missing.
     """
-    answers = ((*place, posterior, verdicts[place]) for place, posterior in posteriors.items())
-    table = truth_table(answers, truth)
+    rows = []
+    for place, posterior in posteriors.items():
+        verdict = verdicts[place]
+        reported = 1.0 if verdict.may_be_read else np.nan
+        for j, true in enumerate(truth.get(place.subject, ())):
+            low, high = posterior.interval[j]
+            inside = bool(low <= true <= high) if verdict.may_be_read else None
+            values = reported * np.array([posterior.median[j], low, high])
+            rows.append((*place, verdict.status, THETA_NAMES[j], true, *values, inside))
+    table = pd.DataFrame(rows, columns=list(TRUTH_COLUMNS))
     for experiment, part in table.dropna(subset="inside").groupby("experiment", sort=False):
-        inside = part["inside"].astype(bool)
-        LOGGER.info("%s: %d of %d true parameters inside", experiment, inside.sum(), len(inside))
+        found = part["inside"].astype(bool)
+        LOGGER.info("%s: %d of %d true parameters inside", experiment, found.sum(), len(found))
     return table
 
 
@@ -113,33 +135,25 @@ def ppc_table(cases: Sequence[Case]) -> pd.DataFrame:
 
 
 def _row(case: Case) -> dict[str, Any]:
-    prior, posterior = case.check.prior.scores, case.check.posterior.scores
+    prior, posterior = case.check.prior, case.check.posterior
+    grid, phases, scores = posterior.coverages, posterior.phase_coverages, posterior.scores
     return {
-        "experiment": case.experiment,
-        "subject": case.subject,
-        "may_be_read": case.check.may_be_read,
-        "rmse_prior_kpa": prior.rmse_kpa,
-        "rmse_kpa": posterior.rmse_kpa,
-        "rmse_reduction_percent": reduction_percent(prior.rmse_kpa, posterior.rmse_kpa),
-        "nrmse": posterior.nrmse,
-        "r2": posterior.r2,
-        "post_peak_rmse_kpa": posterior.post_peak_rmse_kpa,
-        "coverage_grid": posterior.coverage,
-        "coverage_phases": case.check.posterior.phase_scores.coverage,
+        **case.whose,
+        "rmse_prior_kpa": prior.scores.rmse_kpa,
+        "rmse_kpa": scores.rmse_kpa,
+        "rmse_reduction_percent": reduction_percent(prior.scores.rmse_kpa, scores.rmse_kpa),
+        "nrmse": scores.nrmse,
+        "r2": scores.r2,
+        "post_peak_rmse_kpa": scores.post_peak_rmse_kpa,
+        "coverage_grid": scores.coverage,
+        "coverage_phases": posterior.phase_scores.coverage,
         "rmse_cmaes_kpa": case.fit.rmse_kpa,
-        **_coverages(case.check),
-    }
-
-
-def _coverages(check: PredictiveCheck) -> dict[str, float]:
-    grid, phases = check.posterior.coverages, check.posterior.phase_coverages
-    return {
         "coverage_noiseless_grid": grid.noiseless,
         "coverage_noiseless_phases": phases.noiseless,
         "coverage_observed_grid": grid.observed,
         "coverage_observed_phases": phases.observed,
-        "coverage_prior_band_grid": check.prior.coverages.noiseless,
-        "coverage_prior_envelope_grid": check.prior.coverages.envelope,
+        "coverage_prior_band_grid": prior.coverages.noiseless,
+        "coverage_prior_envelope_grid": prior.coverages.envelope,
     }
 
 
@@ -158,23 +172,19 @@ def features_table(cases: Sequence[Case]) -> pd.DataFrame:
 
 def _features(case: Case) -> pd.DataFrame:
     target, prior, posterior = case.check.target, case.check.prior.features, case.check.posterior.features
-    return pd.DataFrame(
-        {
-            "experiment": case.experiment,
-            "subject": case.subject,
-            "may_be_read": case.check.may_be_read,
-            "feature": list(target.feature_names),
-            "observed": target.features,
-            "noise_sd": target.feature_noise_sd,
-            "prior_median": prior.predicted.median,
-            "prior_pi_low": prior.predicted.low,
-            "prior_pi_high": prior.predicted.high,
-            "median": posterior.predicted.median,
-            "pi_low": posterior.predicted.low,
-            "pi_high": posterior.predicted.high,
-            "inside": posterior.inside,
-        }
-    )
+    columns = {
+        "feature": list(target.feature_names),
+        "observed": target.features,
+        "noise_sd": target.feature_noise_sd,
+        "prior_median": prior.predicted.median,
+        "prior_pi_low": prior.predicted.low,
+        "prior_pi_high": prior.predicted.high,
+        "median": posterior.predicted.median,
+        "pi_low": posterior.predicted.low,
+        "pi_high": posterior.predicted.high,
+        "inside": posterior.inside,
+    }
+    return pd.DataFrame(case.whose | columns)
 
 
 def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
@@ -190,16 +200,14 @@ def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
 
 
 def _parameters(case: Case) -> Iterator[dict[str, Any]]:
-    posterior = case.posterior
-    missing = 1.0 if case.verdict.may_be_read else np.nan
+    posterior, known = case.posterior, 1.0 if case.verdict.may_be_read else np.nan
     for j, (name, unit) in enumerate(zip(THETA_NAMES, THETA_UNITS, strict=True)):
-        low, high = missing * posterior.interval[j]
-        correlations = zip(THETA_NAMES, missing * posterior.correlation[j], strict=True)
+        correlations = zip(THETA_NAMES, known * posterior.correlation[j], strict=True)
         yield {
-            **_identity(case, name, unit),
-            "median": missing * posterior.median[j],
-            "ci_low": low,
-            "ci_high": high,
+            **case.whose,
+            "parameter": name,
+            "unit": unit,
+            **case.limits(posterior.median[j], *posterior.interval[j]),
             "measured": np.nan,
             **{f"correlation_{other}": value for other, value in correlations},
             "unfiltered_median": case.verdict.unfiltered_median[name],
@@ -208,52 +216,15 @@ def _parameters(case: Case) -> Iterator[dict[str, Any]]:
 
 
 def _derived(case: Case) -> Iterator[dict[str, Any]]:
-    draws = case.check.posterior.draws
-    target = case.check.target
-    missing = 1.0 if case.verdict.may_be_read else np.nan
-    measured_fraction = 1.0 - target.lvesv_ml / target.lvedv_ml
+    draws, target = case.check.posterior.draws, case.check.target
     quantities = {
-        ("ejection_fraction", "1"): (draws.ejection_fraction, measured_fraction),
+        ("ejection_fraction", "1"): (draws.ejection_fraction, 1.0 - target.lvesv_ml / target.lvedv_ml),
         ("end_diastolic_volume_ml", "mL"): (draws.end_diastolic_volume_ml, target.lvedv_ml),
         ("end_systolic_volume_ml", "mL"): (draws.end_systolic_volume_ml, target.lvesv_ml),
         ("peak_stiffness_kpa", "kPa"): (draws.curve_kpa.max(axis=1), target.curve_kpa.max()),
         ("isometric_stiffness_kpa", "kPa"): (draws.isometric_stiffness_kpa, np.nan),
     }
     for (name, unit), (values, measured) in quantities.items():
-        summary = band(values[:, None], case.posterior.interval_mass)
-        interval = {"ci_low": missing * summary.low[0], "ci_high": missing * summary.high[0]}
-        center = {"median": missing * summary.median[0], "measured": measured}
-        yield {**_identity(case, name, unit), **center, **interval}
-
-
-def _identity(case: Case, name: str, unit: str) -> dict[str, Any]:
-    return {
-        "experiment": case.experiment,
-        "subject": case.subject,
-        "may_be_read": case.verdict.may_be_read,
-        "parameter": name,
-        "unit": unit,
-    }
-
-
-def truth_table(
-    answers: Iterable[tuple[str, str, Posterior, Verdict]], truths: Mapping[str, FloatArray]
-) -> pd.DataFrame:
-    """Return one row an experiment, subject and active parameter.
-
-    ``low`` and ``high`` are the ends of the credible interval; they and the median are missing where the
-    posterior may not be read, and is not reported. Subjects without a known truth have no row.
-
-    Args:
-        answers: Experiment, subject, posterior and verdict.
-        truths: True theta (3,) by subject.
-    """
-    rows = []
-    for experiment, subject, posterior, verdict in answers:
-        reported = 1.0 if verdict.may_be_read else np.nan
-        for j, truth in enumerate(truths.get(subject, ())):
-            low, high = posterior.interval[j]
-            inside = bool(low <= truth <= high) if verdict.may_be_read else None
-            values = reported * np.array([posterior.median[j], low, high])
-            rows.append((experiment, subject, verdict.status, THETA_NAMES[j], truth, *values, inside))
-    return pd.DataFrame(rows, columns=list(TRUTH_COLUMNS))
+        found = band(values[:, None], case.posterior.interval_mass)
+        limits = case.limits(found.median[0], found.low[0], found.high[0])
+        yield {**case.whose, "parameter": name, "unit": unit, **limits, "measured": measured}

@@ -1,12 +1,12 @@
-"""A table is a dataframe and the columns that are shown of it; HTML, Markdown and LaTeX are its renderings.
+"""A table is a dataframe and the columns that are shown of it; HTML and LaTeX are its renderings.
 
-HTML is set by the macro of ``page``, LaTeX by :mod:`swesbi.report.latex`, Markdown here; CSV is the dataframe
-alone. Symbols stand as k_0, k_ATP, k_SR and D_T; each rendering sets them in its own way.
+HTML is set by the macro of ``page``, LaTeX by :mod:`swesbi.report.latex`; CSV is the dataframe alone.
+Symbols stand as k_0, k_ATP, k_SR and D_T; each rendering sets them in its own way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final, NamedTuple
@@ -15,7 +15,6 @@ import pandas as pd
 
 from swesbi.report.numbers import MISSING, formatted, span
 
-BAR: Final = "\\|"
 MARK: Final = "mark"
 """The column of the dataframe that says how a row is set: one of the next three, or nothing."""
 MUTED, DOUBTFUL, SUMMARY = "muted", "doubtful", "summary"
@@ -127,26 +126,3 @@ class Table:
             Row(tuple(column.cell(row) for column in self.columns), str(row.get(MARK, "")))
             for row in self.frame.to_dict("records")
         )
-
-
-def markdown(table: Table) -> str:
-    """Return a table as Markdown, its note below it; numbers stand at the right.
-
-    The caption is left to the heading above, and muted rows to the cell that says why they are.
-    """
-    heads = [column.heading for column in table.columns]
-    rules = ["---:" if column.numeric else "---" for column in table.columns]
-    rows = [[_plain(cell) for cell in row.cells] for row in table.rows]
-    lines = [_line(heads), f"|{'|'.join(rules)}|", *map(_line, rows)]
-    return "\n".join([*lines, "", table.note] if table.note else lines)
-
-
-def _line(cells: Iterable[str]) -> str:
-    return f"| {' | '.join(cell.replace('|', BAR) for cell in cells)} |"
-
-
-def _plain(cell: Cell) -> str:
-    """Return a cell as Markdown."""
-    if isinstance(cell, Strong):
-        return f"**{cell.text}**"
-    return cell if isinstance(cell, str) else " ".join(f"[{link.text}]({link.href})" for link in cell)

@@ -8,29 +8,30 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import pandas as pd
 
 from swesbi.answers.answer import Answer
 from swesbi.answers.change import JOINT, OUTPUTS, TABLE, PersonChangeSettings, save_change
 from swesbi.answers.files import OBSERVATION, RecordingRequest
-from swesbi.artefacts import Provenance, folder_made_whole
+from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole
 from swesbi.artefacts.csv import read_csv, write_csv
+from swesbi.base.arrays import FloatArray
 from swesbi.base.ending import EXIT_REFUSED
+from swesbi.checks.truths import Truths
 from swesbi.config.pairs import VisitPair, answered_pairs, left_out, pairs_of, refused_visits, visit_pair
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study
 from swesbi.config.view import View
+from swesbi.persons.change.groups import change_in_groups
 from swesbi.persons.change.stored import StoredChange
-from swesbi.persons.change.stored_groups import (
-    ChangeGroups,
-    change_groups_table,
-    change_in_groups,
-    change_persons_table,
-)
 from swesbi.persons.change.words import change_lines, group_lines
+from swesbi.persons.cohort.cohort import reference_among
+from swesbi.persons.cohort.stored import CohortPosterior
+from swesbi.persons.cohort.table import change_table, person_table
 from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.observation import Observation
-from swesbi.report.figures.change_groups import draw_change_groups
+from swesbi.report.figures.cohort_posterior import draw_change_groups
 from swesbi.report.figures.style import save_figure
 from swesbi.study.answerer import Answerer, experiments_to_ask
 from swesbi.study.command import OF_ALL, REFUSALS, study_with
@@ -42,7 +43,7 @@ LOGGER: Final = logging.getLogger("swesbi")
 CHANGES: Final = "change"
 """The folder of the changes, in that of an experiment; one below it for each person."""
 CODE: Final = "swesbi.answers.change:save_change"
-CODE_OF_GROUPS: Final = "swesbi.persons.change.stored_groups:change_in_groups"
+CODE_OF_GROUPS: Final = "swesbi.persons.change.groups:change_in_groups"
 ALL_CHANGES: Final = "changes.csv"
 """The tables of all persons of a folder, one below the other."""
 GROUP_OUTPUTS: Final = (
@@ -64,6 +65,8 @@ def main(options: argparse.Namespace) -> int:
     study = study_with(options.cohort, options)
     if options.all:
         return _answer_all(study, options)
+    if options.reference:
+        raise ConfigError("--reference: names a group, which --all compares; leave it out for one person")
     _check_visits(study, options.person)
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
     answerer, folder = _answerer(study, options)
@@ -120,10 +123,13 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
 
     Raises:
         ConfigError: Nobody came twice, or a row that cannot be used may be a visit of anyone.
-        ValueError: Nobody can be compared.
+        ValueError: Nobody can be compared, or nobody is of the reference group.
     """
     if options.from_visit is not None or options.to_visit is not None:
         raise ConfigError("--from and --to: name visits of one person; leave them out, or say --person")
+    if options.reference:
+        groups = dict.fromkeys(person.group for person in study.outside.persons)
+        reference_among(list(groups), options.reference)
     lost = _lost_visits(study)
     if unnamed := lost.pop("", []):
         raise ConfigError("\n".join(unnamed))
@@ -148,7 +154,7 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
             LOGGER.warning("person %s is refused", pair.person)
         else:
             compared.append(pair)
-    failed = _write_groups(folder, answerer, compared, refused) if compared else ""
+    failed = _write_groups(folder, answerer, compared, refused, options.reference) if compared else ""
     for pair in pairs_of(study):
         if unknown := refused_visits(study, experiment, pair):
             refused[pair.person] = "; ".join(unknown)
@@ -162,19 +168,24 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
 
 
 def _write_groups(
-    folder: Path, answerer: Answerer, compared: Sequence[VisitPair], refused: Mapping[str, str]
+    folder: Path,
+    answerer: Answerer,
+    compared: Sequence[VisitPair],
+    refused: Mapping[str, str],
+    reference: str,
 ) -> str:
     """Write the table of all persons who are compared, and what has changed in groups of them.
 
     Where groups fail, none of their files is left, and the table stays. Why they fail is returned, in a line
-    of its own; it is empty where they do not.
+    of its own; it is empty where they do not. ``reference`` is the group that others are compared with, where
+    it is empty the first.
     """
     study, (experiment,) = answerer.study, answerer.experiments
     made_of = {folder / pair.person: pair.subjects[0] for pair in compared}
     table = pd.concat([read_csv(person / TABLE) for person in made_of], ignore_index=True)
     table.insert(0, "experiment", experiment)
     write_csv(folder / ALL_CHANGES, table)
-    plain, code = groups_settings(study, experiment, refused), stage_code(CODE_OF_GROUPS)
+    plain, code = groups_settings(study, experiment, refused, reference), stage_code(CODE_OF_GROUPS)
     try:
         with folder_made_whole(folder) as made:
             found = change_in_groups(
@@ -183,7 +194,8 @@ def _write_groups(
                 **typed_settings(change_in_groups, plain),
             )
             by = Provenance("", seed=study.config.seed, settings=plain, code_hash=code)
-            save_groups(found, made, by, study.config.new_subjects.cohort_title)
+            title = study.config.new_subjects.cohort_title
+            save_groups(found, made, by, title, true_ratios(study.outside.folder, compared))
     except REFUSALS as error:
         for file in GROUP_OUTPUTS:
             (folder / file).unlink(missing_ok=True)
@@ -191,25 +203,63 @@ def _write_groups(
     return ""
 
 
-def groups_settings(study: Study, experiment: str, refused: Mapping[str, str]) -> dict[str, Any]:
-    """Return what the change in groups depends on beside the changes: groups, and who is left out why."""
+def groups_settings(
+    study: Study, experiment: str, refused: Mapping[str, str], reference: str = ""
+) -> dict[str, Any]:
+    """Return what the change in groups depends on beside the changes: groups, and who is left out why.
+
+    ``reference`` is the group that the others are compared with; empty: the first.
+    """
     view = View(study, {"experiment": experiment})
     group_of = {person.name: person.group for person in study.outside.persons}
     persons = [pair.person for pair in answered_pairs(study, experiment)]
     said = [f"{person} is left out: {' '.join(reason.split())}" for person, reason in refused.items()]
-    return view.together("prior", "change_groups", "cohort_posterior", "seed") | {
+    plain = view.together("prior", "change_groups", "cohort_posterior", "seed")
+    return plain | {
+        "cohort_posterior": {**plain["cohort_posterior"], "reference_group": reference},
         "groups": {person: group_of[person] for person in persons if group_of[person]},
         "left_out": [*left_out(study, experiment), *said],
     }
 
 
-def save_groups(found: ChangeGroups, folder: Path, made: Provenance, cohort_title: str) -> None:
-    """Write what has changed in groups, and log it; the title is what the figure calls the persons."""
+def true_ratios(folder: Path, pairs: Sequence[VisitPair]) -> FloatArray | None:
+    """Return the true ratios of theta (d, 3) of pairs of a generated cohort; None of any other.
+
+    Args:
+        folder: That of the cohort, with a ``truth.csv`` where it was generated.
+        pairs: The d persons.
+    """
+    path = folder / "truth.csv"
+    try:
+        truths = Truths.read(path) if path.is_file() else Truths()
+    except ArtefactError:
+        return None  # somebody's own file of that name
+    if any(subject not in truths for pair in pairs for subject in pair.subjects):
+        return None
+    return np.array([truths[later] / truths[earlier] for earlier, later in (p.subjects for p in pairs)])
+
+
+def save_groups(
+    found: CohortPosterior,
+    folder: Path,
+    made: Provenance,
+    cohort_title: str,
+    truth: FloatArray | None = None,
+) -> None:
+    """Write what has changed in groups, and log it.
+
+    Args:
+        found: What has changed.
+        folder: Output; it is there.
+        made: Provenance of the file.
+        cohort_title: What the figure calls the persons.
+        truth: True ratios, which the figure shows; shape (d, 3).
+    """
     groups, table, persons, *figures = (folder / name for name in GROUP_OUTPUTS)
     found.write(groups, made)
-    write_csv(table, change_groups_table(found))
-    write_csv(persons, change_persons_table(found))
-    save_figure(draw_change_groups(found, cohort_title), *figures)
+    write_csv(table, change_table(found))
+    write_csv(persons, person_table(found))
+    save_figure(draw_change_groups(found, cohort_title=cohort_title, truth=truth), *figures)
     for line in group_lines(found):
         LOGGER.info("%s", line)
 

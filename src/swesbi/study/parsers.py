@@ -133,6 +133,12 @@ def compare() -> argparse.ArgumentParser:
         help="every person with two visits, and groups of them; writes changes.csv and changes_groups.* to "
         " <results>/<experiment>/change/ or in --out",
     )
+    parser.add_argument(
+        "--reference",
+        metavar="GROUP",
+        default="",
+        help="with --all: the group that the others are compared with; default: that of the first row",
+    )
     parser.add_argument("--from", dest="from_visit", metavar="VISIT", help="default: the first")
     parser.add_argument("--to", dest="to_visit", metavar="VISIT", help="default: the last")
     _add_answering(parser, "<results>/<experiment>/change/<person>")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -22,7 +22,7 @@ from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 
 if TYPE_CHECKING:
-    from swesbi.persons.planning.bank import Bank, BankPerson
+    from swesbi.persons.planning.bank import Bank
     from swesbi.persons.planning.words import Plan
 
 LOGGER = logging.getLogger("swesbi")
@@ -141,7 +141,6 @@ def bank_settings(study: Study, experiment: str, asked: PlanRequest, repeats: in
         "repeats": repeats,
         "repeat_noise": asked.noise,
         "persons": config.plan.persons.to_plain(),
-        "recycled_draws": config.plan.studies.recycled_draws,
         "train_population": trained,
     }
 
@@ -165,30 +164,28 @@ def _bank(path: Path, estimator: Path, plain: Mapping[str, Any], seed: int, proc
     network, kept = TrainedFlow.read(estimator), kept_persons(path, made)
     for bank in answered_bank(network, kept, settings, seed=seed, processes=processes):
         bank.write(path, made)
-    return Bank.read(path)
+    return Bank.read(path).before(settings.persons.number)
 
 
-def kept_persons(path: Path, wanted: Provenance) -> Sequence[BankPerson]:
-    """Return the persons of a bank that is there, if they were made under these settings and by this code."""
+def kept_persons(path: Path, wanted: Provenance) -> Bank | None:
+    """Return the bank that is there, if it was made under these settings and by this code; else None."""
     from swesbi.persons.planning.bank import Bank
 
     if not path.is_file():
-        return ()
-    bank, found = Bank.read(path), hdf5_provenance(path)
-    persons = wanted.settings["persons"]
+        return None
+    found, persons = hdf5_provenance(path), wanted.settings["persons"]
     there = dict(found.settings)
     there["persons"] = {**there.get("persons", {}), "number": persons["number"]}
     if (there, found.code_hash, found.seed) != (dict(wanted.settings), wanted.code_hash, wanted.seed):
         LOGGER.info("%s was made under other settings or by other code, and is made anew", path)
-        return ()
-    return [person for person in bank.persons if person.number < persons["number"]]
+        return None
+    return Bank.read(path)
 
 
 def _planned(study: Study, experiment: str, asked: PlanRequest, banks: Mapping[int, Bank]) -> Plan:
     """Simulate the studies of every bank."""
     # scikit-learn and scipy take seconds to import; what is refused above should not wait for them
-    from swesbi.persons.planning.chance import chance_of
-    from swesbi.persons.planning.hyperdraws import StudyAnalysis, evaluate_bank
+    from swesbi.persons.planning.likelihoods import StudyAnalysis, likelihoods_of
     from swesbi.persons.planning.power import one_person_power, power_curve
     from swesbi.persons.planning.words import Plan
 
@@ -198,9 +195,8 @@ def _planned(study: Study, experiment: str, asked: PlanRequest, banks: Mapping[i
     rule = (plan.probability, asked.power)
     curves, individuals = [], {}
     for repeats, bank in banks.items():
-        found = evaluate_bank(bank, asked.design, plan.studies, by, config.seed)
-        chance = chance_of(bank, asked.design, asked.effect, by)
-        curves.append(power_curve(found, chance, asked.effect, repeats, plan.studies, rule, config.seed))
+        found = likelihoods_of(bank, asked.design, asked.effect, by)
+        curves.append(power_curve(found, repeats, plan.studies, rule, config.seed))
         individuals[repeats] = one_person_power(bank, asked.effect, config.changes.rule.probability)
     return Plan(
         effect=asked.effect,

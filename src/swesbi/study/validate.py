@@ -89,12 +89,10 @@ def _notes(report: CohortReport) -> Iterator[str]:
 
 def _plot(report: CohortReport, folder: Path) -> None:
     # matplotlib is slow to import, and most checks draw nothing
-    from swesbi.report.figures.free_recording import draw_free_sheet
     from swesbi.report.figures.recording import draw_recording_sheet
     from swesbi.report.figures.style import save_figure
 
     for subject in report.subjects:
         path = folder / f"{subject.observation.subject}.png"
-        draw = draw_recording_sheet if subject.observation.is_gated else draw_free_sheet
-        save_figure(draw(subject, report.origin), path)
+        save_figure(draw_recording_sheet(subject, report.origin), path)
         print(f"wrote {path}")

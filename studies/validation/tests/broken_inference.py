@@ -7,15 +7,18 @@ heart is contradicted where the posterior predictive chi2 has p < .05.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Final, Literal
 
 import numpy as np
 import speed_case
-from other_hearts_case import CONFIG, generators
+from validation_case import CONFIG, generators
 
+from studies.validation.hearts.generators import Generator
+from studies.validation.hearts.hearts import SimulatedHearts, Structure
+from studies.validation.hearts.recording import RecordedHeart, record_heart
 from studies.validation.score import HeartAnswer, intervals, truths
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import resampled_rows
@@ -31,9 +34,6 @@ from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.misfits import residuals_p_value, strip_ratios
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.generated import Volunteer
-from swesbi.virtual.hearts.heart import Generator
-from swesbi.virtual.hearts.hearts import SimulatedHearts, Structure
-from swesbi.virtual.hearts.recording import RecordedHeart, record_heart
 
 Inference = Literal["intact", "fixed wall", "no length dependence", "wrong nuisances", "hidden scale"]
 Hearts = Sequence[tuple[str, int]]
@@ -65,7 +65,7 @@ SHAPE: Final = ("passive_ratio", "passive_middle_factor")
 
 
 @cache
-def inferences() -> Mapping[Inference, Callable[[SpeedRecording], SpeedModel]]:
+def inferences() -> Mapping[Inference, SpeedModelSettings]:
     """The shipped inference, and each of those in which one thing is broken."""
     intact = speed_case.settings("calibrated")
     physiology, nuisances = intact.prior.theta.physiology_names, intact.prior.theta.nuisances
@@ -76,11 +76,11 @@ def inferences() -> Mapping[Inference, Callable[[SpeedRecording], SpeedModel]]:
     known = changed(intact, dict.fromkeys(physiology))
     forward_model = intact.forward_model.model_copy(update=wrong)
     return {
-        "intact": of_settings(intact),
-        "fixed wall": of_settings(changed(intact, dict.fromkeys(SHAPE))),
-        "no length dependence": of_settings(changed(intact, {"length_dependence": None})),
-        "wrong nuisances": of_settings(known.model_copy(update={"forward_model": forward_model})),
-        "hidden scale": of_settings(changed(intact, {"speed_scale": None})),
+        "intact": intact,
+        "fixed wall": changed(intact, dict.fromkeys(SHAPE)),
+        "no length dependence": changed(intact, {"length_dependence": None}),
+        "wrong nuisances": known.model_copy(update={"forward_model": forward_model}),
+        "hidden scale": changed(intact, {"speed_scale": None}),
     }
 
 
@@ -92,14 +92,9 @@ def changed(model: SpeedModelSettings, priors: Mapping[str, None]) -> SpeedModel
     return model.model_copy(update={"prior": prior})
 
 
-def of_settings(settings: SpeedModelSettings) -> Callable[[SpeedRecording], SpeedModel]:
-    """What makes the model of a recording under these settings."""
-    return lambda recording: SpeedModel(recording, settings)
-
-
 def own_generators() -> dict[str, Generator]:
     """Generators of the tests' own: of length dependence alone, and of walls that soften when stretched."""
-    hearts = generators()["u"]
+    hearts = generators()["d"]
     assert isinstance(hearts, SimulatedHearts)
 
     def whole_length_dependence(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
@@ -125,7 +120,7 @@ def asked(letter: str, number: int, stream: str = STREAM, seed: int = SEED) -> R
 def answer(inference: Inference, letter: str, number: int) -> HeartAnswer:
     """The answer to a heart."""
     made = asked(letter, number)
-    model = inferences()[inference](measured_speeds(made.observation, NOISE))
+    model = SpeedModel(measured_speeds(made.observation, NOISE), inferences()[inference])
     drawn, phi = posterior(model, inference)
     found = intervals(model, phi, EXACT.interval)
     passes = chi2_of(model, phi) >= DOUBTFUL
@@ -169,7 +164,7 @@ def not_contradicted(made: Sequence[HeartAnswer]) -> int:
 
 def at_bounds(recording: SpeedRecording) -> tuple[float, float, float]:
     """Posterior over prior mass at all bounds, at those of what is reported; and chi2's p-value."""
-    model = inferences()["intact"](recording)
+    model = SpeedModel(recording, inferences()["intact"])
     drawn, phi = posterior(model, "intact")
     ratios = strip_ratios(drawn.weighted.phi, drawn.weighted.weight, model.settings.prior)
     return float(np.nanmean(ratios)), float(np.nanmean(ratios[: len(PHI_NAMES)])), chi2_of(model, phi)

@@ -10,12 +10,13 @@ from typing import Any, Final, cast
 import numpy as np
 import pandas as pd
 import pytest
-from other_hearts_case import HEART, recorded
 from study_copy import ROOT, StudyCopy
-from validation_case import VALIDATION, answer
+from validation_case import HEART, VALIDATION, answer, recorded
 
 from data.makers.files import samples_table
 from studies.validation.answers import HeartAnswers, HeartAnswersSettings, Questioner, asked_of
+from studies.validation.hearts import ranges
+from studies.validation.hearts.recording import DEVELOPMENT, VALIDATION_STREAM, RecordedHeart
 from studies.validation.score import HeartAnswer, refusal
 from studies.validation.settings import ValidationSettings, answers_settings, table_settings
 from studies.validation.stages import FlowOfPopulation, validation, validation_answers
@@ -39,8 +40,6 @@ from swesbi.study.results import OF_POPULATION, Results, population_files
 from swesbi.study.stage import plain_settings
 from swesbi.verdict.verdict import Verdict
 from swesbi.virtual.generated import PHYSIOLOGY
-from swesbi.virtual.hearts import ranges
-from swesbi.virtual.hearts.recording import DEVELOPMENT, VALIDATION_STREAM, RecordedHeart
 
 FOLDER = Path(__file__).parents[1]
 STREAM = "development"
@@ -76,10 +75,10 @@ def test_jobs_answer_every_heart_once(hearts_per_job: int) -> None:
 
 
 def test_what_cannot_be_asked_is_named(study: Study) -> None:
-    with pytest.raises(ConfigError, match="'y' is a structure of development, in no validation"):
-        settings_of(generators=["a", "y"], hearts={"a": 1, "y": 1})
-    with pytest.raises(ConfigError, match=r"hearts.y: is not said"):
-        settings_of(generators=["a", "y"], stream=STREAM)
+    with pytest.raises(ConfigError, match="'p' is of development, in no validation"):
+        settings_of(generators=["a", "p"], hearts={"a": 1, "p": 1})
+    with pytest.raises(ConfigError, match=r"hearts.p: is not said"):
+        settings_of(generators=["a", "p"], stream=STREAM)
     with pytest.raises(ConfigError, match="validation.experiment = 'paper' is no experiment over a popul"):
         answers_settings(study, "paper", "a", STREAM, range(1))
     assert not {*DEVELOPMENT} & {*VALIDATION.generators}

@@ -8,9 +8,8 @@ from typing import cast
 
 import numpy as np
 import pytest
-from other_hearts_case import CONTEXT, HEART, recorded
 from scipy.stats import beta, norm
-from validation_case import VALIDATION, answer, truth
+from validation_case import CONTEXT, HEART, VALIDATION, answer, recorded, truth
 
 from studies.validation.score import intervals, refusal, truths, width_at_fixed_scale
 from studies.validation.table import samplers_table, validation_table

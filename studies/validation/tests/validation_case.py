@@ -1,17 +1,53 @@
-"""The configuration of the validation, and answers that are made up."""
+"""Generators under the shipped configuration, and a heart and answers that are made up."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Final
 
 import numpy as np
-from other_hearts_case import CONTEXT
+import speed_case
 
+from studies.validation.hearts.generators import Generator, all_generators
+from studies.validation.hearts.heart import OtherHeart
+from studies.validation.hearts.recording import RecordedHeart, record_heart
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import configured
 from swesbi.base.arrays import FloatArray
+from swesbi.context import Context
+from swesbi.recording.acquisition import TruthCurve
 from swesbi.report.tables.validation_outcomes import QUANTITIES
+
+CONFIG = speed_case.shipped()
+SEED: Final = 3
+STREAM: Final = "tests"
+LVESV_FRACTION: Final = speed_case.rule().volumes.lvesv_tolerance_fraction
+CONTEXT: Final = Context("a001", "F", 25.0, 1.7, 66.0, 90.0, 34.0, 0.8)
+
+PHASE: Final = np.arange(100) / 100.0
+HEART: Final = OtherHeart(
+    CONTEXT,
+    TruthCurve(PHASE, 4.0 + 46.0 * np.exp(-0.5 * ((PHASE - 0.4) / 0.1) ** 2)),
+    np.array([60.0, 6.0, 30.0]),
+    30.0,
+    40.0 * np.exp(-0.5 * ((PHASE - 0.4) / 0.1) ** 2),
+    None,
+    0.4,
+)
+
+
+@cache
+def generators() -> Mapping[str, Generator]:
+    population = CONFIG.population_experiments["amortised"].population
+    return all_generators(population, CONFIG.priors["calibrated"], CONFIG.acquisition, LVESV_FRACTION)
+
+
+@cache
+def recorded(letter: str, index: int = 0, stream: str = STREAM, seed: int = SEED) -> RecordedHeart:
+    grid_points = CONFIG.measurement.grid_points
+    return record_heart(generators()[letter], index, seed, stream, CONFIG.recording, grid_points)
+
 
 VALIDATION: Final = configured()
 UNIT: Final = dict(zip(QUANTITIES, (40.0, 30.0, 300.0, 45.0, 20.0, 100.0, 5.0, 42.0, 60.0, 6.0), strict=True))

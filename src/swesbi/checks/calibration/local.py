@@ -1,4 +1,4 @@
-"""Calibration at one subject's own data, and whether a classifier can tell two samplers apart.
+"""Calibration at one subject's own data: draws of its posterior, ranked given a second recording of each.
 
 Säilynoja, Schmitt, Bürkner and Vehtari (2025), Posterior SBC: simulation-based calibration checking
 conditional on data. If phi is drawn from the posterior given the subject's recording and a second recording
@@ -9,18 +9,28 @@ second recording, so that neither sampler is judged by itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Final
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
+from swesbi.artefacts import UnfitError
 from swesbi.base.arrays import FloatArray, below_each_other
 from swesbi.base.progress import Progress
-from swesbi.checks.calibration import ranks
+from swesbi.checks.calibration.dataset import CalibrationLocal
+from swesbi.checks.calibration.ranks import (
+    LOG_LIKELIHOOD,
+    NETWORK,
+    QUANTITY_NAMES,
+    WEIGHTED,
+    RankedRecordings,
+    RankScores,
+    quantities,
+    quantity_names,
+    rank,
+    standardised,
+)
 from swesbi.checks.calibration.settings import LocalSettings
+from swesbi.checks.calibration.two_samples import compare_samplers
 from swesbi.measurement.instants import CellErrors
 from swesbi.measurement.likelihood import (
     SpeedModel,
@@ -28,123 +38,66 @@ from swesbi.measurement.likelihood import (
     draw_speeds,
     log_likelihood,
     residuals,
+    speed_model,
 )
 from swesbi.measurement.shared_error import Errors
-from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, WallPhases
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
 from swesbi.networks.flow.flow import flow_proposal
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.posterior.space import PlacedProposal
-from swesbi.prior import BoxPrior, to_logit
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.seeds import generator, integer_seed
-
-FOLDS: Final = 5
-FARTHEST_SD: Final = 6.0
-RIDGE: Final = 0.05
-"""Inverse of the penalty on the weights of the classifier, whose features are of variance one."""
-
-
-def classifier_accuracy(first: FloatArray, second: FloatArray, prior: BoxPrior, seed: int) -> float:
-    """Return the cross-validated accuracy of telling two equal samples (n, d) of phi apart.
-
-    One half where the distributions are the same (Lopez-Paz and Oquab 2017). The classifier is a logistic
-    regression on the logits of phi and their products: the best one between normal distributions, which
-    posteriors nearly are there. It sees differences in place, width and correlation, and hardly any other.
-    NaN where a sample holds NaN: nothing was there to compare.
-
-    Raises:
-        ValueError: The samples differ in size, so that one half would not mean equality.
-    """
-    from sklearn.linear_model import LogisticRegression
-    from sklearn.model_selection import StratifiedGroupKFold, cross_val_score
-    from sklearn.preprocessing import PolynomialFeatures, StandardScaler
-
-    if len(first) != len(second):
-        raise ValueError(f"C2ST needs samples of one size, got {len(first)} and {len(second)} draws")
-    if np.isnan(first).any() or np.isnan(second).any():
-        return float("nan")
-    eta = to_logit(np.concatenate([first, second]), prior)
-    # far draws, of which there are few, would else decide by the squares of their distances
-    standardised = np.clip((eta - eta.mean(axis=0)) / eta.std(axis=0), -FARTHEST_SD, FARTHEST_SD)
-    features = StandardScaler().fit_transform(PolynomialFeatures(2).fit_transform(standardised))
-    # a weighted draw that is taken twice would be recognised, were it in two folds
-    copies = np.unique(eta, axis=0, return_inverse=True)[1]
-    folds = StratifiedGroupKFold(FOLDS, shuffle=True, random_state=seed % 2**32)
-    of_second = np.arange(len(eta)) >= len(first)
-    with threadpool_limits(limits=1):  # sums split over threads differ in the last bit
-        classifier = LogisticRegression(C=RIDGE, max_iter=1000)
-        return float(cross_val_score(classifier, features, of_second, groups=copies, cv=folds).mean())
 
 
 @dataclass(frozen=True)
-class TwoRecordings:
-    """The model of two independent recordings of one subject at the same phases."""
+class TwoRecordings(SpeedModel):
+    """The model of two independent recordings of one subject at the same phases.
 
-    first: SpeedModel
-    second: SpeedRecording
+    ``recording`` has the mean log speeds of both; its posterior is wider than that of both.
+    """
 
-    @property
-    def settings(self) -> SpeedModelSettings:
-        """The settings, which hold the prior."""
-        return self.first.settings
+    both: tuple[SpeedRecording, SpeedRecording]
 
-    @property
-    def recording(self) -> SpeedRecording:
-        """The recording with the mean log speeds of both; its posterior is wider than that of both."""
-        recording = self.first.recording
-        return replace(recording, speed_m_s=np.sqrt(recording.speed_m_s * self.second.speed_m_s))
-
-    def log_likelihood(self, phi: FloatArray) -> FloatArray:
-        """Return log p(both recordings | phi) of shape (n,); -inf where the simulation failed."""
-        return self.log_likelihood_of(self.first.predict(phi))
+    @classmethod
+    def of(cls, first: SpeedModel, speed_m_s: FloatArray) -> TwoRecordings:
+        """Put the speeds (p,) of a second recording beside a first one."""
+        one = first.recording
+        mean = replace(one, speed_m_s=np.sqrt(one.speed_m_s * speed_m_s))
+        return cls(mean, first.settings, (one, replace(one, speed_m_s=speed_m_s)))
 
     def log_likelihood_of(self, predicted: PredictedSpeeds) -> FloatArray:
-        """Return the same of predicted speeds."""
-        of_second = log_likelihood(predicted, self.second, self.settings.discrepancy)
-        return self.first.log_likelihood_of(predicted) + of_second
+        """Return log p(both recordings | phi) of n predictions, (n,); -inf where the simulation failed."""
+        first, second = (log_likelihood(predicted, each, self.settings.discrepancy) for each in self.both)
+        return first + second
 
     def standardised_of(self, predicted: PredictedSpeeds) -> FloatArray:
         """Return residuals of both at the measured phases; (n, 2 p)."""
-        both = (self.first.recording, self.second)
-        return np.hstack([residuals(predicted, each, self.settings.discrepancy) for each in both])
+        return np.hstack([residuals(predicted, each, self.settings.discrepancy) for each in self.both])
 
     def errors_of(self, predicted: PredictedSpeeds) -> Errors | CellErrors:
         """Return the errors of the mean log speeds of both about n predictions; NaN: failed."""
-        return self.first.errors_of(predicted).times(np.sqrt(0.5))
-
-    def wall(self, phi: FloatArray) -> WallPhases:
-        """Simulate phi (n, d) and return its wall at the measured phases; NaN where it failed."""
-        return self.first.wall(phi)
-
-    def predict_at(self, phi: FloatArray, wall: WallPhases) -> PredictedSpeeds:
-        """Return the noiseless log speeds of phi (n, d) whose walls are given."""
-        return self.first.predict_at(phi, wall)
+        return super().errors_of(predicted).times(np.sqrt(0.5))
 
 
 def local_scores(
     model: SpeedModel,
-    propose: Callable[[SpeedRecording], PlacedProposal],
+    flow: TrainedFlow,
     exact: ExactSettings,
     effective_draws: int,
     phi: FloatArray,
     references: FloatArray,
     seed: int,
     sampler: str,
-) -> tuple[FloatArray, ranks.RankScores]:
+) -> tuple[FloatArray, RankScores]:
     """Simulate a second recording from each draw and rank the draw in the posterior given both.
 
-    Args:
-        model: The subject's model.
-        propose: Returns the proposal for a recording.
-        exact: The study's own settings of the exact posterior.
-        effective_draws: Effective draws given both recordings, at least.
-        phi: Draws from a sampler's posterior given the subject's recording; shape (r, d).
-        references: phi around which joint coverage is taken, other draws of that posterior; (r, d).
-        seed: Seed of the study.
-        sampler: The sampler's name, for progress; random streams are the same for all.
+    The draws ``phi`` (r, d) are a sampler's, given the subject's recording. Joint coverage is taken about the
+    ``references`` (r, d), other draws of that posterior. The network proposes for the mean of both
+    recordings. Random streams are the same for all samplers.
 
     Returns:
         True quantities (r, q), and their scores.
@@ -152,61 +105,20 @@ def local_scores(
     recording, prior = model.recording, model.settings.prior
     rng = generator(seed, "calibration", "local", "speeds", recording.subject)
     speeds = draw_speeds(model.predict(phi), recording.errors, model.settings.discrepancy, rng)
-    points = ranks.standardised(references, prior)
+    points = standardised(references, prior)
     progress = Progress(f"calibration {recording.subject} (local, {sampler})", len(phi), unit="replicate")
-
-    def quantities(drawn: FloatArray, log_likelihood: FloatArray) -> FloatArray:
-        return ranks.quantities(drawn, log_likelihood, model.activation_duration_s(drawn))
-
     truths, scores = [], []
     for index, second in enumerate(speeds):
-        both, true = TwoRecordings(model, replace(recording, speed_m_s=second)), phi[index][None]
+        both, true = TwoRecordings.of(model, second), phi[index][None]
         stream = integer_seed(seed, "calibration", "local", "exact", recording.subject, index)
-        drawn, _ = weighted_posterior(
-            HeartModel(both), propose(both.recording), effective_draws, exact, stream
-        )
-        truths.append(quantities(true, both.log_likelihood(true))[0])
-        values = quantities(drawn.phi, drawn.log_likelihood)
-        scores.append(ranks.score(truths[-1], values, drawn.weight, points[index], prior))
+        proposal = flow_proposal(flow, both.recording)
+        drawn, _ = weighted_posterior(HeartModel(both), proposal, effective_draws, exact, stream)
+        truth = quantities(true, both.log_likelihood(true), model.activation_duration_s(true))
+        values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
+        scores.append(rank(truth[0], values, drawn.weight, points[index], prior))
+        truths.append(truth)
         progress.step()
-    return np.stack(truths), below_each_other(scores)
-
-
-def calibrate_locally(
-    model: SpeedModel,
-    flow: TrainedFlow,
-    posterior: ExactPosterior,
-    sizes: LocalSettings,
-    exact: ExactSettings,
-    seed: int,
-) -> ranks.RankedRecordings:
-    """Rank draws of the network's and of the reported posterior of a subject, as many of each.
-
-    Args:
-        model: The subject's model.
-        flow: The trained network.
-        posterior: The reported posterior and the network's draws; at least two draws a replicate.
-        sizes: Replicates and weighted draws.
-        exact: The study's own settings of the exact posterior.
-        seed: Seed of the study.
-
-    Returns:
-        Their scores; the truths are those of the reported posterior, the prior variance is its variance.
-    """
-    propose, count = partial(flow_proposal, flow), sizes.replicates
-    given = (model, propose, exact, sizes.effective_draws)
-    by_sampler = {
-        name: local_scores(*given, phi[:count], phi[count : 2 * count], seed, name)
-        for name, phi in ((ranks.NETWORK, posterior.proposal_phi), (ranks.WEIGHTED, posterior.phi))
-    }
-    return ranks.RankedRecordings(
-        names=ranks.quantity_names(model.settings.prior),
-        subject=np.full(count, model.recording.subject),
-        truth=by_sampler[ranks.WEIGHTED][0],
-        prior_variance=np.tile(variance_given_first(model, posterior.phi), (count, 1)),
-        network=by_sampler[ranks.NETWORK][1],
-        weighted=by_sampler[ranks.WEIGHTED][1],
-    )
+    return np.concatenate(truths), below_each_other(scores)
 
 
 def variance_given_first(model: SpeedModel, phi: FloatArray) -> FloatArray:
@@ -214,7 +126,55 @@ def variance_given_first(model: SpeedModel, phi: FloatArray) -> FloatArray:
 
     It takes the place of the prior's variance beside local calibration; the log-likelihood has none (NaN).
     """
-    values = ranks.quantities(phi, np.zeros(len(phi)), model.activation_duration_s(phi))
+    values = quantities(phi, np.zeros(len(phi)), model.activation_duration_s(phi))
     variance: FloatArray = values.var(axis=0)
-    variance[ranks.QUANTITY_NAMES.index(ranks.LOG_LIKELIHOOD)] = np.nan
+    variance[QUANTITY_NAMES.index(LOG_LIKELIHOOD)] = np.nan
     return variance
+
+
+def calibration_at_subject(
+    observation: Observation,
+    noise: CohortNoise,
+    estimator: TrainedFlow,
+    posterior: ExactPosterior,
+    *,
+    model: SpeedModelSettings,
+    exact: ExactSettings,
+    local: LocalSettings,
+    with_chains: bool,
+    seed: int,
+) -> CalibrationLocal:
+    """Rank draws of the subject's posterior given a second recording, and compare samplers pair by pair.
+
+    The truths that are kept are draws of the reported posterior, and the prior variance is its variance.
+
+    Raises:
+        UnfitError: The posterior holds too few draws.
+    """
+    count = local.replicates
+    least = max(2 * count, local.two_sample_draws)
+    if min(len(posterior.phi), len(posterior.proposal_phi)) < least:
+        raise UnfitError(
+            "posterior",
+            f"holds {len(posterior.phi)} draws and {len(posterior.proposal_phi)} of the network, calibration "
+            f"takes {least}; raise exact.draws, or lower calibration.local.replicates or two_sample_draws",
+        )
+    recorded = speed_model(observation, noise, model)
+    given = (recorded, estimator, exact, local.effective_draws)
+    _, network = local_scores(*given, *_halves(posterior.proposal_phi, count), seed, NETWORK)
+    truth, weighted = local_scores(*given, *_halves(posterior.phi, count), seed, WEIGHTED)
+    ranked = RankedRecordings(
+        names=quantity_names(recorded.settings.prior),
+        subject=np.full(count, observation.subject),
+        truth=truth,
+        prior_variance=np.tile(variance_given_first(recorded, posterior.phi), (count, 1)),
+        network=network,
+        weighted=weighted,
+    )
+    proposal = flow_proposal(estimator, recorded.recording) if with_chains else None
+    return CalibrationLocal(ranked, compare_samplers(recorded, posterior, proposal, local, seed))
+
+
+def _halves(phi: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return the first draws, which are ranked, and as many others, about which coverage is taken."""
+    return phi[:count], phi[count : 2 * count]

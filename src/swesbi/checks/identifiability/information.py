@@ -1,123 +1,69 @@
-"""What a recording tells of which quantity: contraction, expected information, and which phases carry it.
+"""Expected information of a recording about log phi, and the posterior that it lets one expect.
 
-In log phi the prior is normal within its bounds, with precision 1 / log_sd^2. About phi the posterior of
-a recording with information I(phi) is then near normal with covariance (Lambda + I(phi))^-1 (Laplace's
-approximation with the expected for the observed information; Chaloner and Verdinelli, Stat Sci 10:273,
-1995, Sec. 2). The bounds and the curvature beyond second order are left out.
+In log phi the prior is normal within its bounds, with precision Lambda = 1 / log_sd^2. About phi the
+posterior of a recording with information I(phi) is then near normal with covariance (Lambda + I(phi))^-1
+(Laplace's approximation with the expected for the observed information; Chaloner and Verdinelli, Stat Sci
+10:273, 1995, Sec. 2). The bounds and the curvature beyond second order are left out.
+
+Log speeds have means m and the covariance C = diag(se^2) + W W' + K o (delta^2 + tau^2 s s'), o by element:
+their own errors, what sweeps share, and what the model misses, with slopes s, and K one within a cell of the
+cycle, else zero. With Q = C^-1, D = diag(s) and R = K D Q,
+
+    I_jk = m_j' Q m_k + 1/2 tr(Q C_j Q C_k) = m_j' Q m_k + tau^4 s_j' (R o R' + Q o (R D K)) s_k,
+
+where an index is a derivative by log phi (Kay, Fundamentals of Statistical Signal Processing: Estimation
+Theory, 1993, Eq. 3.31). The second term is what the spread of the data tells.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Annotated, Final
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
 
-from swesbi.artefacts import Variable
-from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.checks.identifiability.likelihood import (
-    Maxima,
-    MomentFunction,
-    Moments,
-    NormalProblem,
-    central_difference,
-    maximise,
-    stencil,
-)
-from swesbi.heart.model import isometric_stiffness_kpa
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.heart.simulate import Beats
-from swesbi.measurement.likelihood import SpeedModel, log_speed_sd
-from swesbi.parameters import ISOMETRIC, K_0, K_ATP, OF_INTEREST, PHI_NAMES
-from swesbi.posterior.diagnostics import smooth
-from swesbi.prior import BoxPrior, from_logit, sample, spread_points, to_logit
-from swesbi.seeds import generator
-
-QUANTITY_NAMES: Final = (*PHI_NAMES, ISOMETRIC)
-LOGIT_REACH: Final = 8.0
-"""The search's box in logit: within 0.03 % of the prior's box at either bound."""
-
-
-def quantities(model: SpeedModel, phi: FloatArray) -> FloatArray:
-    """Return the reported part of phi (n, d) and k_0 (1 - exp(-k_ATP D_T)); shape (n, 5)."""
-    return np.column_stack(
-        [phi[:, OF_INTEREST], isometric_stiffness_kpa(phi, model.activation_duration_s(phi))]
-    )
-
-
-def log_gradient(model: SpeedModel, phi: FloatArray) -> FloatArray:
-    """Return d log quantity / d log phi of phi (n, d), shape (n, 5, d).
-
-    With u = k_ATP D_T, log(1 - exp(-u)) changes by u / (exp(u) - 1) for each unit of log k_ATP, and of log D.
-    """
-    names = model.settings.prior.names
-    gradient = np.zeros((len(phi), len(QUANTITY_NAMES), len(names)))
-    gradient[:, : len(PHI_NAMES), : len(PHI_NAMES)] = np.eye(len(PHI_NAMES))
-    exponent = phi[:, K_ATP] * model.activation_duration_s(phi)
-    gradient[:, -1, K_0] = 1.0
-    gradient[:, -1, K_ATP] = exponent / np.expm1(exponent)
-    if "activation_duration_s" in names:
-        gradient[:, -1, names.index("activation_duration_s")] = gradient[:, -1, K_ATP]
-    return gradient
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.prior import BoxPrior
 
 
 @dataclass(frozen=True)
-class Contraction:
-    """1 - posterior variance / prior variance of q quantities, themselves and their logarithms; (q,) each.
+class Stencil:
+    """n phi with their neighbours for differences in log phi, simulated.
 
-    One: the recording tells the quantity exactly. Zero: it tells nothing. Negative: the posterior is wider
-    than the prior, which happens for a value far out in a skewed prior.
+    Attributes:
+        log_phi: phi itself, then moved forth and back along each coordinate; (1 + 2 d, n, d).
+        beats: Of its rows, one after the other.
+        step: Half the distance of the two points of a difference.
     """
 
-    linear: Annotated[
-        FloatArray, Variable("quantity", "1", "1 - posterior variance / prior variance", "contraction")
-    ]
-    logarithm: Annotated[FloatArray, Variable("quantity", "1", "the same of the log", "contraction_log")]
+    log_phi: FloatArray
+    beats: Beats
+    step: float
+
+    @property
+    def rows(self) -> FloatArray:
+        """All phi, one after the other; shape (n + 2 d n, d)."""
+        return np.exp(self.log_phi).reshape(-1, self.log_phi.shape[-1])
+
+    def derivatives(self, values: FloatArray) -> FloatArray:
+        """Return d values / d log phi (n, d, p) from values at all rows (n + 2 d n, p)."""
+        at = values.reshape(*self.log_phi.shape[:2], -1)
+        return np.asarray(np.moveaxis((at[1::2] - at[2::2]) / (2.0 * self.step), 0, 1))
 
 
-def contraction(draws: FloatArray, prior_draws: FloatArray) -> Contraction:
-    """Compare posterior draws (n, q) of positive quantities with prior draws (m, q)."""
-    return Contraction(
-        1.0 - draws.var(axis=0) / prior_draws.var(axis=0),
-        1.0 - np.log(draws).var(axis=0) / np.log(prior_draws).var(axis=0),
-    )
-
-
-def prior_quantities(model: SpeedModel) -> FloatArray:
-    """Return the quantities of 2^16 points spread over the prior by a Sobol sequence, (65536, 5)."""
-    return quantities(model, spread_points(model.settings.prior))
-
-
-def prior_precision(prior: BoxPrior) -> FloatArray:
-    """Return Lambda, (d, d)."""
-    return np.diag(np.array([parameter.log_sd for parameter in prior.parameters]) ** -2.0)
-
-
-def expected_variance(precision: FloatArray, information: FloatArray, gradient: FloatArray) -> FloatArray:
-    """Return the variances of log quantities, (..., n, q), from I (..., n, d, d) and d log q (n, q, d)."""
-    covariance = np.linalg.inv(precision + information)
-    return np.asarray(np.einsum("nqj,...njk,nqk->...nq", gradient, covariance, gradient))
-
-
-def expected_sd(precision: FloatArray, information: FloatArray, gradient: FloatArray) -> FloatArray:
-    """Return the root of the variance averaged over the n draws, (..., q).
-
-    The mean over draws from the posterior is what this subject's next recording is expected to leave.
-    """
-    return np.asarray(np.sqrt(expected_variance(precision, information, gradient).mean(axis=-2)))
-
-
-def interval_fold(sd_log: FloatArray, mass: float) -> FloatArray:
-    """Return upper over lower end of the credible interval of a log-normal quantity."""
-    return np.asarray(np.exp(2.0 * ndtri(0.5 + 0.5 * mass) * sd_log))
-
-
-def moments_of_phi(model: SpeedModel, phi: FloatArray) -> Moments:
-    """Return mean and log sd of the measured log speeds at phi (n, d)."""
-    first, place = distinct_hearts(model, phi)
-    predicted = model.predict_at(phi, model.wall(phi[first]).rows(place))
-    sd = log_speed_sd(predicted, model.recording.relative_se, model.settings.discrepancy)
-    return Moments(predicted.log_speed, np.log(sd), model.recording.shared)
+def simulated_stencil(model: SpeedModel, phi: FloatArray, step: float) -> Stencil:
+    """Simulate phi (n, d) and their neighbours in log phi."""
+    log_phi = np.repeat(np.log(phi)[None], 1 + 2 * phi.shape[1], axis=0)
+    for coordinate in range(phi.shape[1]):
+        log_phi[1 + 2 * coordinate, :, coordinate] += step
+        log_phi[2 + 2 * coordinate, :, coordinate] -= step
+    rows = np.exp(log_phi).reshape(-1, phi.shape[1])
+    first, place = distinct_hearts(model, rows)
+    return Stencil(log_phi, model.simulate(rows[first]).rows(place), step)
 
 
 def distinct_hearts(model: SpeedModel, phi: FloatArray) -> tuple[IntArray, IntArray]:
@@ -130,100 +76,69 @@ def distinct_hearts(model: SpeedModel, phi: FloatArray) -> tuple[IntArray, IntAr
     return first, place.ravel()
 
 
-def in_logit(model: SpeedModel, step: float) -> NormalProblem:
-    """Return the exact likelihood in eta = logit of the prior's box, ready to be maximised.
-
-    What is known of a nuisance parameter before the recording counts as a datum: the log of its prior's
-    centre, with the prior's log sd. Without it no recording could hold them.
-    """
-    prior = model.settings.prior
-    known = prior.parameters[OF_INTEREST.stop :]
-    log_sd = np.log([parameter.log_sd for parameter in known])
-
-    def moments(eta: FloatArray) -> Moments:
-        phi = from_logit(eta, prior)
-        of_speeds, nuisances = moments_of_phi(model, phi), np.log(phi[:, OF_INTEREST.stop :])
-        spread = np.broadcast_to(log_sd, nuisances.shape)
-        return Moments(
-            np.hstack([of_speeds.mean, nuisances]),
-            np.hstack([of_speeds.log_sd, spread]),
-            np.pad(of_speeds.shared, ((0, len(known)), (0, 0))),
-        )
-
-    reach = np.full(len(prior.names), LOGIT_REACH)
-    observed = np.log([*model.recording.speed_m_s, *(parameter.centre for parameter in known)])
-    return NormalProblem(moments, observed, -reach, reach, step)
-
-
-def in_log(model: SpeedModel) -> MomentFunction:
-    """Return the moments as a function of log phi."""
-    return lambda log_phi: moments_of_phi(model, np.exp(log_phi))
-
-
-def maximum_likelihood(
-    model: SpeedModel, problem: NormalProblem, prior_starts: int, searches: int, seed: int
-) -> Maxima:
-    """Search the maximum in logit from the likeliest of ``prior_starts`` draws from the prior."""
-    rng = generator(seed, "identifiability", "starts", model.recording.subject)
-    phi = sample(prior_starts, model.settings.prior, rng)
-    eta = np.clip(to_logit(phi, model.settings.prior), problem.low, problem.high)
-    likeliest = np.argsort(-problem.log_likelihood(eta), kind="stable")[:searches]
-    return maximise(problem, eta[likeliest], range(eta.shape[1]))
-
-
-@dataclass(frozen=True)
-class SimulatedStencil:
-    """n phi with their neighbours for differences in log phi, simulated once for any set of phases.
+class SpeedDerivatives(NamedTuple):
+    """Slopes of the log speeds of n phi at p phases, and how log speeds and slopes change with log phi.
 
     Attributes:
-        log_phi: (1 + 2 d, n, d).
-        beats: Of its rows, one after the other.
-        step: Of the differences.
-    """
-
-    log_phi: FloatArray
-    beats: Beats
-    step: float
-
-
-@dataclass(frozen=True)
-class SpeedDerivatives:
-    """Log speeds' slopes, and how log speeds and slopes change with log phi, at p phases for n phi.
-
-    Attributes:
-        phase: (p,).
         slope: d log c / ds; (n, p).
         log_speed_by: d log c / d log phi_j; (n, d, p).
         slope_by: Derivative of the slope likewise; (n, d, p).
     """
 
-    phase: FloatArray
     slope: FloatArray
     log_speed_by: FloatArray
     slope_by: FloatArray
 
-
-def simulate_stencil(model: SpeedModel, phi: FloatArray, step: float) -> SimulatedStencil:
-    """Simulate phi (n, d) and their neighbours in log phi."""
-    log_phi = stencil(np.log(phi), step, range(phi.shape[1]))
-    flat = np.exp(log_phi).reshape(-1, phi.shape[1])
-    first, place = distinct_hearts(model, flat)
-    return SimulatedStencil(log_phi, model.simulate(flat[first]).rows(place), step)
+    def points(self, kept: BoolArray) -> SpeedDerivatives:
+        """Return those of some phases; ``kept`` of shape (p,)."""
+        return SpeedDerivatives(*(part[..., kept] for part in self))
 
 
-def derivatives_at(model: SpeedModel, simulated: SimulatedStencil, phase: FloatArray) -> SpeedDerivatives:
-    """Return the derivatives at phases (p,) that the subject's recording need not have."""
-    elsewhere = replace(model, recording=replace(model.recording, phase=phase))
-    flat = np.exp(simulated.log_phi).reshape(-1, simulated.log_phi.shape[-1])
-    predicted = elsewhere.predict_from(flat, simulated.beats)
-    shape = (*simulated.log_phi.shape[:2], len(phase))
-    log_speed, slope = predicted.log_speed.reshape(shape), predicted.slope.reshape(shape)
+def speed_derivatives(model: SpeedModel, simulated: Stencil) -> SpeedDerivatives:
+    """Return the derivatives at the phases of the recording; NaN where a neighbour has no beat."""
+    predicted = model.predict_from(simulated.rows, simulated.beats)
+    slope = predicted.slope[: simulated.log_phi.shape[1]]
     return SpeedDerivatives(
-        phase,
-        slope[0],
-        central_difference(log_speed, simulated.step),
-        central_difference(slope, simulated.step),
+        slope, simulated.derivatives(predicted.log_speed), simulated.derivatives(predicted.slope)
     )
+
+
+def expected_information(
+    at: SpeedDerivatives, recording: SpeedRecording, discrepancy: DiscrepancySettings
+) -> FloatArray:
+    """Return the expected information about log phi of speeds with the errors of a recording; (n, d, d)."""
+    cells, slope = recording.cells, at.slope
+    together = np.equal.outer(cells, cells).astype(np.float64)
+    missed = discrepancy.speed_fraction**2 + (
+        discrepancy.timing_cycle**2 * slope[:, :, None] * slope[:, None, :]
+    )
+    whole = np.linalg.inv(recording.errors.covariance + together * missed)
+    of_mean = at.log_speed_by @ whole @ np.swapaxes(at.log_speed_by, 1, 2)
+    turned = together @ (slope[:, :, None] * whole)
+    weight = turned * np.swapaxes(turned, 1, 2) + whole * ((turned * slope[:, None, :]) @ together)
+    of_spread = at.slope_by @ weight @ np.swapaxes(at.slope_by, 1, 2)
+    return np.asarray(of_mean + discrepancy.timing_cycle**4 * of_spread)
+
+
+def prior_precision(prior: BoxPrior) -> FloatArray:
+    """Return Lambda, (d, d)."""
+    return np.diag(np.array([parameter.log_sd for parameter in prior.parameters]) ** -2.0)
+
+
+def expected_sd(precision: FloatArray, information: FloatArray, gradient: FloatArray) -> FloatArray:
+    """Return the expected posterior sd of log quantities, (..., q).
+
+    The variance is averaged over the n draws: over those of a posterior, it is what this subject's next
+    recording is expected to leave.
+
+    Args:
+        precision: Of the prior; (d, d).
+        information: At n draws; (..., n, d, d).
+        gradient: d log quantity / d log phi; (n, q, d).
+    """
+    covariance = np.linalg.inv(precision + information)
+    variance = np.einsum("nqj,...njk,nqk->...nq", gradient, covariance, gradient)
+    return np.asarray(np.sqrt(variance.mean(axis=-2)))
 
 
 @dataclass(frozen=True)
@@ -241,59 +156,52 @@ class PhaseInformation:
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """The posterior of log quantities without one phase, by reweighting the draws; p phases.
+class Expectation:
+    """What posterior draws let one expect of recordings of their subject.
 
     Attributes:
-        sd_increase: Relative change of the posterior sd; (q, p).
-        mean_shift: Change of the posterior mean, in posterior sd; (q, p).
-        k_hat: Pareto k of the weights, which are trustworthy below 0.7; (p,).
+        model: Of the recording.
+        at: Derivatives at n draws.
+        gradient: d log quantity / d log phi there, of q quantities; (n, q, d).
     """
 
-    sd_increase: FloatArray
-    mean_shift: FloatArray
-    k_hat: FloatArray
+    model: SpeedModel
+    at: SpeedDerivatives
+    gradient: FloatArray
 
+    @classmethod
+    def of(cls, model: SpeedModel, simulated: Stencil, gradient: FloatArray) -> Expectation:
+        """Take those draws whose neighbours can all be simulated, of n with their gradients (n, q, d)."""
+        at = speed_derivatives(model, simulated)
+        parts = (at.log_speed_by, at.slope_by, gradient)
+        works = np.all([np.isfinite(part).all(axis=(1, 2)) for part in parts], axis=0)
+        return cls(model, SpeedDerivatives(*(part[works] for part in at)), gradient[works])
 
-def phase_information(
-    total: FloatArray, by_phase: FloatArray, precision: FloatArray, gradient: FloatArray
-) -> PhaseInformation:
-    """Compare the information with and without each phase.
+    def sd(self, recording: SpeedRecording) -> FloatArray:
+        """Return the expected posterior sd of the log quantities, (q,), with the errors of a recording."""
+        information = expected_information(self.at, recording, self.model.settings.discrepancy)
+        return expected_sd(prior_precision(self.model.settings.prior), information, self.gradient)
 
-    Args:
-        total: Expected information of all phases in log phi, at n draws; (n, d, d).
-        by_phase: What each phase adds to the others; (n, p, d, d).
-        precision: Of the prior; (d, d).
-        gradient: d log quantity / d log phi; (n, q, d).
+    def by_phase(self) -> PhaseInformation:
+        """Compare the information with and without each phase of the recording.
 
-    The share of a phase in the information about a quantity with gradient g is that along the direction
-    g / |g|^2, in which the log quantity rises by its own amount.
-    """
-    without = np.moveaxis(total[:, None] - by_phase, 1, 0)
-    whole = expected_sd(precision, total, gradient)
-    direction = gradient / np.sum(gradient**2, axis=2, keepdims=True)
-    along = np.einsum("nqj,npjk,nqk->nqp", direction, by_phase, direction).mean(axis=0)
-    return PhaseInformation(
-        share=along / along.sum(axis=1, keepdims=True),
-        sd_increase=(expected_sd(precision, without, gradient) / whole).T - 1.0,
-    )
-
-
-def leave_phases_out(log_quantities: FloatArray, log_likelihood_by_phase: FloatArray) -> LeftOut:
-    """Reweight posterior draws by 1 / p(y_i | the other data, phi), which is the posterior without datum i.
-
-    Gelfand, Dey and Chang (Bayesian Statistics 4, 1992); the weights are Pareto-smoothed (Vehtari,
-    Gelman and Gabry, Stat Comput 27:1413, 2017).
-
-    Args:
-        log_quantities: Posterior draws of log quantities; (n, q).
-        log_likelihood_by_phase: log p(y_i | the other data, phi) at the draws; (n, p).
-    """
-    log_weight, k_hat = zip(*map(smooth, -log_likelihood_by_phase.T), strict=True)
-    weight = np.exp(log_weight)
-    weight /= weight.sum(axis=1, keepdims=True)
-    mean, sd = log_quantities.mean(axis=0), log_quantities.std(axis=0)
-    mean_without = weight @ log_quantities
-    spread = log_quantities[None] - mean_without[:, None]
-    sd_without = np.sqrt(np.einsum("pn,pnq->pq", weight, spread**2))
-    return LeftOut((sd_without / sd).T - 1.0, ((mean_without - mean) / sd).T, np.array(k_hat))
+        The share of a phase in the information about a quantity with gradient g is that along the direction
+        g / |g|^2, in which the log quantity rises by its own amount.
+        """
+        recording, discrepancy = self.model.recording, self.model.settings.discrepancy
+        total = expected_information(self.at, recording, discrepancy)
+        others = ~np.eye(len(recording.phase), dtype=bool)
+        without = np.stack(
+            [
+                expected_information(self.at.points(kept), recording.points(kept), discrepancy)
+                for kept in others
+            ]
+        )
+        precision = prior_precision(self.model.settings.prior)
+        whole = expected_sd(precision, total, self.gradient)
+        direction = self.gradient / np.sum(self.gradient**2, axis=2, keepdims=True)
+        along = np.einsum("nqj,pnjk,nqk->qp", direction, total - without, direction)
+        return PhaseInformation(
+            share=along / along.sum(axis=1, keepdims=True),
+            sd_increase=(expected_sd(precision, without, self.gradient) / whole).T - 1.0,
+        )

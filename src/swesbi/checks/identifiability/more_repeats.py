@@ -1,28 +1,18 @@
 """What more of the same recording would buy: how much narrower the intervals of its quantities would be.
 
-The expected posterior of ``information`` at the instants that were recorded, with the errors of so many times
-as many repeats, or pushes. What the model misses is one a cell of the cycle and stays, however often one
-records.
+The expected posterior at the instants that were recorded, with the errors of so many times as many repeats,
+or pushes. What the model misses is one a cell of the cycle and stays, however often one records.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.identifiability.designs import design_information
-from swesbi.checks.identifiability.information import (
-    SimulatedStencil,
-    derivatives_at,
-    expected_sd,
-    prior_precision,
-    simulate_stencil,
-)
-from swesbi.checks.identifiability.likelihood import central_difference
-from swesbi.checks.identifiability.noise import MeanNoise
+from swesbi.checks.identifiability.information import Expectation, Stencil, simulated_stencil
 from swesbi.measurement.derived import reported
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
@@ -46,7 +36,7 @@ class MoreRepeats:
 
 
 def more_repeats(model: SpeedModel, phi: FloatArray, step: float) -> MoreRepeats | None:
-    """Return what more repeats would buy.
+    """Return what more repeats would buy of all that an answer reports.
 
     Args:
         model: Of the recording.
@@ -56,34 +46,26 @@ def more_repeats(model: SpeedModel, phi: FloatArray, step: float) -> MoreRepeats
     Returns:
         None where no draw's neighbours can all be simulated.
     """
-    simulated = simulate_stencil(model, phi, step)
-    at = derivatives_at(model, simulated, model.recording.phase)
-    gradient = reported_gradient(model, simulated)
-    works = np.all(
-        [np.isfinite(each).all(axis=(1, 2)) for each in (at.log_speed_by, at.slope_by, gradient)], axis=0
-    )
-    if not works.any():
-        return None
-    at = type(at)(at.phase, at.slope[works], at.log_speed_by[works], at.slope_by[works])
-    now = mean_noise(model.recording)
-    noises = [now, *(now.of(times) for times in TIMES)]
-    cell = model.recording.cells
-    together = np.equal.outer(cell, cell).astype(np.float64)[None]
-    information = design_information(at, noises, model.settings.discrepancy, together)
-    precision = prior_precision(model.settings.prior)
-    sd = expected_sd(precision, information, gradient[works])
-    return MoreRepeats(TIMES, sd[1:] / sd[0])
+    simulated = simulated_stencil(model, phi, step)
+    expected = Expectation.of(model, simulated, reported_gradient(model, simulated))
+    return repeats_of(expected) if len(expected.gradient) else None
 
 
-def reported_gradient(model: SpeedModel, simulated: SimulatedStencil) -> FloatArray:
+def repeats_of(expected: Expectation) -> MoreRepeats:
+    """Return what more repeats would buy of the quantities of an expectation."""
+    recording = expected.model.recording
+    widths = [expected.sd(repeated(recording, times)) for times in TIMES]
+    return MoreRepeats(TIMES, np.stack(widths) / expected.sd(recording))
+
+
+def repeated(recording: SpeedRecording, times: float) -> SpeedRecording:
+    """Return a recording with the errors of so many times as many repeats."""
+    part = times**-0.5
+    return replace(recording, relative_se=part * recording.relative_se, shared=part * recording.shared)
+
+
+def reported_gradient(model: SpeedModel, simulated: Stencil) -> FloatArray:
     """Return d log quantity / d log phi of all that an answer reports, at n phi; shape (n, q, d)."""
-    shape, d = simulated.log_phi.shape[:2], simulated.log_phi.shape[-1]
-    quantities = reported(model, np.exp(simulated.log_phi).reshape(-1, d), simulated.beats)
-    log_quantity = np.log(np.stack(list(quantities.values()), axis=-1)).reshape(*shape, -1)
-    return np.asarray(central_difference(log_quantity, simulated.step).swapaxes(1, 2))
-
-
-def mean_noise(recording: SpeedRecording) -> MeanNoise:
-    """Return the mean squared relative errors of a recording: each speed's own, and what sweeps share."""
-    shared = np.sum(recording.shared**2, axis=1)
-    return MeanNoise(float(np.mean(recording.relative_se**2)), float(np.mean(shared)))
+    quantities = reported(model, simulated.rows, simulated.beats)
+    log_quantity = np.log(np.stack(list(quantities.values()), axis=-1))
+    return np.asarray(np.swapaxes(simulated.derivatives(log_quantity), 1, 2))

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.persons.change.hearts import VisitsHearts
-from swesbi.persons.change.one_person import OnePerson, judge_one_person
-from swesbi.persons.change.proposal import first_proposal, normal_visit
+from swesbi.persons.change.one_person import OnePerson, judge_one_person, normal_visit
+from swesbi.persons.change.proposal import joined_proposal
 from swesbi.persons.change.ratios import Ratios, log_ratios, quantities_of, summarise_ratios
 from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.change.transport import joined_proposal
 from swesbi.persons.change.visits import VisitsModel, visits_model
 from swesbi.posterior.exact import exact_posterior
-from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import Space
 from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
 
-STREAM = "change"
+STREAM: Final = "change"
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ def infer_change(
     Args:
         model: Both recordings.
         own: The posterior of each by itself, in the same order.
-        settings: Shares, rule, effort.
+        settings: Rule, effort.
         seed: The study's seed.
         name: Names the random streams: the person, say.
 
@@ -102,41 +100,27 @@ def infer_change(
     """
     if len(model.models) != 2 or len(own) != 2:
         raise ValueError(f"{len(model.models)} visits: a change is between two")
-    coupling, hearts = model.coupling, VisitsHearts(model)
-    visits = [normal_visit(each.phi, coupling.prior, each.effective_draws) for each in own]
-    exact, efficiency = exact_posterior(hearts, _first(hearts, own), settings.exact, seed, STREAM, *name)
-    phi = model.phi(exact.phi)
+    first = joined_proposal(model, [each.phi for each in own], [each.space for each in own])
+    exact, efficiency = exact_posterior(model, first, settings.exact, seed, STREAM, *name)
+    phi = model.coupling.phi(exact.phi)
     quantities = np.stack([quantities_of(one, rows) for one, rows in zip(model.models, phi, strict=True)])
     rng = generator(seed, STREAM, *name, "independent")
-    factor = exact.log_evidence - sum(each.log_evidence for each in own)
-    rule = settings.rule
+    joint, independent = log_ratios(list(quantities)), log_ratios(_independent(model, own, rng))
     return Change(
         exact=exact,
         phi=phi,
         quantities=quantities,
-        ratios=summarise_ratios(
-            log_ratios(list(quantities)),
-            log_ratios(_independent(model, own, rng)),
-            settings.exact.interval,
-            rule,
-        ),
+        ratios=summarise_ratios(joint, independent, settings.exact.interval, settings.rule),
         one_person=judge_one_person(
-            visits, coupling.shares, factor, rule.one_person_level, rule.null_draws, rng
+            [normal_visit(each.phi, model.of_one, each.effective_draws) for each in own],
+            model.coupling.shares,
+            exact.log_evidence - sum(each.log_evidence for each in own),
+            settings.rule.one_person_level,
+            settings.rule.null_draws,
+            rng,
         ),
         efficiency=efficiency,
     )
-
-
-def _first(hearts: VisitsHearts, own: Sequence[OwnPosterior]) -> FittedProposal:
-    """Return the first proposal: in the networks' space, or in scores where visits have a value in common.
-
-    A share of 1 leaves psi of the later visit without a part in phi, so that phi has no way back to it.
-    """
-    if (hearts.visits.coupling.shares == 1.0).any():
-        prior = hearts.visits.models[0].settings.prior
-        alone = [normal_visit(prior.heart(each.phi), prior.simulated, each.effective_draws) for each in own]
-        return first_proposal(alone, hearts.coupling)
-    return joined_proposal(hearts, [each.phi for each in own], [each.space for each in own])
 
 
 def _independent(

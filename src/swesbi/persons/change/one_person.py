@@ -21,24 +21,50 @@ import numpy as np
 
 from swesbi.artefacts import Variable
 from swesbi.base.arrays import FloatArray
+from swesbi.draws import equal_weights
 from swesbi.measurement.shared_error import normal_log_density
-from swesbi.persons.change.proposal import NormalVisit
+from swesbi.posterior.space import normal_scores
+from swesbi.prior import BoxPrior
 
+LEAST_VARIANCE = 1e-4  # of a normal score; nothing measured is known better
 LEAST_INFORMATION = 1e-3
 """Share of a score's prior variance below which a recording says nothing of it."""
 
 
 @dataclass(frozen=True)
-class OnePerson:
-    """Whether two recordings can be of one person.
+class NormalVisit:
+    """What one recording says by itself, as a normal posterior N(m, C) of scores whose prior is N(0, I).
 
     Attributes:
-        log_bayes_factor: Of one person against two, from the evidences.
-        log_ratio: The test's statistic, its normal approximation; small ones contradict one person.
-        p_value: Share of pairs of one person with as small a statistic.
-        level: At which the test flags.
-        distance: Of the shared parameters between both posteriors, in posterior standard deviations.
+        mean: m; shape (d,).
+        covariance: C; a recording adds no width, so its eigenvalues are at most 1; shape (d, d).
+        effective_draws: Behind both.
     """
+
+    mean: FloatArray
+    covariance: FloatArray
+    effective_draws: float
+
+
+def normal_visit(phi: FloatArray, prior: BoxPrior, effective_draws: float) -> NormalVisit:
+    """Return the normal approximation of a visit's own posterior.
+
+    Args:
+        phi: Equally weighted draws; shape (m, d).
+        prior: Of one visit.
+        effective_draws: Behind the draws.
+    """
+    scores = normal_scores(phi, prior)
+    weight = equal_weights(len(scores))
+    mean = weight @ scores
+    spread, axes = np.linalg.eigh((scores - mean).T @ ((scores - mean) * weight[:, None]))
+    held = np.clip(spread, LEAST_VARIANCE, 1.0)
+    return NormalVisit(mean, (axes * held) @ axes.T, effective_draws)
+
+
+@dataclass(frozen=True)
+class OnePerson:
+    """Whether two recordings can be of one person."""
 
     log_bayes_factor: Annotated[float, Variable("", "1", "log Bayes factor of one person against two")]
     log_ratio: Annotated[float, Variable("", "1", "its normal approximation, the statistic of the test")]
@@ -81,12 +107,10 @@ def judge_one_person(
     )
     tied = np.flatnonzero(shares)
     p_value = (1.0 + (simulated <= observed).sum()) / (1.0 + draws) if len(tied) else 1.0
-    return OnePerson(
-        float(log_bayes_factor), float(observed), float(p_value), level, shared_distance(visits, tied)
-    )
+    return OnePerson(float(log_bayes_factor), float(observed), float(p_value), level, _distance(visits, tied))
 
 
-def shared_distance(visits: Sequence[NormalVisit], tied: np.ndarray) -> float:
+def _distance(visits: Sequence[NormalVisit], tied: np.ndarray) -> float:
     """Return the distance of two posteriors in the parameters ``tied``, in posterior standard deviations.
 
     Mahalanobis's, by the sum of both covariances; 0 where nothing is tied.

@@ -1,9 +1,15 @@
-"""The first proposal for a person's visits, from what each visit's own posterior says.
+"""The space of both visits' networks, in which the posterior of both is near normal.
 
-In normal scores the prior of one visit is N(0, I), and its posterior near N(m_v, C_v): what the recording
-adds to the prior is the precision C_v^-1 - I and the linear term C_v^-1 m_v. A recording adds no width, so
-the eigenvalues of C_v are at most 1. With z = M zeta (``visits.Coupling.mixing``) the posterior of all
-visits is normal in zeta, of precision I + M^T diag_v(C_v^-1 - I) M and linear term M^T (C_v^-1 m_v)_v.
+A flow takes the posterior of one recording to about N(0, I), whatever its shape. In the product of the
+spaces of both, u = (u_1, u_2), the posterior of both is the product of their own posteriors, each near
+N(m_v, C_v), times what ties them: the copula of the shared parameters, whose logarithm is -1/2 z^T (R^-1
+- I) z in their scores z, and the ratio of the normal density of all errors r to those of each visit,
+which is of the same form. Scores and residuals y are about a + B u (a regression over draws), so with G
+the matrix of both forms the posterior of both has the precision and the linear term
+
+    P = blockdiag(C_v^-1) + B^T H B,    h = (C_v^-1 m_v)_v - B^T H a,    H = G (I + S G)^-1,
+
+S being the covariance of what the regression leaves over: what measures the hearts is integrated out.
 """
 
 from __future__ import annotations
@@ -15,69 +21,124 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from swesbi.base.arrays import FloatArray
-from swesbi.draws import equal_weights
-from swesbi.persons.change.visits import Coupling
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.persons.change.visits import Coupling, VisitsModel
 from swesbi.posterior.fitted import FittedProposal
-from swesbi.posterior.space import ScoreSpace, normal_scores
+from swesbi.posterior.space import ScoreSpace, Space, normal_scores
 from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
-from swesbi.prior import BoxPrior
 
-LEAST_VARIANCE = 1e-4  # of a normal score; nothing measured is known better
+FITTED = 2000  # draws behind the fit of each visit
+DEGREES_OF_FREEDOM = 25  # of thirty parameters: with 8 most draws lie too far out, and half as many count
+LEAST_PRECISION = 0.3  # of a direction of u: the prior of both is never much wider than those of each
 
 
 @dataclass(frozen=True)
-class NormalVisit:
-    """What one recording says by itself, as a normal posterior N(m, C) of scores whose prior is N(0, I).
+class JoinedSpace:
+    """The spaces of both visits side by side, as a space of psi.
 
     Attributes:
-        mean: m; shape (d,).
-        covariance: C, of eigenvalues at most 1; shape (d, d).
-        effective_draws: Behind both.
+        spaces: Of each visit's hearts.
+        coupling: How these follow from psi.
+    """
+
+    spaces: tuple[Space, ...]
+    coupling: Coupling
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where psi (n, V d) lie, u (n, V d), and log |du / dpsi| of shape (n,)."""
+        parts = self.coupling.phi(phi)
+        placed = [space.place(part) for space, part in zip(self.spaces, parts, strict=True)]
+        log_slope = np.sum([slope for _, slope in placed], axis=0) + self._coupled_slope(phi, parts)
+        return np.hstack([u for u, _ in placed]), np.asarray(log_slope)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return psi (n, V d) of points u (n, V d)."""
+        parts = np.split(u, self.coupling.visits, axis=1)
+        return self.coupling.psi(
+            np.stack([space.at(part) for space, part in zip(self.spaces, parts, strict=True)])
+        )
+
+    def _coupled_slope(self, psi: FloatArray, phi: FloatArray) -> FloatArray:
+        """Return log |dphi / dpsi|: psi to independent scores, to those of the visits, to phi."""
+        diagonal = np.diagonal(self.coupling.factors, axis1=1, axis2=2)
+        to_scores = ScoreSpace(self.coupling.joint).place(psi)[1]
+        back = sum(ScoreSpace(self.coupling.prior).place(part)[1] for part in phi)
+        return np.asarray(to_scores + np.log(diagonal).sum() - back)
+
+
+def joined_proposal(
+    visits: VisitsModel, phi: Sequence[FloatArray], spaces: Sequence[Space]
+) -> FittedProposal:
+    """Return a Student distribution in the joined space about the normal approximation of the posterior.
+
+    Args:
+        visits: Of both recordings.
+        phi: Equally weighted draws of each visit's own posterior; shape (m, d) each.
+        spaces: Space of each visit's hearts, that of its network.
+    """
+    fits = [
+        _fit(one, each[:FITTED], space, visits.coupling.shares)
+        for one, each, space in zip(visits.models, phi, spaces, strict=True)
+    ]
+    offset = np.concatenate([fit.offset for fit in fits])
+    slopes = block_diag(*(fit.slopes for fit in fits))
+    added = _added_precision(visits, [fit.tied for fit in fits])
+    added = added @ np.linalg.inv(np.eye(len(added)) + block_diag(*(fit.rest for fit in fits)) @ added)
+    precision = block_diag(*(fit.precision for fit in fits)) + slopes.T @ added @ slopes
+    linear = np.concatenate([fit.precision @ fit.mean for fit in fits]) - slopes.T @ added @ offset
+    spread, axes = np.linalg.eigh(precision)
+    covariance = (axes / np.maximum(spread, LEAST_PRECISION)) @ axes.T
+    student = StudentProposal(covariance @ linear, WIDENING * covariance, DEGREES_OF_FREEDOM)
+    return FittedProposal(student, JoinedSpace(tuple(spaces), visits.hearts))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A visit in its space: N(mean, precision^-1), and what ties it to others as offset + slopes u.
+
+    The latter are k scores of tied parameters, then p residuals of log speeds. What measures a heart is not
+    in u, and scatters them with the covariance ``rest``.
     """
 
     mean: FloatArray
-    covariance: FloatArray
-    effective_draws: float
-
-    @property
-    def added_precision(self) -> FloatArray:
-        """C^-1 - I, what the recording adds to the prior's; shape (d, d)."""
-        return np.asarray(np.linalg.inv(self.covariance) - np.eye(len(self.mean)))
-
-    @property
-    def linear(self) -> FloatArray:
-        """C^-1 m; shape (d,)."""
-        return np.asarray(np.linalg.solve(self.covariance, self.mean))
+    precision: FloatArray
+    offset: FloatArray
+    slopes: FloatArray
+    rest: FloatArray
+    tied: int
 
 
-def normal_visit(phi: FloatArray, prior: BoxPrior, effective_draws: float) -> NormalVisit:
-    """Return the normal approximation of a visit's own posterior.
+def _fit(model: SpeedModel, phi: FloatArray, space: Space, shares: FloatArray) -> _Fit:
+    prior = model.settings.prior
+    u, _ = space.place(prior.heart(phi))
+    residuals = np.log(model.recording.speed_m_s) - model.predict(phi).log_speed
+    tied = np.flatnonzero(shares)
+    tying = np.hstack([normal_scores(phi, prior)[:, tied], residuals])
+    known = np.isfinite(u).all(axis=1) & np.isfinite(tying).all(axis=1)
+    u, tying = u[known], tying[known]
+    design = np.column_stack([np.ones(len(u)), u])
+    line = np.asarray(np.linalg.lstsq(design, tying, rcond=None)[0])
+    precision = np.asarray(np.linalg.inv(np.cov(u.T) + RIDGE * np.eye(u.shape[1])))
+    rest = np.asarray(np.cov((tying - design @ line).T))
+    return _Fit(u.mean(axis=0), precision, line[0], line[1:].T, rest, len(tied))
 
-    Args:
-        phi: Equally weighted draws; shape (m, d).
-        prior: Of one visit.
-        effective_draws: Behind the draws.
+
+def _added_precision(model: VisitsModel, tied: Sequence[int]) -> FloatArray:
+    """Return what ties add to the precision of scores and residuals, in the order of :class:`_Fit`.
+
+    R^-1 - I of the scores, and the inverse of the covariance of all errors less those of each visit.
     """
-    scores = normal_scores(phi, prior)
-    weight = equal_weights(len(scores))
-    mean = weight @ scores
-    spread, axes = np.linalg.eigh((scores - mean).T @ ((scores - mean) * weight[:, None]))
-    held = np.clip(spread, LEAST_VARIANCE, 1.0)
-    return NormalVisit(mean, (axes * held) @ axes.T, effective_draws)
-
-
-def joint_normal(visits: Sequence[NormalVisit], coupling: Coupling) -> tuple[FloatArray, FloatArray]:
-    """Return mean (V d,) and covariance (V d, V d) of zeta given all recordings, as if all were normal."""
-    mixing = coupling.mixing()
-    added = block_diag(*(visit.added_precision for visit in visits))
-    precision = np.eye(len(mixing)) + mixing.T @ added @ mixing
-    covariance = np.linalg.inv(precision)
-    covariance = 0.5 * (covariance + covariance.T)
-    return covariance @ (mixing.T @ np.concatenate([visit.linear for visit in visits])), covariance
-
-
-def first_proposal(visits: Sequence[NormalVisit], coupling: Coupling) -> FittedProposal:
-    """Return a Student distribution of zeta about the normal approximation, as a density over psi."""
-    mean, covariance = joint_normal(visits, coupling)
-    scale = WIDENING * covariance + RIDGE * np.eye(len(mean))
-    return FittedProposal(StudentProposal(mean, scale), ScoreSpace(coupling.joint))
+    shares = np.diag(model.coupling.shares[model.coupling.shares > 0.0])
+    own = np.eye(len(shares))
+    correlation = np.block([[own, shares], [shares, own]])
+    scores = np.linalg.inv(correlation) - np.eye(len(correlation))
+    covariance = model.error_covariance()
+    sizes = [len(index) for index in model.phase_index]
+    starts = np.cumsum([0, *sizes])
+    alone = [np.linalg.inv(covariance[a:b, a:b]) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    errors = np.linalg.inv(covariance) - block_diag(*alone)
+    whole = block_diag(scores, errors)
+    # scores of all visits, then residuals of all; wanted is visit by visit
+    visit = np.concatenate([np.repeat(np.arange(len(tied)), tied), np.repeat(np.arange(len(sizes)), sizes)])
+    order = np.argsort(visit, kind="stable")
+    return np.asarray(whole[np.ix_(order, order)])

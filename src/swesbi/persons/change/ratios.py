@@ -33,20 +33,7 @@ WORDS: Final = (*(f"{each.meaning} {each.text}" for each in THETA), "peak active
 
 @dataclass(frozen=True)
 class Ratios:
-    """Ratios of the later visit to the earlier, by quantity in the order of ``QUANTITIES``; (4,) each.
-
-    Attributes:
-        median: Posterior median.
-        low: Lower end of the credible interval.
-        high: Its upper end.
-        rise: Probability of a ratio above 1.
-        risen: Probability of a rise beyond the threshold.
-        fallen: Probability of a fall beyond the threshold: a ratio below 1 / (1 + t).
-        sd_log: Posterior standard deviation of the log ratio.
-        detectable: Smallest change that the protocol can detect, as a fraction.
-        narrowing: By how much the interval of the log ratio is narrower than by two independent posteriors,
-            as a fraction.
-    """
+    """Ratios of the later visit to the earlier, by quantity in the order of ``QUANTITIES``; (4,) each."""
 
     median: Annotated[FloatArray, Variable("", "1", "posterior median of the ratio, later to earlier")]
     low: Annotated[FloatArray, Variable("", "1", "lower end of its credible interval")]

@@ -22,14 +22,7 @@ VISIT: Final = "visit"
 
 @dataclass(frozen=True)
 class StoredChange(Artefact, kind="change"):
-    """The change of a person between two visits, the earlier first.
-
-    Attributes:
-        visit: Names of both visits.
-        quantity: Names of the quantities, ``ratios.QUANTITIES``.
-        parameter: Names of the d parameters of a visit.
-        share: Names of what is shared.
-    """
+    """The change of a person between two visits, the earlier first."""
 
     visit: Annotated[tuple[str, ...], Labels(VISIT)]
     quantity: Annotated[tuple[str, ...], Labels("quantity")]

@@ -1,7 +1,7 @@
 """The joint prior and likelihood of a person's visits, in coordinates in which the prior is independent.
 
 The prior of each visit's phi_v stays what it is alone: independent bounded log-Gaussians. Visits of one
-person are tied by a Gaussian copula. With F the distribution function of a parameter and rho its share,
+person are tied by a Gaussian copula. With F the distribution function of a parameter and rho < 1 its share,
 the normal scores z_v = Phi^-1(F(phi_v)) of V visits are standard normals, any two of correlation rho.
 Let L be the Cholesky factor of their correlation matrix and z_v = sum_w L_vw zeta_w. Then zeta is
 independent, and so is
@@ -9,8 +9,13 @@ independent, and so is
     psi_w = F^-1(Phi(zeta_w)),
 
 which has the prior of V strangers. psi of V d parameters takes the place of phi wherever a posterior is made;
-where rho = 0 it is phi itself, and where rho = 1 all visits have the value of the first and the others' psi
-play no part.
+where rho = 0 it is phi itself. As for one recording (``posterior.hearts``), samplers move in the k parameters
+of each heart, and what measures them is integrated out of all visits together: of the o parameters of the
+measurement the scores at visit v are sum_w L_vw zeta_w.
+
+All log speeds are normal given the walls. Within a visit their covariance is what it is alone
+(``measurement.likelihood``); between visits it is the shared part of the discrepancy, share delta^2, where
+the phase is the same.
 """
 
 from __future__ import annotations
@@ -18,32 +23,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.measurement.likelihood import SpeedModel
-from swesbi.measurement.speeds import PredictedSpeeds, WallPhases
-from swesbi.persons.change.likelihood import shared_errors, stacked_covariance, stacked_log_density
+from swesbi.measurement.likelihood import SpeedModel, log_speed_sd
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.shared_error import Errors
+from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, WallPhases
 from swesbi.persons.cohort.model import PriorAlone
+from swesbi.posterior.hearts import completed_heart, linear_speeds
+from swesbi.posterior.marginal import Marginal
 from swesbi.posterior.space import normal_scores, of_scores
-from swesbi.prior import BoxPrior, SomeParameters
+from swesbi.prior import BoxPrior, JointPriorSettings, OperatorPrior, SimulatedPrior, SomeParameters
 
-
-def equal_correlation_factor(share: float, visits: int) -> FloatArray:
-    """Return the lower Cholesky factor of a correlation matrix whose entries are all ``share``; (V, V).
-
-    Column by column, and also at a share of 1, where the matrix has rank 1: the other columns are zero.
-    """
-    factor = np.zeros((visits, visits))
-    left = np.full((visits, visits), share) + (1.0 - share) * np.eye(visits)
-    for column in range(visits):
-        pivot = left[column, column]
-        if pivot <= np.finfo(float).eps * visits:
-            break
-        factor[column:, column] = left[column:, column] / np.sqrt(pivot)
-        left = left - np.outer(factor[:, column], factor[:, column])
-    return factor
+ROWS_AT_ONCE: Final = 2000  # of factorisations of their own: 40 phases take 26 MB
+Walls = tuple[WallPhases, ...]
 
 
 @dataclass(frozen=True)
@@ -52,7 +49,7 @@ class Coupling:
 
     Attributes:
         prior: Of one visit, or of some of its parameters; d parameters.
-        shares: Of each parameter; shape (d,).
+        shares: Of each parameter, below 1; shape (d,).
         visits: V.
     """
 
@@ -67,53 +64,50 @@ class Coupling:
 
     @cached_property
     def factors(self) -> FloatArray:
-        """Cholesky factors of the parameters; shape (d, V, V)."""
-        return np.stack([equal_correlation_factor(share, self.visits) for share in self.shares])
+        """Cholesky factors of the correlations of the parameters; shape (d, V, V)."""
+        share = self.shares[:, None, None]
+        left = share + (1.0 - share) * np.eye(self.visits)
+        factors = np.zeros_like(left)
+        for column in range(self.visits):
+            pivot = np.sqrt(left[:, column, column])
+            factors[:, column:, column] = left[:, column:, column] / pivot[:, None]
+            left = left - factors[:, :, column, None] * factors[:, None, :, column]
+        return factors
 
     def phi(self, psi: FloatArray) -> FloatArray:
         """Return the phi (V, n, d) of psi (n, V d)."""
-        parts = psi.reshape(len(psi), self.visits, -1)
-        phi = parts.swapaxes(0, 1).copy()
-        shared = np.flatnonzero(self.shares)
-        if not len(shared):
-            return phi
-        tied = SomeParameters(tuple(self.prior.parameters[j] for j in shared))
-        zeta = np.stack([normal_scores(parts[:, w, shared], tied) for w in range(self.visits)])
-        z = np.einsum("jvw,wnj->vnj", self.factors[shared], zeta)
-        # the first visit's factor is 1: its parameters stay as they are, to the bit
-        for visit in range(1, self.visits):
-            phi[visit][:, shared] = of_scores(z[visit], tied)
-        return phi
+        phi = psi.reshape(len(psi), self.visits, -1).swapaxes(0, 1)
+        return self._mixed(phi, self.factors)
 
     def psi(self, phi: FloatArray) -> FloatArray:
-        """Return the psi (n, V d) of phi (V, n, d), where no share is 1; within the prior's box."""
-        psi = np.stack(list(phi), axis=1)
-        shared = np.flatnonzero(self.shares)
-        if len(shared):
-            tied = SomeParameters(tuple(self.prior.parameters[j] for j in shared))
-            z = np.stack([normal_scores(each[:, shared], tied) for each in phi])
-            zeta = np.einsum("jvw,wnj->vnj", np.linalg.inv(self.factors[shared]), z)
-            for visit in range(1, self.visits):
-                psi[:, visit, shared] = of_scores(zeta[visit], tied)
-        return np.asarray(psi.reshape(len(psi), -1))
+        """Return the psi (n, V d) of phi (V, n, d); within the prior's box."""
+        psi = self._mixed(phi, np.asarray(np.linalg.inv(self.factors), np.float64))
+        return np.asarray(psi.swapaxes(0, 1).reshape(phi.shape[1], -1))
 
-    def correlation(self, visit: int, other: int) -> FloatArray:
-        """Return the correlation of each tied parameter's scores between two visits; 1 with itself; (k,)."""
-        tied = self.shares[self.shares > 0.0]
-        return np.ones_like(tied) if visit == other else tied
+    def _mixed(self, values: FloatArray, factors: FloatArray) -> FloatArray:
+        """Return values (V, n, d) whose scores are mixed by factors (d, V, V), the others kept."""
+        values, shared = values.copy(), np.flatnonzero(self.shares)
+        if not len(shared):
+            return values
+        tied = SomeParameters(tuple(self.prior.parameters[j] for j in shared))
+        scores = np.stack([normal_scores(each[:, shared], tied) for each in values])
+        mixed = np.einsum("jvw,wnj->vnj", factors[shared], scores)
+        # the first visit's factor is 1: its parameters stay as they are, to the bit
+        for visit in range(1, self.visits):
+            values[visit][:, shared] = of_scores(mixed[visit], tied)
+        return values
 
-    def mixing(self) -> FloatArray:
-        """Return M of z = M zeta, scores of all parameters visit by visit; shape (V d, V d)."""
-        number = len(self.shares)
-        mixing = np.zeros((self.visits, number, self.visits, number))
-        parameter = np.arange(number)
-        mixing[:, parameter, :, parameter] = self.factors
-        return mixing.reshape(self.visits * number, -1)
+    def of(self, part: SimulatedPrior | OperatorPrior, names: Sequence[str]) -> Coupling:
+        """Return the coupling of some of the parameters, which have these ``names`` in all."""
+        shares = dict(zip(names, self.shares, strict=True))
+        return Coupling(part, np.array([shares[name] for name in part.names]), self.visits)
 
 
 @dataclass(frozen=True)
-class VisitsModel:
-    """The recordings of one person's visits under one experiment: prior and exact likelihood of psi.
+class VisitsModel(Marginal[Walls]):
+    """The recordings of one person's visits under one experiment: prior and exact likelihood.
+
+    Points are the hearts of V visits in the coordinates of psi, V k parameters.
 
     Attributes:
         models: The model of each visit's recording, all under the same settings.
@@ -128,44 +122,158 @@ class VisitsModel:
     discrepancy_share: float
 
     @property
+    def prior(self) -> SomeParameters:
+        """The prior of psi, V d parameters."""
+        return self.coupling.joint
+
+    @property
     def settings(self) -> PriorAlone:
-        """Hold the prior."""
-        return PriorAlone(self.coupling.joint)
+        """Hold the prior of the hearts."""
+        return PriorAlone(self.hearts.joint)
 
-    def log_likelihood(self, psi: FloatArray) -> FloatArray:
-        """Return log p(all recordings | psi) of psi (n, V d), -inf where a simulation failed; shape (n,)."""
-        phi = self.phi(psi)
-        walls = [model.wall(each) for model, each in zip(self.models, phi, strict=True)]
-        return self.log_likelihood_of(self.predict_at(phi, walls))
+    @property
+    def width(self) -> int:
+        """Number of parameters of the measurements of all visits."""
+        return len(self.of_one.operator.parameters) * self.number
 
-    def predict_at(self, phi: FloatArray, walls: Sequence[WallPhases]) -> list[PredictedSpeeds]:
-        """Return the noiseless log speeds of phi (V, n, d) whose walls are given, by visit."""
+    @property
+    def number(self) -> int:
+        """V."""
+        return self.coupling.visits
+
+    @property
+    def of_one(self) -> JointPriorSettings:
+        """The prior of one visit."""
+        return self.models[0].settings.prior
+
+    @property
+    def recordings(self) -> tuple[SpeedRecording, ...]:
+        """The recording of each visit."""
+        return tuple(model.recording for model in self.models)
+
+    @property
+    def discrepancy(self) -> DiscrepancySettings:
+        """That of each visit."""
+        return self.models[0].settings.discrepancy
+
+    @cached_property
+    def hearts(self) -> Coupling:
+        """How the hearts of the visits follow from their part of psi."""
+        return self.coupling.of(self.of_one.simulated, self.of_one.names)
+
+    @cached_property
+    def shared(self) -> FloatArray:
+        """Covariance of what log speeds of all visits share, without what a phase has for itself; (q, q)."""
+        within = block_diag(*(each.shared @ each.shared.T for each in self.recordings))
+        phase, sizes = np.concatenate(self.phase_index), [len(index) for index in self.phase_index]
+        visit = np.repeat(np.arange(self.number), sizes)
+        between = (phase[:, None] == phase) & (visit[:, None] != visit)
+        return np.asarray(within + self.shared_variance * between)
+
+    @property
+    def shared_variance(self) -> float:
+        """That of the discrepancy between visits at one phase."""
+        return self.discrepancy_share * self.discrepancy.speed_fraction**2
+
+    def own_variance(self, predicted: Sequence[PredictedSpeeds]) -> FloatArray:
+        """Return the variances of each log speed about predictions, but for what is shared; (n, q).
+
+        They are one for all, (1, q), where no simulation changes them: without errors in timing. NaN where
+        a simulation failed.
+        """
+        if not self.discrepancy.timing_cycle:
+            predicted = [PredictedSpeeds(*np.zeros((2, 1, each.log_speed.shape[1]))) for each in predicted]
+        sd = [
+            log_speed_sd(each, recording.relative_se, self.discrepancy)
+            for each, recording in zip(predicted, self.recordings, strict=True)
+        ]
+        return np.hstack(sd) ** 2
+
+    def points(self, phi: FloatArray) -> FloatArray:
+        """Return the part (n, V k) of psi (n, V d) that simulations take."""
+        return np.hstack([self.of_one.heart(part) for part in np.split(phi, self.number, axis=1)])
+
+    def completed(self, points: FloatArray, scores: FloatArray) -> FloatArray:
+        """Return psi (n, V d) of points (n, V k) and scores (n, V o)."""
+        parts = zip(*(np.split(each, self.number, axis=1) for each in (points, scores)), strict=True)
+        return np.hstack([completed_heart(heart, own, self.of_one) for heart, own in parts])
+
+    def simulated(self, points: FloatArray) -> tuple[Walls, FloatArray]:
+        """Return the walls of the hearts of all visits; nothing else is told by a beat."""
+        phi = self.coupling.phi(self.completed(points, np.zeros((len(points), self.width))))
+        walls = tuple(model.wall(each) for model, each in zip(self.models, phi, strict=True))
+        return walls, np.zeros(len(points))
+
+    def log_likelihood_of(self, points: FloatArray, simulated: Walls, scores: FloatArray) -> FloatArray:
+        """Return log p(all recordings | points, scores), -inf where a simulation failed; shape (n,)."""
+        return self.log_density_about(self.predicted(self.completed(points, scores), simulated))
+
+    def predicted(self, psi: FloatArray, walls: Sequence[WallPhases]) -> list[PredictedSpeeds]:
+        """Return the noiseless log speeds of psi (n, V d) whose walls are given, by visit."""
+        phi = self.coupling.phi(psi)
         return [model.predict_at(*each) for model, *each in zip(self.models, phi, walls, strict=True)]
 
-    def log_likelihood_of(self, predicted: Sequence[PredictedSpeeds]) -> FloatArray:
-        """Return log p(all recordings | psi) of predicted speeds, by visit; shape (n,)."""
-        recordings = [model.recording for model in self.models]
-        discrepancy = self.models[0].settings.discrepancy
-        covariance = stacked_covariance(
-            predicted, recordings, self.phase_index, discrepancy, self.discrepancy_share
+    def log_density_about(self, predicted: Sequence[PredictedSpeeds]) -> FloatArray:
+        """Return log p(all recordings | psi) of predicted speeds, by visit; -inf where one is NaN; (n,)."""
+        distance = np.hstack(
+            [
+                np.log(recording.speed_m_s) - each.log_speed
+                for recording, each in zip(self.recordings, predicted, strict=True)
+            ]
         )
-        distance = [
-            np.log(recording.speed_m_s) - each.log_speed
-            for recording, each in zip(recordings, predicted, strict=True)
-        ]
-        return stacked_log_density(np.hstack(distance), covariance)
+        density = np.full(len(distance), -np.inf)
+        known = np.flatnonzero(np.isfinite(distance).all(axis=1))
+        variance, diagonal = self.own_variance(predicted), np.eye(distance.shape[1])
+        for start in range(0, len(known), ROWS_AT_ONCE):
+            rows = known[start : start + ROWS_AT_ONCE]
+            own = variance if len(variance) == 1 else variance[rows]
+            covariance = self.shared + own[:, :, None] * diagonal
+            density[rows] = _log_normal(distance[rows], np.asarray(np.linalg.cholesky(covariance)))
+        return density
 
-    def phi(self, psi: FloatArray) -> FloatArray:
-        """Return the phi (V, n, d) of psi (n, V d)."""
-        return self.coupling.phi(psi)
+    def linear(self, simulated: Walls, scores: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return log speeds of all visits less their predictions (n, q), and slopes of these (n, q, V o)."""
+        mixing = self.coupling.of(self.of_one.operator, self.of_one.names).factors
+        own = np.einsum("jvw,nwj->nvj", mixing, scores.reshape(len(scores), self.number, -1))
+        of_visit = [
+            linear_speeds(model, wall, own[:, visit])
+            for visit, (model, wall) in enumerate(zip(self.models, simulated, strict=True))
+        ]
+        slopes = [
+            np.einsum("jw,npj->npwj", mixing[:, visit], slope).reshape(*slope.shape[:2], -1)
+            for visit, (_, slope) in enumerate(of_visit)
+        ]
+        return np.hstack([distance for distance, _ in of_visit]), np.hstack(slopes)
+
+    def errors(self, points: FloatArray, simulated: Walls, scores: FloatArray) -> Errors:
+        """Return the errors of the log speeds of all visits at these scores.
+
+        Their shared part W W^T has that of the discrepancy also within a visit, so own errors are the less.
+        """
+        phase = np.concatenate(self.phase_index)
+        sd = np.sqrt(self.discrepancy_share) * self.discrepancy.speed_fraction
+        between = sd * (phase[:, None] == np.unique(phase))
+        shared = np.hstack([block_diag(*(each.shared for each in self.recordings)), between])
+        predicted = self.predicted(self.completed(points, scores), simulated)
+        own = np.sqrt(self.own_variance(predicted) - self.shared_variance)
+        return Errors(np.where(np.isfinite(own), own, 1.0), shared)
 
     def error_covariance(self) -> FloatArray:
         """Return the covariance of all log speeds without errors in timing; (q, q)."""
-        recordings = [model.recording for model in self.models]
-        discrepancy = self.models[0].settings.discrepancy
-        shared = shared_errors(recordings, self.phase_index, discrepancy, self.discrepancy_share)
-        own = np.concatenate([recording.relative_se for recording in recordings])
-        return np.asarray(shared + np.diag(own**2 + discrepancy.speed_fraction**2))
+        own = np.concatenate([recording.relative_se for recording in self.recordings])
+        return np.asarray(self.shared + np.diag(own**2 + self.discrepancy.speed_fraction**2))
+
+
+def _log_normal(distance: FloatArray, factor: FloatArray) -> FloatArray:
+    """Return the normal log densities of rows (n, q) by the Cholesky factors (n or 1, q, q)."""
+    z = (
+        np.linalg.solve(factor[0], distance.T).T
+        if len(factor) == 1
+        else np.linalg.solve(factor, distance[:, :, None])[:, :, 0]
+    )
+    log_root = np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
+    constant = 0.5 * distance.shape[1] * np.log(2.0 * np.pi)
+    return np.asarray(-0.5 * (z**2).sum(axis=1) - log_root - constant)
 
 
 def visits_model(
@@ -179,7 +287,7 @@ def visits_model(
     Args:
         models: The model of each visit's recording.
         phase_index: Numbers of its measured phases in the protocol, by visit.
-        shares: Of each parameter of one visit; shape (d,).
+        shares: Of each parameter of one visit, below 1; shape (d,).
         discrepancy_share: Of the discrepancy's variance.
 
     Raises:

@@ -12,8 +12,7 @@ from swesbi.draws import median_and_interval
 from swesbi.parameters import NUISANCES, THETA
 from swesbi.persons.change.ratios import QUANTITIES, WORDS
 from swesbi.persons.change.stored import StoredChange
-from swesbi.persons.change.stored_groups import ChangeGroups
-from swesbi.persons.cohort.result import NOTE_SEPARATOR
+from swesbi.persons.cohort.stored import NOTE_SEPARATOR, CohortPosterior
 
 WIDTH: Final = 32
 SURE: Final = 0.95
@@ -115,44 +114,43 @@ def shares_line(change: StoredChange) -> str:
     )
 
 
-def group_lines(stored: ChangeGroups) -> list[str]:
+def group_lines(stored: CohortPosterior) -> list[str]:
     """Return what has changed in each group, how groups differ, how reliable that is, who was left out."""
     by, doubt = _draws(stored)
-    notes = [note for note in stored.notes.split(NOTE_SEPARATOR) if note]
+    compared = f"Groups are compared with {stored.reference_group}, the reference."
     return [
         *(line for j in range(len(THETA)) for line in _of_parameter(stored, j)),
+        *([compared] if stored.groups else []),
         f"by {by}, k-hat {stored.k_hat:.2f}, {stored.efficiency:.0%} of the weighted draws effective{doubt}",
-        *(f"{note[:1].upper()}{note[1:]}." for note in notes),
+        *(f"{note[:1].upper()}{note[1:]}." for note in stored.notes.split(NOTE_SEPARATOR) if note),
     ]
 
 
-def _of_parameter(stored: ChangeGroups, j: int) -> Iterator[str]:
-    what = f"{THETA[j].meaning} {THETA[j].text}"
+def _of_parameter(stored: CohortPosterior, j: int) -> Iterator[str]:
     spread = float(np.exp(np.median(stored.population.spread[0, :, j])))
-    each = f"two thirds of persons lie within a factor of {spread:.2f} of the middle one"
-    if not stored.groups:
-        ratio = _interval(stored.ratio_of(0)[:, j], stored.interval_mass)
-        yield f"{what}: later over earlier {ratio} by {len(stored.person)} persons; {each}."
-    else:
-        ratios = (
-            f"{name} {_interval(stored.ratio_of(number)[:, j], stored.interval_mass)}"
-            for number, name in enumerate(stored.groups)
-        )
-        yield f"{what}: later over earlier, {'; '.join(ratios)}; {each}."
+    names = stored.groups or (f"by {len(stored.member)} persons",)
+    ratios = [
+        f"{name} {_interval(stored.median_of(number)[:, j], stored.interval_mass)}"
+        for number, name in enumerate(names)
+    ]
+    yield (
+        f"{OF_QUANTITY[THETA[j].name]}: later over earlier, {'; '.join(ratios)}; two thirds of persons lie "
+        f"within a factor of {spread:.2f} of the middle one."
+    )
     for number, name in enumerate(stored.compared_group):
         draws = stored.population.group_factor[0, :, number, j]
-        yield f"  {_difference(name, stored.first_group, draws, stored.interval_mass)}"
+        yield f"  {_difference(name, stored.reference_group, draws, stored.interval_mass)}"
 
 
-def _difference(name: str, first: str, draws: FloatArray, mass: float) -> str:
+def _difference(name: str, reference: str, draws: FloatArray, mass: float) -> str:
     above = float((draws > 1.0).mean())
-    side, probability = ("more", above) if above > 0.5 else ("less", 1.0 - above)
-    told = f"{name} over {first}: {_interval(draws, mass)}"
+    side, other, probability = ("more", "less", above) if above > 0.5 else ("less", "more", 1.0 - above)
+    told = f"{name} over {reference}: {_interval(draws, mass)}"
     if probability < SURE:
         return f"{told}; that they differ is not told (higher with a probability of {above:.0%})."
-    other = "less" if side == "more" else "more"
     return (
-        f"{told}: {name} rose {side} than {first}, or fell {other}, with a probability of {probability:.1%}."
+        f"{told}: {name} rose {side} than {reference}, or fell {other}, with a probability of "
+        f"{probability:.1%}."
     )
 
 
@@ -161,7 +159,7 @@ def _interval(draws: FloatArray, mass: float) -> str:
     return f"{median:.2f} ({low:.2f} to {high:.2f})"
 
 
-def _draws(stored: StoredChange | ChangeGroups) -> tuple[str, str]:
+def _draws(stored: StoredChange | CohortPosterior) -> tuple[str, str]:
     """Return what gave the draws, and a warning where they are not reliable."""
     by = "MCMC" if stored.sampler == "mcmc" else "importance weights"
     return by, "" if stored.converged else "; NOT CONVERGED, do not use"

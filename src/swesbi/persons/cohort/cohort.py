@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -92,7 +93,7 @@ class Design:
     Attributes:
         covariates: Names of the c covariates that vary, of ``COVARIATES``.
         centres: Their means: years, share of men less a half, beats per minute; shape (c,).
-        groups: Names of the g groups, the first of which the others are compared with; empty without groups.
+        groups: Names of the g groups; the others are compared with the first. Empty without groups.
         matrix: Rows of the d subjects: centred covariates, then one column for each further group.
         notes: What was left out, and why, a sentence each.
     """
@@ -104,21 +105,27 @@ class Design:
     notes: tuple[str, ...]
 
 
-def design_of(members: Sequence[Member], covariates: Sequence[str] = COVARIATES) -> Design:
+def design_of(
+    members: Sequence[Member], covariates: Sequence[str] = COVARIATES, reference: str = ""
+) -> Design:
     """Return the design of a cohort; what it cannot tell is left out, with a note.
 
     Age counts by ten years, heart rate by ten beats per minute, a man as +1/2 and a woman as -1/2; each is
-    centred on the cohort's mean. Groups are in the order of the subjects.
+    centred on the cohort's mean. Groups are in the order of the subjects, the reference first.
 
     Args:
         members: The subjects.
         covariates: On which slopes are asked for, of ``COVARIATES``.
+        reference: Group that the others are compared with; empty: the first.
+
+    Raises:
+        ValueError: No member is of that group.
     """
     raw = np.array([_covariates(member.context) for member in members])
     centres = raw.mean(axis=0)
     asked = np.array([name in covariates for name in COVARIATES])
     varies = (np.ptp(raw, axis=0) > 0.0) & asked
-    groups, refused = _groups(members)
+    groups, refused = _groups(members, reference)
     member_groups = np.array([member.group for member in members])
     of_group = [(member_groups == group).astype(float) for group in groups[1:]]
     notes = [
@@ -141,11 +148,10 @@ def _covariates(context: Context) -> list[float]:
     return [context.age_years / YEARS, sex, context.hr_bpm / BEATS_PER_MINUTE]
 
 
-def _groups(members: Sequence[Member]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the groups that can be compared, and why they are not where they cannot."""
-    sizes: dict[str, int] = {}
-    for member in members:
-        sizes[member.group] = sizes.get(member.group, 0) + 1
+def _groups(members: Sequence[Member], reference: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the groups that can be compared, the reference first, and why they are not where they cannot."""
+    sizes = Counter(member.group for member in members)
+    first = [reference_among(list(sizes), reference)] if reference else []
     if len(sizes) < 2:
         return (), ()
     if "" in sizes:
@@ -159,4 +165,16 @@ def _groups(members: Sequence[Member]) -> tuple[tuple[str, ...], tuple[str, ...]
             f"groups are not compared: the group {single[0]!r} has one person, whose difference from the "
             "others says nothing of a group; everyone is taken as one population",
         )
-    return tuple(sizes), ()
+    return tuple(dict.fromkeys([*first, *sizes])), ()
+
+
+def reference_among(groups: Sequence[str], reference: str) -> str:
+    """Return the reference group.
+
+    Raises:
+        ValueError: It is none of the groups; names these.
+    """
+    if reference not in groups:
+        named = ", ".join(filter(None, dict.fromkeys(groups))) or "none"
+        raise ValueError(f"reference group {reference!r}: no person is of it; the groups are {named}")
+    return reference

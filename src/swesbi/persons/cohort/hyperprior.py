@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,9 +10,9 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import THETA_NAMES
-from swesbi.persons.cohort.cohort import AGE, HEART_RATE, SEX, Design
-from swesbi.persons.cohort.settings import HyperpriorSettings
-from swesbi.prior import ParameterPrior, PriorSettings
+from swesbi.persons.cohort.cohort import Design
+from swesbi.persons.cohort.settings import HyperpriorSettings, RatioHyperpriorSettings
+from swesbi.prior import ParameterPrior
 
 MEDIAN: Final = "median"
 SPREAD: Final = "spread"
@@ -22,7 +23,7 @@ FACTOR: Final = "factor"
 class Hyperprior:
     """Independent priors of the hyperparameters eta, three in a row, a row after another.
 
-    Rows are the population's median of each parameter, its spread (standard deviation of log theta), then
+    Rows are the population's median of each parameter, its spread (standard deviation of its logarithm), then
     one for each column of the design: the factor of each parameter per step.
 
     Attributes:
@@ -39,24 +40,24 @@ class Hyperprior:
         return tuple(f"{row} {parameter}" for row in self.rows for parameter in THETA_NAMES)
 
 
-def hyperprior_of(design: Design, theta: PriorSettings, settings: HyperpriorSettings) -> Hyperprior:
-    """Return the hyperprior of a cohort.
+def hyperprior_of(
+    design: Design,
+    median: Sequence[ParameterPrior],
+    settings: HyperpriorSettings | RatioHyperpriorSettings,
+) -> Hyperprior:
+    """Return the hyperprior of a population.
 
-    The prior of theta says where one heart may lie before it is measured; where the middle of all lies is not
-    known better beforehand, so the medians have that prior.
+    Args:
+        design: Its covariates and groups.
+        median: Prior of the median of each parameter.
+        settings: Priors of the spread and of the factors of covariates and groups.
     """
-    factors = {AGE: settings.age_factor, SEX: settings.sex_factor, HEART_RATE: settings.heart_rate_factor}
-    rows: list[tuple[str, tuple[ParameterPrior, ...]]] = [
-        (MEDIAN, theta.parameters),
-        (SPREAD, (settings.spread,) * len(THETA_NAMES)),
-    ]
-    rows += [(f"{name} {FACTOR}", (factors[name],) * len(THETA_NAMES)) for name in design.covariates]
-    rows += [
-        (f"{group} {FACTOR}", (settings.group_factor,) * len(THETA_NAMES)) for group in design.groups[1:]
-    ]
+    of_covariates = [(name, getattr(settings, f"{name}_factor")) for name in design.covariates]
+    factors = of_covariates + [(group, settings.group_factor) for group in design.groups[1:]]
+    alike = [(SPREAD, settings.spread), *((f"{name} {FACTOR}", prior) for name, prior in factors)]
     return Hyperprior(
-        rows=tuple(name for name, _ in rows),
-        parameters=tuple(parameter for _, priors in rows for parameter in priors),
+        rows=(MEDIAN, *(name for name, _ in alike)),
+        parameters=(*median, *(prior for _, prior in alike for _ in THETA_NAMES)),
     )
 
 

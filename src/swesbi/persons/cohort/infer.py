@@ -9,12 +9,13 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.cohort.cohort import Design, Member, design_of
+from swesbi.parameters import THETA
+from swesbi.persons.cohort.cohort import COVARIATES, Design, Member, design_of
 from swesbi.persons.cohort.hyperprior import Hyperprior, hyperprior_of
 from swesbi.persons.cohort.model import CohortModel, PriorAlone
 from swesbi.persons.cohort.ratio import RatioPrior
 from swesbi.persons.cohort.refresh import DrawSet, combined, shrunken_prior
-from swesbi.persons.cohort.settings import HierarchySettings
+from swesbi.persons.cohort.settings import HierarchySettings, HyperpriorSettings, RatioHyperpriorSettings
 from swesbi.persons.cohort.shrinkage import Shrinkage, shrink
 from swesbi.posterior.adaptive import adapted
 from swesbi.posterior.exact import exact_posterior
@@ -22,7 +23,7 @@ from swesbi.posterior.importance import resample
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import PlacedProposal
-from swesbi.prior import PriorSettings
+from swesbi.prior import ParameterPrior, PriorSettings
 from swesbi.seeds import generator, integer_seed
 
 MANY: Final = 100
@@ -35,37 +36,61 @@ Redraw = Callable[[str, PriorSettings, int], FloatArray]
 
 
 @dataclass(frozen=True)
-class CohortQuestion:
-    """A question about some subjects.
+class Quantity:
+    """What a population is of.
 
     Attributes:
-        design: What the logarithm of a quantity depends on.
-        prior: The hyperprior.
-        quantity: The prior of the quantity under which the subjects' draws were made: theta, or its ratio.
+        prior: The prior under which the draws of its members were made.
+        median: Prior of the median of each parameter.
+        hyperprior: Priors of its spread and of its factors.
+        covariates: On which slopes are asked for, of ``cohort.COVARIATES``.
+        units: Of each parameter.
     """
 
-    design: Design
-    prior: Hyperprior
-    quantity: PriorSettings | RatioPrior
+    prior: PriorSettings | RatioPrior
+    median: tuple[ParameterPrior, ...]
+    hyperprior: HyperpriorSettings | RatioHyperpriorSettings
+    covariates: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+def of_theta(
+    prior: PriorSettings, hyperprior: HyperpriorSettings, covariates: tuple[str, ...] = COVARIATES
+) -> Quantity:
+    """Return theta as what a population is of.
+
+    Its prior says where one heart may lie before it is measured; where the middle of all lies is not known
+    better beforehand, so the medians have that prior.
+    """
+    units = tuple(parameter.cf_unit for parameter in THETA)
+    return Quantity(prior, prior.parameters, hyperprior, covariates, units)
+
+
+def of_ratios(theta: PriorSettings, hyperprior: RatioHyperpriorSettings) -> Quantity:
+    """Return the ratios of theta at two visits as what a population is of, by theta's prior at each visit."""
+    alike = len(THETA)
+    return Quantity(RatioPrior(theta), (hyperprior.median,) * alike, hyperprior, (), ("1",) * alike)
 
 
 @dataclass(frozen=True)
 class CohortResult:
-    """The posterior of a cohort.
+    """The posterior of a population.
 
     Attributes:
-        members: The d subjects.
-        design: What log theta depends on.
+        members: The d members.
+        quantity: What it is of.
+        design: What the logarithm of the quantity depends on.
         prior: The hyperprior.
         model: The model, with the draws that were recycled in the end.
         exact: Posterior of the population.
         eta: Draws of it that are shown; shape (m, k).
-        shrinkage: What it makes of the subjects.
-        refreshed: How often each subject was drawn anew; shape (d,).
+        shrinkage: What it makes of the members.
+        refreshed: How often each member was drawn anew; shape (d,).
         interval: Mass of the credible intervals.
     """
 
     members: tuple[Member, ...]
+    quantity: Quantity
     design: Design
     prior: Hyperprior
     model: CohortModel
@@ -76,42 +101,41 @@ class CohortResult:
     interval: float
 
 
-def infer_cohort(
+def infer_population(
     members: Sequence[Member],
-    theta_prior: PriorSettings,
+    quantity: Quantity,
     settings: HierarchySettings,
     redraw: Redraw | None,
     seed: int,
 ) -> CohortResult:
-    """Infer what the population of some subjects is like, and each subject within it.
+    """Infer what the population of some members is like, and each of them within it.
 
     Args:
-        members: The subjects, each person once; at least one.
-        theta_prior: The prior under which their posteriors were drawn.
-        settings: Sizes, hyperpriors, outliers.
-        redraw: Draws a subject anew; None: nobody is.
+        members: Each person once; at least one.
+        quantity: What was drawn of them.
+        settings: Sizes, outliers, the group that others are compared with.
+        redraw: Draws a member anew; None: nobody is.
         seed: Seed of everything.
 
     Raises:
-        ValueError: There is no subject.
+        ValueError: There is nobody, or no group of that name.
     """
     if not members:
-        raise ValueError("no subject has a posterior: a cohort needs at least one")
-    design = design_of(members)
-    prior = hyperprior_of(design, theta_prior, settings.hyperprior)
-    return infer_population(members, CohortQuestion(design, prior, theta_prior), settings, redraw, seed)
+        raise ValueError("a population needs at least one person who was answered; there is none")
+    design = design_of(members, quantity.covariates, settings.reference_group)
+    prior = hyperprior_of(design, quantity.median, quantity.hyperprior)
 
+    def model_of(sets: Sequence[Sequence[DrawSet]]) -> CohortModel:
+        return CohortModel(
+            settings=PriorAlone(prior),
+            recycled=tuple(combined(one) for one in sets),
+            design=design.matrix,
+            outlier=np.array([settings.outliers.of(member.status) for member in members]),
+            theta_prior=quantity.prior,
+        )
 
-def infer_population(
-    members: Sequence[Member],
-    question: CohortQuestion,
-    settings: HierarchySettings,
-    redraw: Redraw | None,
-    seed: int,
-) -> CohortResult:
-    """Infer the answer for some subjects, each person once; arguments as of :func:`infer_cohort`."""
-    sets = [[DrawSet(member.theta, question.quantity)] for member in members]
-    model = _model(members, question, sets, settings)
+    sets = [[DrawSet(member.theta, quantity.prior)] for member in members]
+    model = model_of(sets)
     first: PlacedProposal | None = None
     if len(members) >= MANY:
         rough, few = model.thinned(settings.rough_draws), asking(settings.exact, PILOT_DRAWS)
@@ -127,13 +151,14 @@ def infer_population(
             narrower, name = shrunken_prior(model, eta, subject), members[subject].subject
             anew = redraw(name, narrower, integer_seed(seed, STREAM, "anew", name, number))
             sets[subject].append(DrawSet(anew[: settings.draws], narrower))
-        model, first = _model(members, question, sets, settings), pilot.proposal()
+        model, first = model_of(sets), pilot.proposal()
     exact, _ = exact_posterior(model, first, settings.exact, seed, STREAM)
     eta = exact.phi[: settings.shown_draws]
     return CohortResult(
         members=tuple(members),
-        design=question.design,
-        prior=question.prior,
+        quantity=quantity,
+        design=design,
+        prior=prior,
         model=model,
         exact=exact,
         eta=eta,
@@ -147,18 +172,3 @@ def _lacking(model: CohortModel, eta: FloatArray, settings: HierarchySettings, s
     """Return the subjects with too few effective draws under these of the population."""
     effective = shrink(model, eta, generator(seed, STREAM, "lacking")).effective
     return [int(d) for d in np.flatnonzero(effective < settings.least_effective)]
-
-
-def _model(
-    members: Sequence[Member],
-    question: CohortQuestion,
-    sets: Sequence[Sequence[DrawSet]],
-    settings: HierarchySettings,
-) -> CohortModel:
-    return CohortModel(
-        settings=PriorAlone(question.prior),
-        recycled=tuple(combined(one) for one in sets),
-        design=question.design.matrix,
-        outlier=np.array([settings.outliers.of(member.status) for member in members]),
-        theta_prior=question.quantity,
-    )

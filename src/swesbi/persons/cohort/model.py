@@ -15,7 +15,7 @@ ratio is one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Final
@@ -164,8 +164,3 @@ def _with_outlier(log_ratio: FloatArray, probability: float) -> FloatArray:
     if probability == 0.0:
         return log_ratio
     return np.asarray(np.logaddexp(np.log1p(-probability) + log_ratio, np.log(probability)))
-
-
-def equal_draws(theta: Sequence[FloatArray]) -> tuple[RecycledDraws, ...]:
-    """Return equally weighted draws (n, 3) of each subject as what is recycled."""
-    return tuple(RecycledDraws(each, np.full(len(each), -np.log(len(each)))) for each in theta)

@@ -16,11 +16,10 @@ from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.parameters import OF_THETA
 from swesbi.persons.cohort.cohort import make_member
-from swesbi.persons.cohort.infer import infer_cohort
-from swesbi.persons.cohort.redraw import redraw_theta, weighted_draws
-from swesbi.persons.cohort.result import CohortPosterior
+from swesbi.persons.cohort.infer import infer_population, of_theta
+from swesbi.persons.cohort.refresh import redraw_theta, weighted_draws
 from swesbi.persons.cohort.settings import HierarchySettings
-from swesbi.persons.cohort.stored import stored_form
+from swesbi.persons.cohort.stored import CohortPosterior, stored_form
 from swesbi.persons.cohort.table import hyperparameter_table, subject_table
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
@@ -80,7 +79,7 @@ def posterior_of_cohort(
     Raises:
         UnfitError: A verdict or an observed curve is missing.
         NoLikelihoodError: No draw has a likelihood.
-        ValueError: No subject has a posterior.
+        ValueError: No subject has a posterior, or is of the reference group.
     """
     first, notes = first_visits(list(posteriors), visits)
     progress = Progress("posteriors of the cohort", len(first), unit="subject")
@@ -104,7 +103,8 @@ def posterior_of_cohort(
         recorded = speed_model(observations[subject], noise, model)
         return redraw_theta(recorded, weighted_draws(posteriors[subject]), prior, exact, seed)
 
-    inferred = infer_cohort(members, model.prior.theta, cohort_posterior, redraw, seed)
+    quantity = of_theta(model.prior.theta, cohort_posterior.hyperprior)
+    inferred = infer_population(members, quantity, cohort_posterior, redraw, seed)
     stored = stored_form(inferred, notes)
     _report(stored)
     return OfCohort(stored, hyperparameter_table(stored), subject_table(stored))
@@ -129,8 +129,8 @@ def first_visits(
 def _report(posterior: CohortPosterior) -> None:
     LOGGER.info(
         "%d subjects: draws by %s; k-hat %.2f, efficiency %.0f %%; drawn anew: %d",
-        len(posterior.subject), posterior.sampler, posterior.k_hat, 100.0 * posterior.efficiency,
-        int((posterior.subjects.refreshed > 0).sum()),
+        len(posterior.member), posterior.sampler, posterior.k_hat, 100.0 * posterior.efficiency,
+        int((posterior.members.refreshed > 0).sum()),
     )  # fmt: skip
     for sentence in filter(None, (posterior.notes, posterior.reasons)):
         LOGGER.info("  %s", sentence)

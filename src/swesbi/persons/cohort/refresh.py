@@ -10,17 +10,24 @@ alone, so all that is unknown of the mixture is the evidence under each, which t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from scipy.special import logsumexp
 
 from swesbi.base.arrays import FloatArray
-from swesbi.parameters import THETA_NAMES
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.persons.cohort.hyperprior import in_rows
 from swesbi.persons.cohort.model import CohortModel, RecycledDraws, population_law
 from swesbi.persons.cohort.ratio import RatioPrior, log_density
+from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.fitted import fit_in_nearest, placed_in
+from swesbi.posterior.hearts import HeartModel
+from swesbi.posterior.result import MCMC, ExactPosterior
+from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.space import LogitSpace
 from swesbi.prior import ParameterPrior, PriorSettings, bounds
 
 ROUNDS: Final = 200
@@ -82,3 +89,46 @@ def combined(sets: Sequence[DrawSet]) -> RecycledDraws:
             break
     log_weight = -logsumexp(log_ratio + (log_count - log_mean)[:, None], axis=0)
     return RecycledDraws(theta, log_weight - logsumexp(log_weight))
+
+
+def weighted_draws(exact: ExactPosterior) -> tuple[FloatArray, FloatArray]:
+    """Return draws phi (n, d) of a posterior and their log weights (n,), which sum to one.
+
+    They are the weighted draws; where the weights failed, the equally weighted ones of MCMC.
+    """
+    if exact.sampler == MCMC:
+        return exact.phi, np.full(len(exact.phi), -np.log(len(exact.phi)))
+    return exact.weighted.phi, exact.weighted.log_weight
+
+
+def redraw_theta(
+    model: SpeedModel,
+    stored: tuple[FloatArray, FloatArray],
+    prior: PriorSettings,
+    settings: ExactSettings,
+    seed: int,
+) -> FloatArray:
+    """Draw theta (n, 3) of a subject's exact posterior under another prior of theta.
+
+    The first proposal is fitted to the stored draws, reweighted by the ratio of the priors.
+
+    Args:
+        model: The subject's recording, with the prior that the stored draws have.
+        stored: phi (n, d) and log weights (n,).
+        prior: The other prior of theta.
+        settings: Sizes of the exact posterior.
+        seed: Seed of everything.
+
+    Raises:
+        NoLikelihoodError: The likelihood is zero at every draw.
+    """
+    phi, log_weight = stored
+    theta = phi[:, OF_THETA]
+    log_ratio = log_density(theta, prior) - log_density(theta, model.settings.prior.theta)
+    joint = model.settings.prior.model_copy(update={"theta": prior})
+    narrowed = replace(model, settings=model.settings.model_copy(update={"prior": joint}))
+    heart = HeartModel(narrowed)
+    placed = placed_in(LogitSpace(joint.simulated), heart.points(phi))
+    proposal = fit_in_nearest([placed], log_weight + log_ratio)
+    exact, _ = exact_posterior(heart, proposal, settings, seed, "anew")
+    return np.asarray(exact.phi[:, OF_THETA])

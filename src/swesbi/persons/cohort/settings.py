@@ -41,6 +41,24 @@ class HyperpriorSettings(Settings):
     )
 
 
+class RatioHyperpriorSettings(Settings):
+    """Bounded log-Gaussian hyperpriors of what has changed between two visits, each of every parameter."""
+
+    median: ParameterPrior = Field(
+        description="Prior of the ratio of later to earlier, of the middle person. Chosen: half as much "
+        "again, or two thirds, at one standard deviation; bounds at four. That is beyond what drugs, "
+        "exercise or a valve do to a heart."
+    )
+    spread: ParameterPrior = Field(
+        description="Prior of the standard deviation of the log ratio between persons. It is what varies "
+        "from day to day in each, and how differently they respond. Nothing is known of it: from 4 to 40 "
+        "% at two standard deviations (chosen). Of fewer than 3 % recycled draws could not tell."
+    )
+    group_factor: ParameterPrior = Field(
+        description="Prior of a group's ratio over that of the first group. Chosen, as the median."
+    )
+
+
 class OutlierSettings(Settings):
     """Probability that a subject is none of the population, by verdict.
 
@@ -106,8 +124,27 @@ class HierarchySettings(Settings):
         description="Draws of the population's posterior that are stored. Chosen: limits to 3 % of the "
         "posterior sd.",
     )
+    reference_group: str = Field(
+        description="Group that the others are compared with; empty: that of the first subject."
+    )
     outliers: OutlierSettings = Field(description="How likely a subject is none of the population.")
     hyperprior: HyperpriorSettings = Field(description="Priors of medians, spreads and factors.")
     exact: ExactSettings = Field(
         description="The effort, as for a recording and cheaper, since there is no simulation."
     )
+
+
+class ChangeGroupsSettings(Settings):
+    """What has changed in groups of persons; outliers and effort are those of the posterior of a cohort."""
+
+    draws: int = Field(
+        ge=50,
+        description="Draws recycled of each person's joint posterior. All that are kept: few of them lie "
+        "where a narrow population does.",
+    )
+    least_effective: float = Field(
+        gt=1.0,
+        description="Effective ones of these under the population. As in cohort_posterior; a person with "
+        "fewer is named, since no ratio is drawn anew.",
+    )
+    hyperprior: RatioHyperpriorSettings = Field(description="Priors of the ratios.")

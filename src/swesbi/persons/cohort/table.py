@@ -1,18 +1,22 @@
-"""The posterior of a cohort as tables: a row a hyperparameter, a row a subject and parameter."""
+"""The posterior of a population as tables: a row a hyperparameter, a row a member and parameter.
+
+Populations of hearts and of changes differ in the names of rows and columns alone.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import median_and_interval
-from swesbi.parameters import THETA
+from swesbi.parameters import THETA_NAMES
 from swesbi.persons.cohort.cohort import AGE, HEART_RATE, SEX
-from swesbi.persons.cohort.result import CohortPosterior
+from swesbi.persons.cohort.stored import CohortPosterior
+from swesbi.recording.cohort.visits import EVERYONE
 
 PER: Final = {AGE: "per 10 years", SEX: "male over female", HEART_RATE: "per 10 beats per minute"}
 COLUMNS: Final = ("quantity", "of", "parameter", "median", "low", "high", "unit", "probability_above_1")
@@ -20,77 +24,124 @@ SUBJECT_COLUMNS: Final = (
     "subject", "verdict", "group", "parameter", "alone_median", "alone_low", "alone_high", "median", "low",
     "high", "width_ratio", "effective_draws", "refreshed", "outlier_probability",
 )  # fmt: skip
+CHANGE_COLUMNS: Final = (
+    "quantity", "of", "persons", "parameter", "median_1", "low_1", "high_1", "probability_above_1",
+)  # fmt: skip
+PERSON_COLUMNS: Final = (
+    "person", "verdict", "group", "parameter", "alone_median_1", "alone_low_1", "alone_high_1", "median_1",
+    "low_1", "high_1", "effective_draws", "outlier_probability",
+)  # fmt: skip
 MEDIAN, SPREAD, FACTOR, GROUP_MEDIAN, GROUP_FACTOR = (
     "population median", "spread between subjects", "factor", "median of the group", "factor of the group",
 )  # fmt: skip
+RATIO, RATIO_SPREAD, DIFFERENCE = "mean ratio", "spread between persons", "ratio of groups"
+LIMITS: Final = ("low", "median", "high")
 
 
-def hyperparameter_table(posterior: CohortPosterior) -> pd.DataFrame:
-    """Return a row a hyperparameter: median and credible interval; of factors the probability to be above 1.
+class Rows(NamedTuple):
+    """Rows of one parameter, by what they are of; of groups none where these are not compared."""
 
-    Where groups are compared, the median of each of them and its factor against the first follow.
+    everyone: dict[str, Any]
+    spread: dict[str, Any]
+    covariates: list[dict[str, Any]]
+    groups: list[dict[str, Any]]
+    factors: list[dict[str, Any]]
+
+
+def hyperparameter_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``cohort_posterior.csv``: median and interval of each hyperparameter.
+
+    Of factors the probability to be above 1 is given. Where groups are compared, the median of each of them
+    and its factor against the reference follow.
     """
-    return pd.DataFrame(_rows(posterior), columns=list(COLUMNS))
+    rows: list[dict[str, Any]] = []
+    for j in range(len(THETA_NAMES)):
+        of = _rows(stored, j)
+        rows += [of.everyone | {"quantity": MEDIAN}, of.spread | {"quantity": SPREAD}]
+        rows += [row | {"quantity": FACTOR} for row in of.covariates]
+        rows += [row | {"quantity": GROUP_MEDIAN} for row in of.groups]
+        rows += [row | {"quantity": GROUP_FACTOR} for row in of.factors]
+    table = pd.DataFrame(rows)
+    known = table["quantity"].isin([FACTOR, GROUP_FACTOR])
+    return table.assign(probability_above_1=table["probability_above_1"].where(known))[list(COLUMNS)]
 
 
-def _rows(posterior: CohortPosterior) -> Iterator[dict[str, Any]]:
-    population, mass = posterior.population, posterior.interval_mass
-    for j, parameter in enumerate(THETA):
-        named = {"of": "all", "parameter": parameter.name}
-        yield named | _row(MEDIAN, population.median[0, :, j], mass, parameter.cf_unit)
-        yield named | _row(SPREAD, population.spread[0, :, j], mass, "1")
-        for number, name in enumerate(posterior.covariate):
-            named["of"] = f"{name}, {PER[name]}"
-            yield named | _factor(FACTOR, population.covariate_factor[0, :, number, j], mass)
-        for number, name in enumerate(posterior.groups):
-            named["of"] = name
-            yield named | _row(GROUP_MEDIAN, group_median(posterior, number, j), mass, parameter.cf_unit)
-        for number, name in enumerate(posterior.compared_group):
-            named["of"] = f"{name} over {posterior.first_group}"
-            yield named | _factor(GROUP_FACTOR, population.group_factor[0, :, number, j], mass)
+def change_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``changes_groups.csv``: the mean ratio of each group, the spread, and each ratio of groups."""
+    rows: list[dict[str, Any]] = []
+    for j in range(len(THETA_NAMES)):
+        of = _rows(stored, j)
+        rows += [row | {"quantity": RATIO} for row in of.groups or [of.everyone]]
+        rows += [of.spread | {"quantity": RATIO_SPREAD}]
+        rows += [row | {"quantity": DIFFERENCE} for row in of.factors]
+    table = pd.DataFrame(rows).rename(columns={name: f"{name}_1" for name in LIMITS})
+    known = table["quantity"] != RATIO_SPREAD
+    return table.assign(probability_above_1=table["probability_above_1"].where(known))[list(CHANGE_COLUMNS)]
 
 
-def group_median(posterior: CohortPosterior, group: int, parameter: int) -> FloatArray:
-    """Return draws (m,) of a parameter's median in one group, at the cohort's mean covariates."""
-    median = posterior.population.median[0, :, parameter]
-    if group == 0:
-        return median
-    return np.asarray(median * posterior.population.group_factor[0, :, group - 1, parameter])
+def _rows(stored: CohortPosterior, j: int) -> Rows:
+    population, reference = stored.population, stored.reference_group
 
-
-def _row(quantity: str, draws: FloatArray, mass: float, unit: str) -> dict[str, Any]:
-    low, median, high = median_and_interval(draws, mass)
-    return {"quantity": quantity, "median": median, "low": low, "high": high, "unit": unit}
-
-
-def _factor(quantity: str, draws: FloatArray, mass: float) -> dict[str, Any]:
-    return _row(quantity, draws, mass, "1") | {"probability_above_1": float((draws > 1.0).mean())}
-
-
-def subject_table(posterior: CohortPosterior) -> pd.DataFrame:
-    """Return a row a subject and parameter: alone, and within the population."""
-    subjects = posterior.subjects
-    rows = [
-        {
-            "subject": name,
-            "verdict": posterior.verdict[d],
-            "group": posterior.group[d],
-            "parameter": parameter.name,
-            **_limits("alone_", subjects.before[d, :, j]),
-            **_limits("", subjects.after[d, :, j]),
-            "width_ratio": _width(subjects.after[d, :, j]) / _width(subjects.before[d, :, j]),
-            "effective_draws": subjects.effective_draws[d],
-            "refreshed": int(subjects.refreshed[d]),
-            "outlier_probability": subjects.outlier_posterior[d],
+    def row(of: str, draws: FloatArray, unit: str, groups: tuple[str, ...] = ()) -> dict[str, Any]:
+        low, median, high = median_and_interval(draws[:, j], stored.interval_mass)
+        return {
+            "of": of,
+            "persons": sum(group in groups for group in stored.group) if groups else len(stored.member),
+            "parameter": THETA_NAMES[j],
+            "median": median,
+            "low": low,
+            "high": high,
+            "unit": unit,
+            "probability_above_1": float((draws[:, j] > 1.0).mean()),
         }
-        for d, name in enumerate(posterior.subject)
-        for j, parameter in enumerate(THETA)
-    ]
-    return pd.DataFrame(rows, columns=list(SUBJECT_COLUMNS))
+
+    return Rows(
+        everyone=row(EVERYONE, stored.median_of(0), stored.unit[j]),
+        spread=row(EVERYONE, population.spread[0], "1"),
+        covariates=[
+            row(f"{name}, {PER[name]}", population.covariate_factor[0, :, number], "1")
+            for number, name in enumerate(stored.covariate)
+        ],
+        groups=[
+            row(name, stored.median_of(number), stored.unit[j], (name,))
+            for number, name in enumerate(stored.groups)
+        ],
+        factors=[
+            row(f"{name} over {reference}", population.group_factor[0, :, number], "1", (name, reference))
+            for number, name in enumerate(stored.compared_group)
+        ],
+    )
 
 
-def _limits(prefix: str, limits: FloatArray) -> dict[str, float]:
-    return {f"{prefix}{name}": float(limits[i]) for i, name in enumerate(("low", "median", "high"))}
+def subject_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``cohort_subjects.csv``: a row a subject and parameter, alone and within the population."""
+    return pd.DataFrame(_of_members(stored))[list(SUBJECT_COLUMNS)]
+
+
+def person_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``changes_persons.csv``: a row a person and parameter, the ratio alone and within."""
+    named = {f"{prefix}{name}": f"{prefix}{name}_1" for prefix in ("alone_", "") for name in LIMITS}
+    table = pd.DataFrame(_of_members(stored)).rename(columns={"subject": "person", **named})
+    return table[list(PERSON_COLUMNS)]
+
+
+def _of_members(stored: CohortPosterior) -> Iterator[dict[str, Any]]:
+    members = stored.members
+    for d, name in enumerate(stored.member):
+        for j, parameter in enumerate(THETA_NAMES):
+            before, after = members.before[d, :, j], members.after[d, :, j]
+            yield {
+                "subject": name,
+                "verdict": stored.verdict[d],
+                "group": stored.group[d],
+                "parameter": parameter,
+                **{f"alone_{limit}": float(before[i]) for i, limit in enumerate(LIMITS)},
+                **{limit: float(after[i]) for i, limit in enumerate(LIMITS)},
+                "width_ratio": _width(after) / _width(before),
+                "effective_draws": members.effective_draws[d],
+                "refreshed": int(members.refreshed[d]),
+                "outlier_probability": members.outlier_posterior[d],
+            }
 
 
 def _width(limits: FloatArray) -> float:

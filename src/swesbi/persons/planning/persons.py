@@ -1,7 +1,7 @@
 """Persons of a planned study: drawn as those of the virtual trial, recorded with the effect and without.
 
 Both recordings have the same heart rate, errors of clinical measures and noise of repeats and samples: nobody
-is ever in one study twice, and what both have in common says how a bank errs (``planning.chance``).
+is ever in one study twice, and what both have in common says how a bank errs (``planning.likelihoods``).
 """
 
 from __future__ import annotations

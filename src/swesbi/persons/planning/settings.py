@@ -73,19 +73,6 @@ class PlannedStudiesSettings(Settings):
         min_length=3,
         description="Numbers of persons that are tried, of each group where there are two. Chosen.",
     )
-    proposal_sizes: tuple[Annotated[int, Field(ge=2)], ...] = Field(
-        min_length=1,
-        description="Numbers of persons about whose posteriors hyperparameters are drawn. Chosen: widths "
-        "of posteriors of studies differ by 1.5 from one to the next.",
-    )
-    hyperdraws: int = Field(
-        ge=200,
-        description="Hyperparameters drawn for each of these, with the effect and without. Chosen: "
-        "hundreds of effective ones for a study.",
-    )
-    recycled_draws: int = Field(
-        ge=50, description="Draws recycled of each person's posterior. As in cohort_posterior."
-    )
     studies: int = Field(
         ge=20,
         description="Studies of each number of persons, with the effect and without. Chosen: power to 1.3 "
@@ -95,11 +82,6 @@ class PlannedStudiesSettings(Settings):
         ge=4,
         description="Resamples of the bank, for the Monte Carlo error of a bank of its size. Chosen: that "
         "luck to a tenth of itself.",
-    )
-    least_effective: float = Field(
-        gt=1.0,
-        description="Effective hyperdraws below which a study is rough. Chosen: a probability of .95 to "
-        "three points.",
     )
 
     @model_validator(mode="after")

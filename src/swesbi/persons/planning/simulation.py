@@ -21,7 +21,7 @@ from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.persons.change.joint import OwnPosterior, both_visits, infer_change, own_posterior
 from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.planning.bank import ARMS, Bank, BankPerson, bank_of
+from swesbi.persons.planning.bank import ARMS, Bank, bank_of
 from swesbi.persons.planning.effect import Effect
 from swesbi.persons.planning.persons import STREAM, PlannedPerson, draw_planned, trial_model, trial_of
 from swesbi.persons.planning.settings import Design, PlannedPersonsSettings
@@ -35,8 +35,7 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-from swesbi.virtual.hearts.ranges import noisier
-from swesbi.virtual.trial.source import TrialSource
+from swesbi.virtual.trial.source import TrialSource, noisier
 
 LOGGER = logging.getLogger("swesbi")
 BATCH: Final = 4
@@ -52,7 +51,6 @@ class BankSettings(Settings):
     repeats: int = Field(ge=2, description="at a phase")
     repeat_noise: float = Field(gt=0.0, lt=0.5, description="sd of one repeat's speed, as a fraction")
     persons: PlannedPersonsSettings
-    recycled_draws: int = Field(ge=50, description="kept of each person's posterior")
     model: SpeedModelSettings
     exact: ExactSettings
     changes: ChangeSettings
@@ -97,7 +95,7 @@ class BankSettings(Settings):
 
 def answered_bank(
     network: TrainedFlow,
-    kept: Sequence[BankPerson],
+    kept: Bank | None,
     settings: BankSettings,
     *,
     seed: int,
@@ -107,7 +105,7 @@ def answered_bank(
 
     Args:
         network: Of the population.
-        kept: Persons who were answered before, made alike.
+        kept: Persons who were answered before, made alike; None: nobody was.
         settings: What a bank depends on.
         seed: Of everything.
         processes: Persons that are answered side by side; no answer depends on it.
@@ -119,17 +117,18 @@ def answered_bank(
         ValueError: Nobody takes part, nobody could be answered, or the process of a person was killed.
     """
     simulator = BankSimulator(network, settings, seed)
-    done = {person.number: person for person in kept if person.number < settings.persons.number}
-    missing = [number for number in range(settings.persons.number) if number not in done]
+    done = [] if kept is None else [kept.before(settings.persons.number)]
+    there = {int(number) for bank in done for number in bank.number}
+    missing = [number for number in range(settings.persons.number) if number not in there]
     label = f"persons of the bank, {settings.repeats} repeats"
     progress = Progress(label, len(missing), unit="person")
     for number, person in side_by_side(simulator.person, missing, processes):
         killed = isinstance(person, WorkerKilledError)
-        if isinstance(person, BankPerson):
-            done[number] = person
+        if isinstance(person, Bank):
+            done.append(person)
         progress.step()
         if done and (killed or progress.done % BATCH == 0 or progress.done == len(missing)):
-            yield bank_of(list(done.values()))
+            yield bank_of(done)
         if killed:
             raise ValueError(
                 f"person {number} of the bank: {person}; type the same again with fewer --processes: "
@@ -153,52 +152,47 @@ class BankSimulator:
     settings: BankSettings
     seed: int
 
-    def person(self, number: int) -> BankPerson | None:
+    def person(self, number: int) -> Bank | None:
         """Draw, record and answer the person of this number; None where every simulation failed.
 
         Raises:
             ValueError: Nobody takes part in this place.
         """
         settings = self.settings
-        source = self.settings.source(self.seed)
         drawn = draw_planned(
-            number, settings.design, settings.effect, settings.persons.response_spread, source
-        )
+            number, settings.design, settings.effect, settings.persons.response_spread,
+            settings.source(self.seed),
+        )  # fmt: skip
         try:
-            return self._changes(drawn) if drawn.earlier is not None else self._levels(drawn)
+            return self._changes(drawn, drawn.earlier) if drawn.earlier is not None else self._levels(drawn)
         except NoLikelihoodError as error:
             LOGGER.info("person %d of the bank is left out: %s", number, error)
             return None
 
-    def _levels(self, drawn: PlannedPerson) -> BankPerson:
+    def _levels(self, drawn: PlannedPerson) -> Bank:
         """Return theta of one visit in both arms."""
         posteriors = [self._exact(observed)[0] for observed in drawn.arms]
-        draws = [exact.phi[: self.settings.recycled_draws, OF_THETA] for exact in posteriors]
         none = np.full((len(ARMS), len(THETA_NAMES)), np.nan)
-        return _bank_person(drawn, draws, drawn.theta, (none, none, none), posteriors)
+        draws = [exact.phi[:, OF_THETA] for exact in posteriors]
+        return _bank_person(drawn, drawn.theta, draws, (none, none, none), posteriors)
 
-    def _changes(self, drawn: PlannedPerson) -> BankPerson:
+    def _changes(self, drawn: PlannedPerson, before: Observation) -> Bank:
         """Return the ratio of both visits in both arms, and whether one person's change is called."""
-        if drawn.earlier is None:
-            raise ValueError(f"person {drawn.number} of the bank came once")
-        earlier = self._own(drawn.earlier)
-        settings, draws, found = self.settings, [], []
+        earlier = self._own(before)
+        settings, changes = self.settings, []
         for arm, observed in zip(ARMS, drawn.arms, strict=True):
             later = self._own(observed)
-            both = both_visits([earlier[0], later[0]], [drawn.earlier, observed], settings.changes)
+            both = both_visits([earlier[0], later[0]], [before, observed], settings.changes)
             own = [earlier[1], later[1]]
-            change = infer_change(both, own, settings.changes, self.seed, STREAM, drawn.number, arm)
-            theta = change.phi[:, : settings.recycled_draws, OF_THETA]
-            draws.append(theta[1] / theta[0])
-            found.append(change)
-        ratios = [change.ratios for change in found]
+            name = (STREAM, drawn.number, arm)
+            changes.append(infer_change(both, own, settings.changes, self.seed, *name))
         told = tuple(
-            np.stack([getattr(one, name)[OF_THETA] for one in ratios])
+            np.stack([getattr(change.ratios, name)[OF_THETA] for change in changes])
             for name in ("risen", "fallen", "detectable")
         )
-        return _bank_person(
-            drawn, draws, drawn.theta / drawn.theta_earlier, told, [change.exact for change in found]
-        )
+        draws = [later / earlier for earlier, later in (change.phi[:, :, OF_THETA] for change in changes)]
+        posteriors = [change.exact for change in changes]
+        return _bank_person(drawn, drawn.theta / drawn.theta_earlier, draws, told, posteriors)
 
     def _own(self, observed: Observation) -> tuple[SpeedModel, OwnPosterior]:
         exact, model = self._exact(observed)
@@ -214,20 +208,23 @@ class BankSimulator:
 
 def _bank_person(
     drawn: PlannedPerson,
-    draws: Sequence[FloatArray],
     truth: FloatArray,
+    draws: Sequence[FloatArray],
     told: tuple[FloatArray, ...],
     posteriors: Sequence[ExactPosterior],
-) -> BankPerson:
-    risen, fallen, detectable = told
-    return BankPerson(
-        number=drawn.number,
-        values=np.stack(list(draws)),
-        truth=truth,
+) -> Bank:
+    """Return the bank of one person: truth (2, 3), draws (n, 3) of both arms, what is told of them (2, 3)."""
+    risen, fallen, detectable = (each[None] for each in told)
+    return Bank(
+        arm=ARMS,
+        number=np.array([float(drawn.number)]),
+        mean=np.stack([np.log(each).mean(axis=0) for each in draws])[None],
+        covariance=np.stack([np.cov(np.log(each).T) for each in draws])[None],
+        truth=truth[None],
         risen=risen,
         fallen=fallen,
         detectable=detectable,
-        efficiency=np.array([exact.efficiency for exact in posteriors]),
-        converged=np.array([float(exact.converged) for exact in posteriors]),
-        redrawn=drawn.redrawn,
+        efficiency=np.array([[exact.efficiency for exact in posteriors]]),
+        converged=np.array([[float(exact.converged) for exact in posteriors]]),
+        redrawn=np.array([float(drawn.redrawn)]),
     )

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import pandas as pd
 
 from swesbi.persons.planning.effect import Effect
 from swesbi.persons.planning.power import OnePersonPower, PowerCurve
 from swesbi.persons.planning.settings import PAIRED, PlanSettings
-
-ROUGH_SHARE: Final = 0.05
-"""Of studies with too few effective hyperdraws, from which the answer says so."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +71,6 @@ def curve_lines(planned: Plan, curve: PowerCurve) -> list[str]:
             f"in {own.called:.0%} of {own.persons} persons with the effect, wrongly in {own.wrongly:.0%} "
             f"without; the smallest change that can be detected is {own.detectable:.0%} in the middle person"
         )
-    if (rough := float(curve.rough.max())) > ROUGH_SHARE:
-        lines.append(
-            f"    up to {rough:.0%} of the studies of one size rest on fewer than "
-            f"{planned.settings.studies.least_effective:g} effective hyperdraws; raise "
-            "plan.studies.hyperdraws"
-        )
     return lines
 
 
@@ -141,7 +131,6 @@ def _rows(planned: Plan, curve: PowerCurve) -> pd.DataFrame:
             "power_1": curve.power,
             "power_se_1": curve.power_se,
             "false_positive_1": curve.false_positive,
-            "rough_studies_1": curve.rough,
             "power_asked_1": planned.power,
             "persons_needed": _text(curve.needed[0]),
             "persons_needed_low": _text(curve.needed[1]),

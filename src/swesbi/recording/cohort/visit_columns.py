@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.cohort.visits import VISIT_NAMES, Visit
+from swesbi.recording.cohort.visits import EVERYONE, VISIT_NAMES, Visit
 from swesbi.recording.tables.table import Table
 
 if TYPE_CHECKING:
@@ -36,6 +36,14 @@ OF_NAMES: Final[tuple[Rule, ...]] = (
     (str.isprintable, "has a sign that cannot be seen", "type it anew, with letters, digits and blanks"),
     (lambda name: len(name) <= LONGEST, f"has more than {LONGEST} characters", "shorten it"),
 )
+OF_GROUPS: Final[tuple[Rule, ...]] = (
+    *OF_NAMES,
+    (
+        lambda name: name.lower() != EVERYONE,
+        "is what tables of groups call all persons together",
+        "give the group another name, 'everyone' say, or leave the cells empty if there is one group",
+    ),
+)
 OF_PERSONS: Final[tuple[Rule, ...]] = (
     *OF_NAMES,
     (
@@ -51,6 +59,8 @@ OF_PERSONS: Final[tuple[Rule, ...]] = (
         "leave the ending out",
     ),
 )
+RULES: Final = {"person": OF_PERSONS, "visit": OF_NAMES, "group": OF_GROUPS}
+"""By column."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +87,7 @@ def visit_rows(table: Table, age_years: FloatArray) -> list[Visit]:
         return [Visit()] * len(table.rows)
     person, visit, group = (_column(table, name) for name in VISIT_NAMES)
     for name, texts in zip(VISIT_NAMES, (person, visit, group), strict=True):
-        _check_texts(table, name, texts, OF_PERSONS if name == "person" else OF_NAMES)
+        _check_texts(table, name, texts, RULES[name])
     columns = _Columns(person, visit, group, person.where(person != "", _column(table, "subject")))
     _check_persons(table, columns)
     _check_visits(table, columns)

@@ -11,6 +11,8 @@ from swesbi.context import SubjectVariable
 
 MOST_NAMED: Final = 8
 """Visits and groups that are named one by one in a summary."""
+EVERYONE: Final = "all"
+"""What tables of groups call all persons together; no group has that name."""
 
 
 VISITS: Final = (

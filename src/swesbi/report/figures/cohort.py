@@ -6,34 +6,37 @@ import logging
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
-from numpy.typing import NDArray
 
 from swesbi.artefacts import UnfitError
 from swesbi.artefacts.typed import BySubject
+from swesbi.base.arrays import FloatArray
 from swesbi.checks.truths import Truths
-from swesbi.parameters import OF_INTEREST, PHI_LABELS, PHI_NAMES, THETA_NAMES
-from swesbi.prior import JointPriorSettings, quantile
+from swesbi.parameters import PHI_LABELS, PHI_NAMES, THETA_NAMES
+from swesbi.prior import JointPriorSettings
 from swesbi.recording.settings import ContextRow
+from swesbi.report.figures.density import prior_band
+from swesbi.report.figures.forest import ENDS, Series, intervals
 from swesbi.report.figures.style import (
     OBSERVED,
     PRIOR,
+    REFUSED_COLOR,
     STATUS_COLORS,
     Drawing,
-    in_percent,
+    few_ticks,
     new_figure,
+    plain,
     plain_decades,
     shared_legend,
     style,
     titled,
 )
-from swesbi.report.numbers import as_percent, fixed, share
+from swesbi.report.numbers import as_percent, share
 from swesbi.verdict.summary import (
     OUTCOMES,
     REFUSED,
@@ -43,24 +46,15 @@ from swesbi.verdict.summary import (
     cohort_table,
     is_exact,
 )
-from swesbi.verdict.verdict import STATUSES, Verdict
+from swesbi.verdict.verdict import Verdict
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
-WIDTH_IN: Final = 7.2
-HEIGHT_IN: Final = 8.0
+SIZE_IN: Final = (7.2, 7.0)
 WIDE: Final = 1.9
-COUNTS: Final = 1.05
 CONTEXT: Final = {"hr_bpm": "heart rate (1/min)", "age_years": "age (years)", "lvedv_ml": "LVEDV (mL)"}
 MOST_NAMED: Final = 24
 LONGEST_LEVEL_NAME: Final = 3
-PRIOR_TAIL: Final = 0.05
 MARGIN: Final = 1.15  # of a logarithmic axis, as a factor
-ANSWER: Final = ("low", "median", "high")
-LIGHT: Final = 0.22  # opacity of intervals behind their medians
-COLORS: Final = {**STATUS_COLORS, REFUSED: "#BDBDBD"}
-MOST_TESTS: Final = 7
-BINS: Final = 20
 OUTSIDE: Final = "outside the declared range"
 
 
@@ -85,11 +79,12 @@ class Overview:
         """The subjects that are not refused."""
         return self.table[self.table["status"] != REFUSED]
 
-    @property
-    def prior_band(self) -> FloatArray:
-        """The prior's central 90 % of each parameter that is reported; shape (2, 4)."""
-        levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(self.prior.names), axis=1)
-        return quantile(levels, self.prior)[:, OF_INTEREST]
+    def limits(self, j: int) -> tuple[float, float]:
+        """Return limits that hold all answers of a parameter, all truths and the prior's central mass."""
+        answers = self.answered[[f"{PHI_NAMES[j]}_{end}" for end in ENDS]].to_numpy(dtype=float)
+        truths = [float(truth[j]) for truth in self.truth.values() if j < len(THETA_NAMES)]
+        together = np.concatenate([prior_band(self.prior)[:, j], answers.ravel(), truths])
+        return float(together.min()) / MARGIN, float(together.max()) * MARGIN
 
 
 class CohortOutputs(NamedTuple):
@@ -141,155 +136,104 @@ def population_cohort(
 def draw_cohort(overview: Overview, cohort_title: str, experiment: str) -> Figure:
     """Draw a row a parameter: answers in order of their medians, against context, and against a known truth.
 
-    Below are verdicts, their reasons, and the efficiency of the weights. Every cohort gives the same size.
+    The legend counts the verdicts; every cohort gives the same size.
 
     Args:
         overview: What is shown.
         cohort_title: What the subjects are ("virtual volunteers").
         experiment: Name of the experiment.
     """
-    columns = 1 + len(CONTEXT) + bool(overview.truth)
+    columns, rows = 1 + len(CONTEXT) + bool(overview.truth), len(PHI_NAMES)
     with style():
-        figure = new_figure(WIDTH_IN, HEIGHT_IN)
-        rows = len(PHI_NAMES)
-        grid = figure.add_gridspec(
-            rows + 1,
-            columns,
-            width_ratios=[WIDE] + [1.0] * (columns - 1),
-            height_ratios=[1.0] * rows + [COUNTS],
-        )
-        panels = np.array([[figure.add_subplot(grid[j, i]) for i in range(columns)] for j in range(rows)])
+        figure = new_figure(*SIZE_IN)
+        grid = figure.add_gridspec(rows, columns, width_ratios=[WIDE] + [1.0] * (columns - 1))
         for j in range(rows):
-            _draw_row(list(panels[j]), overview, j)
-        _label(panels, overview)
-        below = [grid[rows, 0], grid[rows, 1:3], grid[rows, 3:]]
-        _draw_counts([figure.add_subplot(place) for place in below], overview.table)
-        figure.suptitle(titled(f"Answers of the experiment '{experiment}'", cohort_title), fontsize=7.5)
-        shared_legend(figure, [panels[0, 0], panels[0, -1]], entries_a_row=5)
+            truth = bool(overview.truth) and j < len(THETA_NAMES)
+            count = 1 + len(CONTEXT) + truth
+            _draw_row([figure.add_subplot(grid[j, i]) for i in range(count)], overview, j, truth=truth)
+        named = [figure.axes[0], figure.axes[columns - 1]]
+        median = overview.answered["efficiency"].median()
+        weights = f", efficiency of the weights {share(median, 0)} (median)" if median == median else ""
+        what = f"Answers of the experiment '{experiment}'{weights}"
+        figure.suptitle(titled(what, cohort_title), fontsize=7.5)
+        refused = int((overview.table["status"] == REFUSED).sum())
+        if refused:
+            named[0].plot([], [], "o", ms=3.0, mew=0, color=REFUSED_COLOR, label=f"refused ({refused})")
+        shared_legend(figure, named, entries_a_row=4)
     return figure
 
 
-def _draw_row(panels: Sequence[Axes], overview: Overview, j: int) -> None:
-    """Draw one parameter in all its panels, on one logarithmic axis."""
-    shown, name = overview.answered, PHI_NAMES[j]
-    _in_order(panels[0], shown, name)
+def _draw_row(panels: Sequence[Axes], overview: Overview, j: int, *, truth: bool) -> None:
+    """Draw one parameter in all its panels, on one logarithmic axis, and label the last row's."""
+    shown, name, limits = overview.answered, PHI_NAMES[j], overview.limits(j)
+    _draw_in_order(panels[0], shown, name)
     for axes, column in zip(panels[1:], CONTEXT, strict=False):
-        _against(axes, shown, shown[column].to_numpy(dtype=float), name)
-        axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
-    limits = _limits(overview, j)
-    if overview.truth:
-        _against_truth(panels[-1], overview, j, limits)
+        _draw_against(axes, shown, shown[column].to_numpy(dtype=float), name)
+        axes.xaxis.set_major_locator(few_ticks(integer=True))
+    if truth:
+        _draw_against_truth(panels[-1], overview, j, limits)
     for axes in panels:
-        if axes.axison:
-            _scale(axes, overview.prior_band[:, j], limits, labelled=axes is panels[0])
+        band = prior_band(overview.prior)[:, j]
+        axes.axhspan(*band, color=PRIOR, alpha=0.16, lw=0, zorder=0, label="prior, central 90 %")
+        axes.set_yscale("log")
+        axes.set_ylim(*limits)
+        plain_decades(axes.yaxis)
+        axes.tick_params(labelleft=axes is panels[0])
     panels[0].set_ylabel(PHI_LABELS[j].replace(" (", "\n("))
+    if j == 0:
+        panels[0].set_title(f"median, {as_percent(overview.interval)} interval")
+        if truth:
+            panels[-1].set_title("against the truth")
+    if j == len(THETA_NAMES) - 1 and truth:
+        panels[-1].set_xlabel("truth")
+    if j == len(PHI_NAMES) - 1:
+        panels[0].set_xlabel(f"{len(shown)} subjects, sorted in each panel")
+        for axes, label in zip(panels[1:], CONTEXT.values(), strict=False):
+            axes.set_xlabel(label)
 
 
-def _in_order(axes: Axes, shown: pd.DataFrame, name: str) -> None:
-    """Draw medians in ascending order over thin intervals, and name few subjects."""
+def _draw(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str, **look: Any) -> None:  # noqa: ANN401
+    """Draw the answers for a parameter at places along x, coloured by verdict."""
+    answers = pd.DataFrame({end: shown[f"{name}_{end}"].to_numpy(dtype=float) for end in ENDS})
+    answers = answers.assign(row=x, series=shown["status"].to_numpy())
+    number = shown["status"].value_counts()
+    series = {
+        status: Series(color, f"{status} ({number.get(status, 0)})", lane="all", **look)
+        for status, color in STATUS_COLORS.items()
+    }
+    intervals(axes, answers, series, upright=True)
+
+
+def _draw_in_order(axes: Axes, shown: pd.DataFrame, name: str) -> None:
+    """Draw medians in ascending order with their intervals; names where there are few."""
     ordered = shown.sort_values(f"{name}_median", kind="stable")
-    position = np.arange(len(ordered))
-    width = float(np.clip(60.0 / max(len(ordered), 1), 0.35, 1.2))
-    for verdict, chosen in _by_verdict(ordered):
-        color = STATUS_COLORS[verdict]
-        low, median, high = (ordered.loc[chosen, f"{name}_{limit}"].to_numpy(dtype=float) for limit in ANSWER)
-        axes.vlines(position[chosen], low, high, color=color, lw=width, alpha=0.6)
-        axes.plot(position[chosen], median, "o", color=color, ms=min(2.4, 3.0 * width), mew=0)
-        axes.plot([], [], "o", color=color, ms=3.0, mew=0, label=verdict)
+    width = float(np.clip(60.0 / max(len(ordered), 1), 0.25, 1.8))
+    position = np.arange(len(ordered), dtype=float)
+    _draw(axes, ordered, position, name, alpha=0.6, width=width, size=float(np.clip(3.0 * width, 1.2, 2.4)))
     axes.set_xlim(-0.8, max(len(ordered), 1) - 0.2)
-    if len(ordered) <= MOST_NAMED:
-        _name(axes, ordered["subject"].tolist())
-    else:
-        axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
-
-
-def _name(axes: Axes, names: Sequence[str]) -> None:
-    """Name every position; long names stand upright, so that neighbours do not touch."""
-    upright = any(len(name) > LONGEST_LEVEL_NAME for name in names)
-    axes.set_xticks(range(len(names)), names, rotation=90.0 if upright else 0.0, fontsize=5.0)
+    if len(ordered) > MOST_NAMED:
+        axes.xaxis.set_major_locator(few_ticks(integer=True))
+        return
+    names = [plain(subject) for subject in ordered["subject"]]
+    upright = any(len(each) > LONGEST_LEVEL_NAME for each in names)
+    axes.set_xticks(position, names, rotation=90.0 if upright else 0.0, fontsize=5.5)
     axes.tick_params(axis="x", length=0)
 
 
-def _against(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str) -> None:
+def _draw_against(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str) -> None:
     """Draw medians against another value of each subject, intervals light behind them."""
-    size = 3.0 if len(shown) <= MOST_NAMED else 1.9
-    for verdict, chosen in _by_verdict(shown):
-        color = STATUS_COLORS[verdict]
-        low, median, high = (shown.loc[chosen, f"{name}_{limit}"].to_numpy(dtype=float) for limit in ANSWER)
-        axes.vlines(x[chosen], low, high, color=color, lw=0.5, alpha=LIGHT)
-        axes.plot(x[chosen], median, "o", color=color, ms=size, mew=0, alpha=0.85)
+    _draw(axes, shown, x, name, alpha=0.22, width=0.5, size=3.0 if len(shown) <= MOST_NAMED else 1.9)
 
 
-def _against_truth(axes: Axes, overview: Overview, j: int, limits: tuple[float, float]) -> None:
+def _draw_against_truth(axes: Axes, overview: Overview, j: int, limits: tuple[float, float]) -> None:
     """Draw answers against the truth; the passive stiffness has none, as the truth has another law."""
-    if j >= len(THETA_NAMES):
-        axes.set_axis_off()
-        axes.text(0.5, 0.5, "no truth:\nanother\npassive law", ha="center", va="center", fontsize=6.0)
-        return
     shown = overview.answered[overview.answered["subject"].isin(list(overview.truth))]
     values = np.array([overview.truth[subject][j] for subject in shown["subject"]], dtype=float)
-    _against(axes, shown, values, PHI_NAMES[j])
+    _draw_against(axes, shown, values, PHI_NAMES[j])
     axes.plot(limits, limits, color=OBSERVED, lw=0.6, ls="--", label="answer = truth")
     axes.set_xscale("log")
     axes.set_xlim(*limits)
-    a_decade = limits[1] > 10.0 * limits[0]
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)) if a_decade else MaxNLocator(3))
-    axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _scale(axes: Axes, band: FloatArray, limits: tuple[float, float], *, labelled: bool) -> None:
-    axes.axhspan(*band, color=PRIOR, alpha=0.16, lw=0, zorder=0, label="prior, central 90 %")
-    axes.set_yscale("log")
-    axes.set_ylim(*limits)
-    plain_decades(axes.yaxis)
-    axes.tick_params(labelleft=labelled)
-
-
-def _limits(overview: Overview, j: int) -> tuple[float, float]:
-    """Return limits that hold all answers, all truths and the prior's central mass."""
-    shown, name = overview.answered, PHI_NAMES[j]
-    values = [
-        overview.prior_band[:, j],
-        *(shown[f"{name}_{end}"].to_numpy(dtype=float) for end in ("low", "high")),
-    ]
-    if j < len(THETA_NAMES):
-        values.append(np.array([truth[j] for truth in overview.truth.values()], dtype=float))
-    together = np.concatenate(values)
-    return float(together.min()) / MARGIN, float(together.max()) * MARGIN
-
-
-def _by_verdict(table: pd.DataFrame) -> list[tuple[str, NDArray[np.bool_]]]:
-    masks = [(verdict, (table["status"] == verdict).to_numpy()) for verdict in STATUSES]
-    return [(verdict, chosen) for verdict, chosen in masks if chosen.any()]
-
-
-def _label(panels: NDArray[np.object_], overview: Overview) -> None:
-    """Say once what the panels of a column have in common."""
-    shown = len(overview.answered)
-    panels[0, 0].set_title(f"median, {as_percent(overview.interval)} interval")
-    panels[-1, 0].set_xlabel(f"{shown} subjects, sorted in each panel")
-    for axes, label in zip(panels[-1, 1:], CONTEXT.values(), strict=False):
-        axes.set_xlabel(label)
-    if overview.truth:
-        panels[0, -1].set_title("known truth")
-        panels[-2, -1].set_xlabel("truth")
-
-
-def _draw_counts(panels: Sequence[Axes], table: pd.DataFrame) -> None:
-    """Draw shares of verdicts, the commonest reasons, and the efficiency of the weights, left to right."""
-    counts = {name: int((table["status"] == name).sum()) for name in OUTCOMES}
-    total = max(len(table), 1)
-    percent = {name: fixed(100.0 * count / total, 0) for name, count in counts.items()}
-    shares = {f"{name}: {count} ({percent[name]} %)": count for name, count in counts.items()}
-    _bars(panels[0], shares, list(COLORS.values()))
-    panels[0].set_title("verdicts")
-    panels[0].set_xlabel("subjects")
-    reasons = counted_reasons(table)
-    _bars(panels[1], dict(list(reasons.items())[:MOST_TESTS]) or {"none": 0}, [PRIOR])
-    panels[1].set_title("tests that contradict the model")
-    panels[1].set_xlabel("subjects")
-    _efficiency(panels[2], table)
+    plain_decades(axes.xaxis)
 
 
 def counted_reasons(table: pd.DataFrame) -> dict[str, int]:
@@ -301,36 +245,3 @@ def counted_reasons(table: pd.DataFrame) -> dict[str, int]:
     if refused.any():
         counts[OUTSIDE] = int(refused.sum())
     return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
-
-
-def _bars(axes: Axes, counts: Mapping[str, int], colors: Sequence[str]) -> None:
-    """Draw horizontal bars, each with its name above it, so that names take no room beside them."""
-    position = np.arange(len(counts), dtype=float)
-    bar_colors = list(colors) if len(colors) == len(counts) else colors[0]
-    axes.barh(position, list(counts.values()), height=0.3, color=bar_colors, align="center")
-    for place, (name, count) in enumerate(counts.items()):
-        text = name if ":" in name else f"{name}: {count}"
-        axes.text(0.0, place - 0.2, text, fontsize=5.6, va="bottom", ha="left")
-    axes.set_ylim(len(counts) - 0.6, -0.85)
-    axes.set_xlim(0.0, max(1.0, *counts.values()) * 1.05)
-    axes.set_yticks([])
-    axes.spines["left"].set_visible(False)
-    axes.xaxis.set_major_locator(MaxNLocator(4, integer=True))
-
-
-def _efficiency(axes: Axes, table: pd.DataFrame) -> None:
-    answered = table[table["status"] != REFUSED]
-    parts = [
-        answered.loc[answered["status"] == name, "efficiency"].to_numpy(dtype=float) for name in STATUSES
-    ]
-    edges = np.linspace(0.0, 1.0, BINS + 1).tolist()
-    axes.hist(parts, bins=edges, stacked=True, color=[STATUS_COLORS[name] for name in STATUSES])
-    if len(answered):
-        median = float(np.median(np.concatenate(parts)))
-        axes.axvline(median, color=OBSERVED, lw=0.8, ls="--")
-        axes.set_title(f"efficiency, median {share(median, 0)}")
-    in_percent(axes.xaxis)
-    axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-    axes.set_xlim(0.0, 1.0)
-    by_mcmc = int((answered["sampler"] == "mcmc").sum())
-    axes.set_xlabel(f"of the weights; {by_mcmc} by MCMC")

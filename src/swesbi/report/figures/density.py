@@ -7,26 +7,23 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 from scipy.stats import gaussian_kde, norm
 
+from swesbi.base.arrays import FloatArray
 from swesbi.draws import median_and_interval
-from swesbi.parameters import PHI_LABELS, PHI_SYMBOLS
-from swesbi.prior import ParameterPrior
-from swesbi.report.figures.style import EXCLUDED_BACKGROUND, PRIOR
-from swesbi.report.numbers import digits
+from swesbi.parameters import PHI_LABELS
+from swesbi.prior import JointPriorSettings, ParameterPrior, PriorSettings, quantile
+from swesbi.report.figures.style import OBSERVED, PRIOR, few_ticks
+from swesbi.report.numbers import as_percent, digits
 
-FloatArray = NDArray[np.float64]
-POINTS = 256
-SYMBOLS: Final = tuple(PHI_SYMBOLS.values())
+POINTS: Final = 256
 SHOWN_DRAWS: Final = 2000
 RANGE_QUANTILES: Final = (0.002, 0.998)
 DENSITY_QUANTILES: Final = (0.0005, 0.9995)
+PRIOR_TAIL: Final = 0.05
 MARGIN: Final = 0.06
 FARTHEST: Final = 1.0
 GRID_POINTS: Final = 50
-EXCLUDED_COLOR: Final = "#6E6E6E"
 
 
 def log_density_of_draws(draws: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -49,6 +46,12 @@ def log_density_of_prior(prior: ParameterPrior) -> tuple[FloatArray, FloatArray]
     return np.exp(at), standard.pdf(at) / mass
 
 
+def prior_band(prior: PriorSettings | JointPriorSettings) -> FloatArray:
+    """Return the prior's central 90 % of each of its d parameters; shape (2, d)."""
+    levels = np.repeat([[PRIOR_TAIL], [1.0 - PRIOR_TAIL]], len(prior.parameters), axis=1)
+    return quantile(levels, prior)
+
+
 def shown_range(draws: FloatArray, points: Sequence[float]) -> tuple[float, float]:
     """Return the range of nearly all draws, widened to each point unless that would dwarf them."""
     low, high = map(float, np.quantile(draws, RANGE_QUANTILES))
@@ -59,29 +62,33 @@ def shown_range(draws: FloatArray, points: Sequence[float]) -> tuple[float, floa
     return low - margin, high + margin
 
 
-def draw_point(axes: Axes, point: tuple[float, float], color: str, marker: str = "x") -> None:
+def draw_point(axes: Axes, point: tuple[float, float], color: str, marker: str, label: str) -> None:
     """Draw a reference point; beyond the axes as a triangle on their edge, pointing to it."""
     edges = (axes.get_xlim(), axes.get_ylim())
-    inside = tuple(min(max(value, edge[0]), edge[1]) for value, edge in zip(point, edges, strict=True))
-    if inside[0] != point[0]:
-        marker = ">" if point[0] > inside[0] else "<"
-    elif inside[1] != point[1]:
-        marker = "^" if point[1] > inside[1] else "v"
-    axes.plot(*inside, marker, color=color, ms=5.0, mew=1.3, clip_on=False, zorder=5)
+    axes.plot([], [], marker, color=color, ms=5.0, mew=1.3, label=label)
+    x, y = (min(max(value, edge[0]), edge[1]) for value, edge in zip(point, edges, strict=True))
+    if x != point[0]:
+        marker = ">" if point[0] > x else "<"
+    elif y != point[1]:
+        marker = "^" if point[1] > y else "v"
+    axes.plot(x, y, marker, color=color, ms=5.0, mew=1.3, clip_on=False, zorder=5)
 
 
-def draw_marginal(axes: Axes, draws: FloatArray, prior: ParameterPrior, color: str, interval: float) -> None:
+def draw_marginal(
+    axes: Axes, draws: FloatArray, prior: ParameterPrior, color: str, interval: float, label: str
+) -> None:
     """Draw a marginal and the prior, each scaled to its maximum, with median and credible interval."""
     theta, per_log = log_density_of_prior(prior)
     density = per_log / theta
-    axes.fill_between(theta, density / density.max(), color=PRIOR, alpha=0.3, lw=0)
-    draw_density(axes, draws, color=color)
+    scaled, mass = density / density.max(), as_percent(interval)
+    axes.fill_between(theta, scaled, color=PRIOR, alpha=0.3, lw=0, label="prior (dotted: bounds)")
+    draw_density(axes, draws, color=color, label=label)
     low, median, high = map(float, median_and_interval(draws, interval))
-    axes.axvline(median, color="black", lw=0.8)
+    axes.axvline(median, color=OBSERVED, lw=0.8, label=f"median; 50 % and {mass} regions")
     for end in (low, high):
-        axes.axvline(end, color="black", lw=0.7, ls=(0, (3, 2)))
+        axes.axvline(end, color=OBSERVED, lw=0.7, ls=(0, (3, 2)), label=f"{mass} credible interval")
     axes.set_ylim(0.0, 1.08)
-    axes.set_title(f"{digits(median)} [{digits(low)}, {digits(high)}]", fontsize=6.5, loc="center")
+    axes.set_title(f"{digits(median)} ({digits(low)} to {digits(high)})", fontsize=6.5, loc="center")
 
 
 def draw_density(axes: Axes, draws: FloatArray, **look: Any) -> None:  # noqa: ANN401
@@ -95,7 +102,7 @@ def draw_density(axes: Axes, draws: FloatArray, **look: Any) -> None:  # noqa: A
 def draw_pair(axes: Axes, x: FloatArray, y: FloatArray, color: str, interval: float) -> None:
     """Draw two parameters against each other, with the regions of half the mass and of the interval's."""
     axes.plot(x[:SHOWN_DRAWS], y[:SHOWN_DRAWS], ".", color=color, ms=1.5, alpha=0.25, mew=0, rasterized=True)
-    draw_contours(axes, x, y, (1.0 - interval, 0.5), colors="black", linewidths=0.7)
+    draw_contours(axes, x, y, (1.0 - interval, 0.5), colors=OBSERVED, linewidths=0.7)
 
 
 def draw_contours(
@@ -118,47 +125,21 @@ def draw_contours(
     axes.contour(*mesh, density.reshape(mesh[0].shape), levels=levels, **look)
 
 
-def write_correlation(axes: Axes, x: FloatArray, y: FloatArray, pair: tuple[int, int]) -> None:
-    """Write the correlation of two parameters into an empty panel."""
-    r = np.corrcoef(x, y)[0, 1]
-    text = f"$r$({SYMBOLS[pair[0]]}, {SYMBOLS[pair[1]]})\n= {r:.2f}".replace("-", "−")
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=8.0)
-
-
-def draw_bounds(axes: Axes, prior: ParameterPrior, limits: tuple[float, float]) -> None:
-    """Draw those bounds of the horizontal parameter that are in view."""
-    for bound in (prior.low, prior.high):
-        if limits[0] < bound < limits[1]:
-            axes.axvline(bound, color=PRIOR, lw=0.9, ls=":", zorder=0.5)
-
-
-def finish(axes: Axes, row: int, column: int, limits: tuple[float, float], last_row: int) -> None:
-    """Labels and ticks at the left and the bottom only; the upper triangle holds text."""
-    if column > row:
-        axes.set_axis_off()
-        return
+def finish_corner(axes: Axes, place: tuple[int, int], limits: tuple[float, float], last: int) -> None:
+    """Give a panel of the lower triangle its limits, with labels at the left and the bottom only."""
+    row, column = place
     axes.set_xlim(limits)
-    axes.xaxis.set_major_locator(MaxNLocator(4))
-    if row == last_row:
+    axes.xaxis.set_major_locator(few_ticks())
+    axes.tick_params(labelbottom=row == last, labelleft=column == 0)
+    if row == last:
         axes.set_xlabel(PHI_LABELS[column])
-    else:
-        axes.tick_params(labelbottom=False)
     if column == row:
         axes.set_yticks([])
         axes.spines["left"].set_visible(False)
         return
-    axes.yaxis.set_major_locator(MaxNLocator(4))
+    axes.yaxis.set_major_locator(few_ticks())
     if column == 0:
         axes.set_ylabel(PHI_LABELS[row])
-    else:
-        axes.tick_params(labelleft=False)
-
-
-def mark_excluded(grid: NDArray[np.object_]) -> None:
-    """Grey every panel of the lower triangle."""
-    for (row, column), axes in np.ndenumerate(grid):
-        if column <= row:
-            axes.set_facecolor(EXCLUDED_BACKGROUND)
 
 
 def _span(draws: FloatArray, points: int) -> FloatArray:

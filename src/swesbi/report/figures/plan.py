@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.persons.planning.power import NINETY, PowerCurve
+from swesbi.checks.scores import Band
+from swesbi.persons.planning.power import NINETY
 from swesbi.persons.planning.words import Plan
+from swesbi.report.figures.band import draw_band
 from swesbi.report.figures.style import (
     CMAES,
     DOUBTFUL,
@@ -20,10 +21,11 @@ from swesbi.report.figures.style import (
     TRUTH,
     in_percent,
     new_figure,
+    shared_legend,
     style,
 )
 
-HEIGHT_IN: Final = 3.2
+HEIGHT_IN: Final = 3.4
 COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, DOUBTFUL)
 
 
@@ -33,9 +35,18 @@ def draw_plan(planned: Plan) -> Figure:
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         axes = figure.subplots()
         for number, curve in enumerate(planned.curves):
-            _draw_curve(axes, curve, f"{curve.repeats} repeats", COLORS[number % len(COLORS)])
-        axes.axhline(planned.power, color=PRIOR, lw=0.7, ls="--")
-        axes.axhline(1.0 - planned.settings.probability, color=PRIOR, lw=0.5, ls=":")
+            color, name, needed = COLORS[number % len(COLORS)], f"{curve.repeats} repeats", curve.needed[0]
+            ends = (np.clip(curve.power + side * NINETY * curve.power_se, 0.0, 1.0) for side in (-1.0, 1.0))
+            reached = f"{needed} needed" if needed is not None else "not reached"
+            sizes, label = curve.sizes.astype(float), f"{name}, 90 % band: {reached}"
+            draw_band(axes, sizes, Band(curve.power, *ends), color, label)
+            axes.plot(curve.sizes, curve.power, "o", color=color, ms=2.5)
+            axes.plot(curve.sizes, curve.false_positive, ":", color=color, label=f"{name}, no effect")
+            if needed is not None:
+                axes.axvline(needed, color=color, lw=0.6)
+        axes.axhline(planned.power, color=PRIOR, lw=0.7, ls="--", label="power asked for")
+        level = 1.0 - planned.settings.probability
+        axes.axhline(level, color=PRIOR, lw=0.5, ls=":", label="false alarms of the rule")
         axes.set(
             xlabel=planned.unit,
             ylabel="share of studies that find it",
@@ -43,17 +54,5 @@ def draw_plan(planned: Plan) -> Figure:
             title=f"{planned.effect.words}, {planned.design}, errors of a repeat {planned.noise:.1%}",
         )
         in_percent(axes.yaxis)
-        axes.legend()
+        shared_legend(figure, [axes], 2)
     return figure
-
-
-def _draw_curve(axes: Axes, curve: PowerCurve, name: str, color: str) -> None:
-    band = NINETY * curve.power_se
-    low, high = np.clip(curve.power - band, 0.0, 1.0), np.clip(curve.power + band, 0.0, 1.0)
-    number = curve.needed[0]
-    label = f"{name}: {number} needed" if number is not None else f"{name}: not reached"
-    axes.fill_between(curve.sizes, low, high, color=color, alpha=0.2, lw=0)
-    axes.plot(curve.sizes, curve.power, "o-", color=color, ms=2.5, label=label)
-    axes.plot(curve.sizes, curve.false_positive, ":", color=color, lw=0.9, label=f"{name}, no effect")
-    if number is not None:
-        axes.axvline(number, color=color, lw=0.6)

@@ -1,192 +1,128 @@
-"""One subject's posterior as a corner plot: on features, or exact with verdict and truth."""
+"""One subject's posterior as a corner plot: on features, or exact with its proposal and the truth."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from swesbi.parameters import PHI, THETA
-from swesbi.prior import JointPriorSettings, PriorSettings
+from swesbi.prior import JointPriorSettings, ParameterPrior, PriorSettings
 from swesbi.report.figures import density
-from swesbi.report.figures.predictive import ExactPanel, PosteriorPanel
+from swesbi.report.figures.posterior import PosteriorPanel
 from swesbi.report.figures.style import (
     CMAES,
     NETWORK,
-    POSTERIOR,
     PRIOR,
-    STATUS_COLORS,
     TRUTH,
+    mark_excluded,
     new_figure,
+    shared_legend,
     style,
     titled,
 )
-from swesbi.report.numbers import as_percent
-from swesbi.verdict.prior_support import support_numbers
+from swesbi.report.numbers import as_percent, fixed
 from swesbi.verdict.summary import verdict_numbers
 
-FloatArray = NDArray[np.float64]
-
-SIDE_IN = 5.2
-EXACT_SIDE_IN = 6.2
-PARAMETERS = len(PHI)
-ACTIVE = len(THETA)  # fit and truth have no passive stiffness that would be the same quantity
+SIDE_IN: Final = 1.55
+FRAME_IN: Final = 0.55
 
 
-def draw_subject_posterior(
-    panel: PosteriorPanel, prior: PriorSettings, interval: float, cohort_title: str
+def draw_corner(
+    panel: PosteriorPanel, prior: PriorSettings | JointPriorSettings, cohort_title: str
 ) -> Figure:
-    """Draw a corner plot of one posterior; of the unfiltered candidates where the subject is excluded.
+    """Draw a corner plot of one posterior; of the unfiltered candidates where it may not be read.
+
+    Draws of the proposal are outlines: where they agree with the reported ones, the weights had little to do.
+    A subject that is excluded or contradicted is drawn on grey.
 
     Args:
         panel: The subject.
-        prior: The prior, drawn behind the marginals, each density scaled to its maximum.
-        interval: Probability mass of the credible intervals and of the outer contour.
+        prior: Of all parameters, drawn behind the marginals, each density scaled to its maximum.
         cohort_title: What the subject is one of ("virtual volunteers").
     """
-    draws = panel.theta if panel.verdict.may_be_read else _finite(panel.unfiltered)
-    color = POSTERIOR if panel.verdict.may_be_read else density.EXCLUDED_COLOR
-    fit = tuple(map(float, panel.fit_theta))
-    limits = [density.shown_range(draws[:, j], [fit[j]]) for j in range(ACTIVE)]
+    draws, count = panel.draws, panel.draws.shape[1]
+    limits = [density.shown_range(draws[:, j], _references(panel, j)) for j in range(count)]
     with style():
-        figure = new_figure(SIDE_IN, SIDE_IN)
-        grid = figure.subplots(ACTIVE, ACTIVE)
-        for j in range(ACTIVE):
-            density.draw_marginal(grid[j, j], draws[:, j], prior.parameters[j], color, interval)
-            for i in range(j):
-                density.draw_pair(grid[j, i], draws[:, i], draws[:, j], color, interval)
-                grid[j, i].set_ylim(limits[j])
-                density.write_correlation(grid[i, j], draws[:, i], draws[:, j], (i, j))
-        for (j, i), axes in np.ndenumerate(grid):
-            density.finish(axes, j, i, limits[i], last_row=ACTIVE - 1)
-            if i <= j:
-                density.draw_bounds(axes, prior.parameters[i], limits[i])
-                density.draw_point(axes, (fit[i], fit[j] if i < j else 0.0), CMAES)
-        if not panel.verdict.may_be_read:
-            density.mark_excluded(grid)
+        figure = new_figure(SIDE_IN * count + FRAME_IN, SIDE_IN * count + FRAME_IN)
+        grid = np.asarray(figure.subplots(count, count))
+        for (row, column), axes in np.ndenumerate(grid):
+            if column > row:
+                _write_correlation(axes, panel, row, column)
+                continue
+            _draw_panel(axes, panel, prior.parameters[row], row, column)
+            if column < row:
+                axes.set_ylim(limits[row])
+            density.finish_corner(axes, (row, column), limits[column], last=count - 1)
+            _draw_lines(axes, panel, prior.parameters[column], row, column)
+            if not panel.verdict.may_be_read:
+                mark_excluded(axes)
         figure.suptitle(_title(panel, cohort_title), fontsize=8.0)
         figure.align_ylabels(list(grid[:, 0]))
-        _legend(figure, panel, color, interval)
+        shared_legend(figure, [grid[0, 0]], entries_a_row=3)
     return figure
+
+
+def _references(panel: PosteriorPanel, j: int) -> list[float]:
+    """Return fit and truth of an active parameter: there is no passive stiffness of the same meaning."""
+    points = [point for point in (panel.fit_theta, panel.truth) if point is not None]
+    return [float(point[j]) for point in points] if j < len(THETA) else []
+
+
+def _draw_panel(axes: Axes, panel: PosteriorPanel, prior: ParameterPrior, row: int, column: int) -> None:
+    """Draw a marginal on the diagonal, a pair below it, and outlines of the proposal."""
+    draws, proposal, color, mass = panel.draws, panel.proposal, panel.color, panel.interval
+    if column == row:
+        unread = proposal is None and not panel.verdict.may_be_read
+        label = "unfiltered candidates" if unread else "posterior"
+        density.draw_marginal(axes, draws[:, row], prior, color, mass, label)
+        if proposal is not None:
+            look = {
+                "color": NETWORK,
+                "lw": 0.8,
+                "ls": "--",
+                "label": f"{panel.start}, {as_percent(mass)} region",
+            }
+            density.draw_density(axes, proposal[:, row], **look)
+        return
+    density.draw_pair(axes, draws[:, column], draws[:, row], color, mass)
+    if proposal is not None:
+        look = {"colors": NETWORK, "linewidths": 0.8, "linestyles": "dashed"}
+        density.draw_contours(axes, proposal[:, column], proposal[:, row], (1.0 - mass,), **look)
+
+
+def _draw_lines(axes: Axes, panel: PosteriorPanel, prior: ParameterPrior, row: int, column: int) -> None:
+    """Draw the prior's bounds in view, and fit and truth: points in pairs, on the axis in marginals."""
+    left, right = axes.get_xlim()
+    for bound in (prior.low, prior.high):
+        if left < bound < right:
+            axes.axvline(bound, color=PRIOR, lw=0.9, ls=":", zorder=0.5)
+    if row >= len(THETA):
+        return
+    for point, color, marker, label in (
+        (panel.fit_theta, CMAES, "x", "CMA-ES fit"),
+        (panel.truth, TRUTH, "*", "truth"),
+    ):
+        if point is not None:
+            place = (float(point[column]), float(point[row]) if column < row else 0.0)
+            density.draw_point(axes, place, color, marker, f"{label} (triangle: beyond)")
+
+
+def _write_correlation(axes: Axes, panel: PosteriorPanel, row: int, column: int) -> None:
+    axes.set_axis_off()
+    r = fixed(float(np.corrcoef(panel.draws[:, row], panel.draws[:, column])[0, 1]), 2)
+    text = f"correlation of\n{PHI[row].tex}, {PHI[column].tex}:\n{r}"
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=7.0)
 
 
 def _title(panel: PosteriorPanel, cohort_title: str) -> str:
-    title = titled(f"{panel.subject}, posterior of the active parameters", cohort_title)
-    if panel.verdict.may_be_read:
-        return title
-    return f"{title}\nexcluded: {', '.join(support_numbers(panel.verdict))}; unfiltered candidates shown"
-
-
-def _finite(draws: FloatArray) -> FloatArray:
-    return draws[np.all(np.isfinite(draws), axis=1)]
-
-
-def _legend(figure: Figure, panel: PosteriorPanel, color: str, interval: float) -> None:
-    what = "posterior" if panel.verdict.may_be_read else "unfiltered candidates"
-    mass = as_percent(interval)
-    handles = [
-        Line2D([], [], color=color, label=what),
-        *_common_handles(mass),
-        _fit_handle(),
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
-
-
-def draw_exact_subject(panel: ExactPanel, prior: JointPriorSettings, cohort_title: str) -> Figure:
-    """Draw a corner plot of the exact posterior of the active parameters and the passive stiffness.
-
-    The network's own draws, or those of the prior where there was no network, are outlines: where they agree
-    with the reported ones, the weights had little to do. A contradicted subject is drawn on grey.
-
-    Args:
-        panel: The subject.
-        prior: The joint prior, drawn behind the marginals, each density scaled to its maximum.
-        cohort_title: What the subject is one of ("virtual volunteers").
-    """
-    phi, color = panel.result.phi, STATUS_COLORS[panel.verdict.status]
-    limits = [density.shown_range(phi[:, j], _points(panel, j)) for j in range(PARAMETERS)]
-    with style():
-        figure = new_figure(EXACT_SIDE_IN, EXACT_SIDE_IN)
-        grid = figure.subplots(PARAMETERS, PARAMETERS)
-        for j in range(PARAMETERS):
-            _draw_column(grid, panel, prior, j, color)
-            for i in range(j):
-                grid[j, i].set_ylim(limits[j])
-        for (j, i), axes in np.ndenumerate(grid):
-            density.finish(axes, j, i, limits[i], last_row=PARAMETERS - 1)
-            if i <= j:
-                density.draw_bounds(axes, prior.parameters[i], limits[i])
-                _draw_references(axes, panel, i, j)
-        if not panel.verdict.may_be_read:
-            density.mark_excluded(grid)
-        figure.suptitle(_exact_title(panel, cohort_title), fontsize=8.0)
-        figure.align_ylabels(list(grid[:, 0]))
-        _exact_legend(figure, panel, color)
-    return figure
-
-
-def _points(panel: ExactPanel, j: int) -> list[float]:
-    points = [point for point in (panel.fit_theta, panel.truth) if point is not None]
-    return [float(point[j]) for point in points] if j < ACTIVE else []
-
-
-def _draw_column(
-    grid: NDArray[np.object_], panel: ExactPanel, prior: JointPriorSettings, j: int, color: str
-) -> None:
-    """Draw one parameter's marginal and its pairs with those before it."""
-    phi, npe, mass = panel.result.phi, panel.result.proposal_phi, panel.result.interval_mass
-    density.draw_marginal(grid[j, j], phi[:, j], prior.parameters[j], color, mass)
-    density.draw_density(grid[j, j], npe[:, j], color=NETWORK, lw=0.8, ls="--")
-    for i in range(j):
-        density.draw_pair(grid[j, i], phi[:, i], phi[:, j], color, mass)
-        look = {"colors": NETWORK, "linewidths": 0.8, "linestyles": "dashed"}
-        density.draw_contours(grid[j, i], npe[:, i], npe[:, j], (1.0 - mass,), **look)
-        density.write_correlation(grid[i, j], phi[:, i], phi[:, j], (i, j))
-
-
-def _draw_references(axes: Axes, panel: ExactPanel, i: int, j: int) -> None:
-    """Draw the reference fit and the truth: points in pairs, on the axis in marginals."""
-    if max(i, j) >= ACTIVE:
-        return
-    if panel.fit_theta is not None:
-        density.draw_point(axes, (panel.fit_theta[i], panel.fit_theta[j] if i < j else 0.0), CMAES)
-    if panel.truth is not None:
-        density.draw_point(axes, (panel.truth[i], panel.truth[j] if i < j else 0.0), TRUTH, "*")
-
-
-def _exact_title(panel: ExactPanel, cohort_title: str) -> str:
-    """Return what is shown, the verdict, and a warning where the sampler has not converged."""
-    verdict = panel.verdict
-    reasons = ": ".join([verdict.status, ", ".join(verdict_numbers(verdict))]).removesuffix(": ")
-    doubt = () if panel.result.converged else ("NOT CONVERGED: do not use this posterior",)
-    title = titled(f"{panel.subject}, exact posterior", cohort_title)
-    return "\n".join([title, f"verdict: {reasons}", *doubt])
-
-
-def _exact_legend(figure: Figure, panel: ExactPanel, color: str) -> None:
-    mass = as_percent(panel.result.interval_mass)
-    handles = [
-        Line2D([], [], color=color, label=f"exact posterior ({panel.verdict.status})"),
-        Line2D([], [], color=NETWORK, lw=0.8, ls="--", label=f"{panel.start}, {mass} region"),
-        *_common_handles(mass),
-        *(() if panel.fit_theta is None else (_fit_handle(),)),
-    ]
-    if panel.truth is not None:
-        handles.append(
-            Line2D([], [], color=TRUTH, marker="*", ls="none", label="truth of the generated recording")
-        )
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, columnspacing=1.2, handlelength=1.6)
-
-
-def _common_handles(mass: str) -> list[Line2D]:
-    return [
-        Line2D([], [], color=PRIOR, lw=4.0, alpha=0.5, label="prior (dotted: bounds)"),
-        Line2D([], [], color="black", lw=0.8, label=f"median; 50 %, {mass} regions"),
-        Line2D([], [], color="black", lw=0.7, ls=(0, (3, 2)), label=f"{mass} CI"),
-    ]
-
-
-def _fit_handle() -> Line2D:
-    return Line2D([], [], color=CMAES, marker="x", ls="none", mew=1.3, label="CMA-ES (triangle: beyond)")
+    """Return what is shown, what speaks against it, and a warning where the sampler has not converged."""
+    verdict, title = panel.verdict, titled(f"{panel.subject}, posterior", cohort_title)
+    reasons = ", ".join(verdict_numbers(verdict))
+    if panel.proposal is None:
+        excluded = f"excluded: {reasons}; unfiltered candidates shown"
+        return title if verdict.may_be_read else f"{title}\n{excluded}"
+    doubt = () if panel.converged else ("NOT CONVERGED: do not use this posterior",)
+    return "\n".join([title, f"verdict: {verdict.status}{': ' if reasons else ''}{reasons}", *doubt])

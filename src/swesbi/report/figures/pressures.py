@@ -2,43 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 
 from swesbi.artefacts import UnfitError
 from swesbi.checks.pressures import RESISTANCE, PressuresTable
 from swesbi.heart.physiology import TIME_CONSTANT, VOLUME_FACTOR
-from swesbi.parameters import NUISANCES, PEAK_ACTIVE, PHI
-from swesbi.report.figures.style import (
-    EXCLUDED_POSTERIOR,
-    POSTERIOR,
-    PRIOR,
-    TEXT_WIDTH_IN,
-    Drawing,
-    new_figure,
-    plain,
-    shared_legend,
-    style,
-)
+from swesbi.heart.simulate import PA_PER_MMHG
+from swesbi.parameters import PEAK_ACTIVE, PHI
+from swesbi.report.figures.forest import ENDS, MOST_ROWS, Panel, Series, forest
+from swesbi.report.figures.style import EXCLUDED_POSTERIOR, POSTERIOR, Drawing, titled
 
-WIDTH_IN: Final = 1.6 * TEXT_WIDTH_IN
-ROW_HEIGHT_IN: Final = 0.17
-FRAME_HEIGHT_IN: Final = 1.0
-OFFSET: Final = 0.16
-MOST_DRAWN: Final = 40
-"""Subjects of the figure, the first ones; the table has all."""
-SYMBOLS: Final = {parameter.name: parameter for parameter in (*PHI, *NUISANCES)}
-DRAWN: Final = (
-    ("k0_kpa", "k_atp_per_s", "k_sr_per_s", "passive_stiffness_kpa"),
-    (PEAK_ACTIVE.name, RESISTANCE, TIME_CONSTANT, VOLUME_FACTOR),
-)
-"""Quantities with a panel each, row by row."""
-LOOKS: Final[dict[str, dict[str, Any]]] = {
-    "without": {"color": EXCLUDED_POSTERIOR, "marker": "o", "label": "speeds alone"},
-    "with": {"color": POSTERIOR, "marker": "s", "label": "speeds and cuff pressures"},
+TITLES: Final = {
+    **{parameter.name: parameter.label for parameter in PHI},
+    PEAK_ACTIVE.name: "peak active stiffness (kPa)",
+    RESISTANCE: "resistance $R_d$ (mmHg s/mL)",
+    TIME_CONSTANT: "time constant $R_d C_s$ (s)",
+    VOLUME_FACTOR: "stressed volume factor $f_V$",
+}
+"""Quantities with a panel each, row by row; the table has all subjects and quantities."""
+SCALE: Final = {RESISTANCE: 1e-6 / PA_PER_MMHG}
+"""From the unit of the table to that of the figure: Pa s/m3 to mmHg s/mL."""
+LOOK: Final = {
+    "without": Series(EXCLUDED_POSTERIOR, "speeds alone"),
+    "with": Series(POSTERIOR, "speeds and cuff pressures", marker="s"),
 }
 
 
@@ -56,34 +45,23 @@ def draw_pressures(table: PressuresTable, *, experiment: str, cohort_title: str)
     table = table[table["experiment"] == experiment]
     if table.empty:
         raise UnfitError("table", f"holds no {experiment}; delete it and rerun")
-    subjects = list(dict.fromkeys(table["subject"]))[:MOST_DRAWN]
-    with style():
-        figure = new_figure(WIDTH_IN, 2 * (ROW_HEIGHT_IN * len(subjects) + FRAME_HEIGHT_IN))
-        axes = figure.subplots(2, len(DRAWN[0]), sharey=True)
-        for panel, name in zip(axes.flat, (name for row in DRAWN for name in row), strict=True):
-            _panel(panel, table[table["quantity"] == name], subjects, name)
-        for first in axes[:, 0]:
-            first.set_yticks(range(len(subjects)), subjects)
-            first.set_ylim(len(subjects) - 0.5, -0.5)
-        figure.suptitle(f"Without and with the pressures of a cuff ({plain(cohort_title)})", fontsize=7.5)
-        shared_legend(figure, axes.flat, len(LOOKS))
-    return figure
-
-
-def _panel(axes: Axes, rows: pd.DataFrame, subjects: list[str], name: str) -> None:
-    shown = rows[rows["subject"].isin(subjects)]
-    at = np.array([subjects.index(subject) for subject in shown["subject"]], dtype=np.float64)
-    for which, side in zip(LOOKS, (-1.0, 1.0), strict=True):
-        low, median, high = (shown[f"{which}_{end}"].to_numpy(float) for end in ("low", "median", "high"))
-        axes.errorbar(
-            median, at + side * OFFSET, xerr=np.stack([median - low, high - median]), linestyle="none",
-            markersize=2.4, elinewidth=0.7, **LOOKS[which],
-        )  # fmt: skip
-    axes.set_title(
-        "peak active stiffness (kPa)" if name == PEAK_ACTIVE.name else SYMBOLS[name].label, fontsize=6.5
-    )
-    if name == VOLUME_FACTOR:
-        axes.axvline(1.0, color=PRIOR, linewidth=0.6)
-    ratio = float(shown["width_ratio"].median())
-    if np.isfinite(ratio):
-        axes.set_xlabel(f"width {ratio:.2f} of that without", fontsize=5.5)
+    subjects = list(dict.fromkeys(table["subject"]))[:MOST_ROWS]
+    shown = table[table["subject"].isin(subjects)]
+    factor = shown["quantity"].map(SCALE).fillna(1.0)
+    rows = pd.concat(
+        shown.assign(
+            row=shown["subject"], panel=shown["quantity"], series=which,
+            **{end: shown[f"{which}_{end}"] * factor for end in ENDS},
+        )
+        for which in LOOK
+    )  # fmt: skip
+    ratios = shown.groupby("quantity")["width_ratio"].median()
+    panels = {
+        name: Panel(
+            title,
+            label=f"width {ratios[name]:.2f} of that without" if np.isfinite(ratios[name]) else "",
+            mark=1.0 if name == VOLUME_FACTOR else None,
+        )
+        for name, title in TITLES.items()
+    }
+    return forest(rows, panels, LOOK, title=titled("Without and with cuff pressures", cohort_title))

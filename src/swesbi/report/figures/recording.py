@@ -2,56 +2,53 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.recording.cohort.recording import UsableRecording
 from swesbi.recording.noise.cohort import CohortNoise
-from swesbi.recording.noise.components import ComponentEstimate
+from swesbi.recording.observation import SOURCES
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.speed import NoiseComponents
+from swesbi.report.figures.band import INSTANT, PHASE, SPEED, STIFFNESS, draw_missing, draw_points
+from swesbi.report.figures.forest import MOST_ROWS, Panel, Series, forest
 from swesbi.report.figures.style import (
-    CMAES,
+    ACCEPTED_COLOR,
     OBSERVED,
     POSTERIOR,
     PRIOR,
-    TEXT_WIDTH_IN,
+    REFUSED_COLOR,
+    SERIES,
     TRUTH,
     Drawing,
-    in_percent,
     new_figure,
     plain,
+    shared_legend,
     style,
     titled,
 )
-from swesbi.report.numbers import as_percent, share
+from swesbi.report.numbers import REJECTIONS, as_percent, share
 
-HEIGHT_IN: Final = 2.3
-NAMED_SUBJECTS: Final = 30
-LEGEND_ROOM: Final = 1.25
-BETWEEN: Final = {
+COMPONENTS: Final = {
     "repeat": "between repeats",
     "sample": "between samples of a repeat",
     "sweep": "between sweeps",
 }
-MARKS: Final = dict(zip(REASONS, ("x", "+", "1", "2", "3", "v", "D", "s", "o"), strict=True))
-COLOURS: Final = (CMAES, TRUTH, "#CC79A7", "#56B4E9", "#E69F00", "#B22222", POSTERIOR, "#6A3D9A", "#8B4513")
+LOOK: Final = {
+    "alone": Series(OBSERVED, "a recording alone", lane="all"),
+    "truth": Series(TRUTH, "made with", marker="|", lane="all", filled=False, size=7.0),
+}
+MARKS: Final = ("x", "+", "1", "2", "3", "v", "D", "s", "o")
 WITHOUT_SPEED: Final = -0.04  # below the axis of speeds, as a fraction of its height
 ORIGIN_WIDTH: Final = 110
-MEAN: Final[dict[str, Any]] = {
-    "fmt": "o",
-    "color": OBSERVED,
-    "ms": 2.2,
-    "elinewidth": 0.8,
-    "capsize": 1.5,
-    "zorder": 4,
-}
+WIDTH_IN: Final = 6.4
+HEIGHTS: Final = (3.0, 2.0, 1.2)
 
 
 def noise_figure(noise: CohortNoise, *, cohort_title: str) -> Drawing:
@@ -62,105 +59,120 @@ def noise_figure(noise: CohortNoise, *, cohort_title: str) -> Drawing:
 def draw_noise(
     noise: CohortNoise, cohort_title: str, truth: Mapping[str, NoiseComponents] | None = None
 ) -> Figure:
-    """Draw each component: points for each recording alone, a line and a band for each group of recordings.
+    """Draw a panel a component: each recording alone, over what those of its group have together.
 
     Args:
         noise: The estimates.
         cohort_title: What the subjects are ("virtual volunteers").
         truth: The components that each recording was made with, where that is known.
     """
-    first = next(iter(noise.groups.values()))
-    with style():
-        rows = math.ceil(len(first.pooled.parts) / 2)
-        figure = new_figure(TEXT_WIDTH_IN, rows * HEIGHT_IN)
-        for number, name in enumerate(first.pooled.parts):
-            axes = figure.add_subplot(rows, 2, number + 1)
-            _panel(axes, noise, name)
-            axes.set_title(f"({'abc'[number]}) {BETWEEN[name]}")
-            if number % 2 == 0:
-                axes.set_ylabel("relative sd of the speed")
-            if truth is not None:
-                made_with = [getattr(truth[subject], f"{name}_fraction") for subject in noise.group_of]
-                axes.plot(made_with, ls="", marker="_", ms=9.0, color=TRUTH, label="made with")
-            if name == "sweep":  # a recording has few, and its interval reaches far up and down
-                axes.set_ylim(top=LEGEND_ROOM * axes.get_ylim()[1])
-            axes.legend(loc="upper right" if name == "sweep" else "best")
-        figure.suptitle(
-            titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title),
-            fontsize=7.5,
-        )
-    return figure
+    names = [*noise.group_of][:MOST_ROWS]
+    first = next(iter(noise.groups.values())).pooled.parts
+    rows = pd.DataFrame(
+        _noise_rows(noise, truth or {}), columns=["row", "panel", "series", "low", "median", "high"]
+    )
+    panels = {
+        name: Panel(_component_title(noise, name), "relative sd of the speed", "percent") for name in first
+    }
+
+    def groups(axes: Axes, name: str) -> None:
+        for group, each in noise.groups.items():
+            places = [names.index(subject) for subject in each.by_subject if subject in names]
+            if places:
+                pooled, ends = each.pooled.parts[name], [min(places) - 0.4, max(places) + 0.4]
+                label = "recordings of a group together" if group == next(iter(noise.groups)) else None
+                axes.fill_betweenx(
+                    ends, pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0, label=label
+                )
+                axes.vlines(pooled.fraction, ends[0], ends[1], color=POSTERIOR, lw=1.1)
+        axes.set_xlim(left=0.0)
+
+    title = titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title)
+    return forest(rows, panels, LOOK, title=title, order=names, behind=groups)
 
 
-def _panel(axes: Axes, noise: CohortNoise, name: str) -> None:
-    """Draw one component: recordings of a group stand beside each other, over what they have together."""
-    estimates: list[ComponentEstimate] = []
-    start = 0
-    for group, members in noise.groups.items():
-        pooled, own = members.pooled.parts[name], [each.parts[name] for each in members.by_subject.values()]
-        ends = np.array([start - 0.4, start + len(own) - 0.6])
-        axes.fill_between(ends, pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0)
-        label = f"{'whole cohort' if len(noise.groups) == 1 else group}: {share(pooled.fraction)}"
-        axes.plot(ends, [pooled.fraction] * 2, color=POSTERIOR, label=label)
-        estimates, start = [*estimates, *own], start + len(own)
-    value = np.array([estimate.fraction for estimate in estimates])
-    reach = np.array([[each.fraction - each.low, each.high - each.fraction] for each in estimates]).T
-    axes.errorbar(np.arange(start), value, reach, color=OBSERVED, ls="", marker="o", ms=2.8, lw=0.8)
-    if start <= NAMED_SUBJECTS:
-        axes.set_xticks(np.arange(start), list(noise.group_of))
-    axes.set_xlabel("subject")
-    highest = [group.pooled.parts[name].high for group in noise.groups.values()]
-    axes.set_ylim(0.0, 1.12 * max(*highest, *(estimate.high for estimate in estimates)))
-    in_percent(axes.yaxis)
+def _component_title(noise: CohortNoise, name: str) -> str:
+    """Return which component it is, and what the recordings of each group have together."""
+    shares = {group: share(each.pooled.parts[name].fraction) for group, each in noise.groups.items()}
+    told = ", ".join(f"{plain(group)} {value}" for group, value in shares.items())
+    return f"{COMPONENTS[name]}\n{next(iter(shares.values())) if len(shares) == 1 else told}"
+
+
+def _noise_rows(noise: CohortNoise, truth: Mapping[str, NoiseComponents]) -> Iterator[tuple[object, ...]]:
+    for group in noise.groups.values():
+        for subject, own in group.by_subject.items():
+            for name, part in own.parts.items():
+                yield subject, name, "alone", part.low, part.fraction, part.high
+                if subject in truth:
+                    true = getattr(truth[subject], f"{name}_fraction")
+                    yield subject, name, "truth", true, true, true
 
 
 def draw_recording_sheet(subject: UsableRecording, origin: str) -> Figure:
-    """Draw one subject's recording; ``origin`` says where it comes from."""
+    """Draw one subject's recording: speeds with what is rejected, stiffness, and counts of a gated one.
+
+    Args:
+        subject: A gated recording, whose phases many beats share, or a free-running one, of single pushes.
+        origin: Where it comes from.
+    """
+    observed, context = subject.observation, subject.observation.context
+    heights = HEIGHTS if observed.is_gated else HEIGHTS[:2]
+    lines = [f"{context.subject}: {context.sex}, {context.age_years:g} years, {context.hr_bpm:g} bpm"]
+    if not observed.is_gated:
+        pushes = int(observed.measured.sum())
+        lines.append(f"free-running, {pushes} pushes; errors: {SOURCES[observed.errors_from]}")
     with style():
-        figure = new_figure(6.4, 6.6)
-        context = subject.observation.context
-        who = f"{context.subject}: {context.sex}, {context.age_years:g} years, {context.hr_bpm:g} bpm"
-        figure.suptitle("\n".join([who, *textwrap.wrap(plain(origin), ORIGIN_WIDTH)]), fontsize=8.0)
-        speeds, stiffness, counts = figure.subplots(3, 1, sharex=True, height_ratios=(3.0, 2.0, 1.0))
-        _draw_samples(speeds, subject)
-        _draw_curve(stiffness, subject)
-        _draw_counts(counts, subject)
-        figure.legend(loc="outside lower center", ncols=4, columnspacing=1.2, handlelength=1.8)
+        figure = new_figure(WIDTH_IN, 1.0 + 0.9 * sum(heights))
+        figure.suptitle("\n".join([*lines, *textwrap.wrap(plain(origin), ORIGIN_WIDTH)]), fontsize=8.0)
+        axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+        _draw_speeds(axes[0], subject)
+        _draw_stiffness(axes[1], subject)
+        if observed.is_gated:
+            _draw_counts(axes[2], subject)
+        axes[-1].set(xlabel=PHASE if observed.is_gated else INSTANT, xlim=(-0.01, 1.01))
+        figure.align_ylabels(list(axes))
+        shared_legend(figure, list(axes), entries_a_row=4)
     return figure
 
 
-def _draw_samples(axes: Axes, subject: UsableRecording) -> None:
+def _draw_speeds(axes: Axes, subject: UsableRecording) -> None:
+    """Draw accepted speeds, and below or among them what was rejected, by reason."""
     samples, verdict, observed = subject.samples, subject.verdict, subject.observation
-    phase = samples.beat_phase % 1.0
-    kept = verdict == ACCEPTED
-    axes.plot(phase[kept], samples.speed_m_s[kept], ".", ms=2.0, color=PRIOR, label="accepted sample")
-    top = axes.get_ylim()[1]
-    for index, (reason, colour) in enumerate(zip(REASONS, COLOURS, strict=True)):
+    phase = samples.beat_phase % 1.0 if observed.is_gated else samples.beat_phase
+    if observed.is_gated:
+        kept = verdict == ACCEPTED
+        axes.plot(phase[kept], samples.speed_m_s[kept], ".", ms=2.0, color=PRIOR, label="accepted sample")
+    what = "mean of a phase ± standard error" if observed.is_gated else "accepted push ± standard error"
+    draw_points(axes, observed.phase, observed.speed_m_s, observed.speed_se_m_s, what)
+    below, lanes = WITHOUT_SPEED * axes.get_ylim()[1], 0
+    for index, (reason, mark, colour) in enumerate(zip(REASONS, MARKS, SERIES, strict=True)):
         chosen = verdict == index
         if chosen.any():
-            height = np.where(np.isnan(samples.speed_m_s), WITHOUT_SPEED * top, samples.speed_m_s)[chosen]
-            look: dict[str, Any] = {"ms": 3.0, "mew": 0.7, "mfc": "none", "color": colour}
-            axes.plot(phase[chosen], height, MARKS[reason], label=f"rejected: {reason}", **look)
+            missing = np.isnan(samples.speed_m_s)
+            lanes += bool((missing & chosen).any())  # each reason on a line of its own
+            height = np.where(missing, lanes * below, samples.speed_m_s)[chosen]
+            look: dict[str, Any] = {"ms": 3.0, "mew": 0.7, "mfc": "none", "color": colour, "ls": "none"}
+            label = f"rejected: {REJECTIONS[reason][0].lower()}{REJECTIONS[reason][1:]}"
+            axes.plot(phase[chosen], height, mark, label=label, **look)
     axes.axhline(0.0, color=PRIOR, lw=0.4)
-    mean = (observed.phase, observed.speed_m_s, observed.speed_se_m_s)
-    axes.errorbar(*mean, label="mean of a phase ± SE", **MEAN)
-    axes.set(ylabel="shear-wave speed (m/s); below 0: no speed", xlim=(-0.01, 1.01))
+    axes.set_ylabel(f"{SPEED};\nbelow 0: none measured")
 
 
-def _draw_curve(axes: Axes, subject: UsableRecording) -> None:
+def _draw_stiffness(axes: Axes, subject: UsableRecording) -> None:
+    """Draw the stiffness with standard errors; of a gated recording also the curve through its phases."""
     observed = subject.observation
-    axes.plot(observed.grid, observed.curve_kpa, color=POSTERIOR, lw=1.0, label="curve on the analysis grid")
-    axes.errorbar(observed.phase, observed.stiffness_kpa, observed.stiffness_se_kpa, **MEAN)
-    missing = observed.phase[~observed.measured]
-    if missing.size:
-        axes.vlines(missing, *axes.get_ylim(), color=CMAES, lw=0.8, ls=":", label="missing phase")
-    axes.set(ylabel="$E = 3\\rho c_s^2$ (kPa)")
+    if observed.is_gated:
+        curve = "curve on the analysis grid"
+        axes.plot(observed.grid, observed.curve_kpa, color=POSTERIOR, lw=1.0, label=curve)
+        draw_missing(axes, observed.phase[~observed.measured])
+    draw_points(axes, observed.phase, observed.stiffness_kpa, observed.stiffness_se_kpa)
+    axes.set_ylabel(STIFFNESS)
 
 
 def _draw_counts(axes: Axes, subject: UsableRecording) -> None:
     observed = subject.observation
-    width = 0.6 / len(observed.phase)
+    width, accepted = 0.6 / len(observed.phase), observed.samples_accepted
     rejected = observed.samples_rejected.sum(axis=0)
-    axes.bar(observed.phase, observed.samples_accepted, width, color=PRIOR)
-    axes.bar(observed.phase, rejected, width, bottom=observed.samples_accepted, color=CMAES, label="rejected")
-    axes.set(ylabel="samples", xlabel="phase of the cardiac cycle, from the R peak")
+    axes.bar(observed.phase, accepted, width, color=ACCEPTED_COLOR, label="samples accepted")
+    axes.bar(observed.phase, rejected, width, bottom=accepted, color=REFUSED_COLOR, label="samples rejected")
+    axes.set_ylabel("samples")

@@ -1,9 +1,8 @@
-"""The figures of the study: who draws each, and what the workflow's report prints of it.
+"""The one list of figures: who draws each, for what there is one, and what report and page say of it.
 
-Workflow and drawing rules read this list; drawing is in the modules beside, which import matplotlib, and this
-one does not. A new figure has its entry here, its drawing, its stage, its rule and its test. One of the
-cohort is on the page with that; :mod:`swesbi.report.page.figures` gives it a caption and a place of its own
-there, and has the figures of experiments that the page shows.
+Rules, the workflow's report, the page and its tests read this list, which imports no matplotlib. A new figure
+has its entry here, its drawing, and its rule, whose stage is the draw function. Where a template of the page
+has no place for a figure of the cohort, it stands on the page beside the experiments.
 """
 
 from __future__ import annotations
@@ -11,16 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal
 
-_PPC: Final = (
-    "Predictive check of {subject} in the experiment *{experiment}* ({cohort}): observed stiffness with its "
-    "standard error, medians and bands of the prior and the posterior prediction, CMA-ES fit."
-)
-_COHORT_POSTERIOR: Final = (
-    "Every subject alone (grey) and within its population (coloured by verdict) in the experiment "
-    "*{experiment}* ({cohort}): medians and credible intervals, over the band in which 90 % of such persons "
-    "lie; where the cohort has groups, the median of each parameter by group and the posterior of their "
-    "ratio."
-)
+Scope = Literal["cohort", "recordings", "experiment", "speeds", "population", "subject"]
+"""What there is one figure for: the cohort, all recordings, each experiment, each of those on speeds or over
+a population, or each subject of an experiment."""
+WHOLE: Final = ("cohort", "recordings")
+ON_PAGE: Final[dict[Scope, tuple[Scope, ...]]] = {
+    "cohort": ("cohort",),
+    "experiment": ("experiment",),
+    "speeds": ("recordings", "speeds"),
+    "population": ("population", "experiment"),
+}
+"""Figures of which scopes a part of the page shows."""
 
 
 @dataclass(frozen=True)
@@ -30,130 +30,175 @@ class FigureSpec:
     Attributes:
         rule: The rule that draws it.
         name: Its file's name without suffix; for an experiment, ``-<experiment>`` follows.
-        of: What there is one of it for: the cohort, each experiment, each of those on speeds or over a
-            population, or each subject of an experiment.
+        of: What there is one of it for.
         label: What the report lists it as.
-        caption: What the report prints below it: reStructuredText with the fields ``cohort``, ``experiment``
-            and ``subject``.
+        caption: What is printed below it, with the fields ``cohort``, ``experiment`` and ``subject``.
+        description: What it looks like, for who cannot see it, with the same fields.
         subcategory: Where the report lists it, in the experiment.
     """
 
     rule: str
     name: str
-    of: Literal["cohort", "experiment", "speeds", "population", "subject"]
+    of: Scope
     label: str
     caption: str
+    description: str
     subcategory: str = "Whole cohort"
 
+    def stem(self, experiment: str) -> str:
+        """Return the name of its file without the suffix."""
+        return self.name if self.of in WHOLE else f"{self.name}-{experiment}"
+
+    def texts(self, cohort: str, experiment: str = "", subject: str = "") -> tuple[str, str]:
+        """Return its description and its caption.
+
+        Args:
+            cohort: What the subjects are ("virtual volunteers").
+            experiment: Name of the experiment.
+            subject: Name of the subject.
+        """
+        fields = {"cohort": cohort, "experiment": experiment, "subject": subject}
+        return self.description.format(**fields), self.caption.format(**fields)
+
+
+_PPC: Final = (
+    "Predictive check of {subject} in the experiment {experiment} ({cohort}): what prior and posterior "
+    "predict of the recording, and the measured stiffness with its standard error. Below, prediction minus "
+    "recording.",
+    "Stiffness over the cardiac cycle of {subject}: measured points within the band of the posterior",
+)
+_SUBJECT: Final = (
+    "Posterior of {subject} in the experiment {experiment} ({cohort}): each parameter with its median and "
+    "credible interval over the prior, and each pair with its correlation.",
+    "Densities of each parameter of {subject} on a diagonal, scatter plots of each pair below it",
+)
+_COHORT_POSTERIOR: Final = (
+    "Every subject alone (grey) and within its population (coloured by group; open: a recording that is "
+    "doubted or contradicted) in the experiment {experiment} ({cohort}): medians and credible intervals, "
+    "over the band in which most persons of the group lie. The median of each parameter, by group where the "
+    "cohort has several, and the ratio of each group to the reference group follow.",
+    "Intervals of each parameter by subject of the {cohort}, alone and within the population",
+)
 
 # fmt: off
 FIGURES: Final = (
     FigureSpec(
         "workflow_figure", "workflow", "cohort", "figure 1: workflow",
-        "Figure 1. The workflow, drawn from this run ({cohort}): prior samples and context give "
-        "simulated curves, whose features train the network; the observed features of one subject give "
-        "its posterior.",
+        "Figure 1. The workflow, drawn from this run ({cohort}): the prior (a) gives simulated curves (b), "
+        "whose features (c) train the network (d). The features of one recording give its posterior (e), "
+        "whose predictions are compared with the recording (f).",
+        "Six panels of the workflow, from the prior to the predictive check, with data of the {cohort}",
     ),
     FigureSpec(
         "cohort_figures", "ppc", "cohort", "figure 2: predictive checks",
-        "Figure 2. Predictive checks of each subject ({cohort}): observed stiffness with its standard "
-        "error, medians and bands of noiseless curves of the prior and the posterior, the posterior's wider "
-        "interval of new observations (light), CMA-ES fit. Subjects outside the prior's support are grey.",
+        "Figure 2. Predictive checks of each subject ({cohort}): measured stiffness, what prior and "
+        "posterior predict without noise, and where new recordings would lie (pale). Subjects "
+        "outside the prior's support are grey.",
+        "Stiffness over the cardiac cycle, a panel a subject of the {cohort}: measured points, bands of "
+        "prior and posterior, and the CMA-ES fit",
     ),
     FigureSpec(
         "cohort_figures", "posterior", "cohort", "figure 3: posteriors",
-        "Figure 3. Posterior of the three parameters of each subject ({cohort}), with medians and "
-        "credible intervals, the prior, and the CMA-ES fit. Subjects outside the prior's support are "
-        "grey.",
+        "Figure 3. Posteriors of the three active parameters of each subject ({cohort}), medians with 50 % "
+        "and wider credible intervals, above over the prior, below in percent of the median. Subjects "
+        "outside the prior's support are grey.",
+        "Intervals of the three parameters, a row a subject of the {cohort}, over the prior",
     ),
     FigureSpec(
-        "training_figure", "training", "experiment", "training",
-        "Training and validation loss of the experiment *{experiment}*, epoch by epoch ({trained_on}).",
+        "noise_figure", "noise", "recordings", "noise of the recordings",
+        "Noise of the measured speeds ({cohort}): each recording alone, over what the recordings of its "
+        "group have together.",
+        "Intervals of the relative standard deviation of speeds by subject of the {cohort}, a panel a "
+        "source",
     ),
     FigureSpec(
         "exact_figures", "ppc", "speeds", "predictive checks",
-        "Predictive checks of each subject in the experiment *{experiment}* ({cohort}): medians of the "
-        "noiseless prediction within intervals of new recordings, measurement noise and model "
-        "discrepancy included. Contradicted subjects are grey, with the tests that say so.",
+        "Predictive checks of each subject in the experiment {experiment} ({cohort}): measured stiffness, "
+        "and where prior and posterior expect new recordings. Contradicted subjects are grey, with the "
+        "tests that say so.",
+        "Stiffness over the cardiac cycle, a panel a subject of the {cohort}: measured points within bands",
     ),
     FigureSpec(
         "exact_figures", "posterior", "speeds", "exact posteriors",
-        "Exact posteriors of each subject in the experiment *{experiment}* ({cohort}), coloured by "
-        "verdict, the network's own draws as outlines; below, Pareto shape and efficiency of the "
-        "importance weights. Stars: truth of a generated cohort.",
-    ),
-    FigureSpec(
-        "calibration_figure", "calibration", "speeds", "calibration",
-        "Calibration on recordings of known parameters, each with its own exact posterior. Ranks of the "
-        "truth are uniform where posteriors are right; grey: bands that hold at all points at once with "
-        "95 % probability, for all quantities together. Contraction (in the table) stands beside them, "
-        "since the prior returned as posterior has uniform ranks too. Local calibration: draws of a "
-        "subject's posterior, ranked in the posterior given a second recording simulated from them; and "
-        "a classifier between the samplers and long Markov chains (0.5: no difference).",
-    ),
-    FigureSpec(
-        "misspecification_figure", "misspecification", "speeds", "misspecification tests",
-        "Misspecification tests. Each p-value is judged among well-specified recordings of other hearts, "
-        "each with its own exact posterior; both tests together raise a false alarm in 3 % of them. Bars: "
-        "alarms on the recordings of known parameters behind the checks of calibration. Predicted volumes, "
-        "ejection and context, which do not change with the recording's noise, are left out of the bars.",
-    ),
-    FigureSpec(
-        "identifiability_figures", "identifiability", "speeds", "what the recordings tell",
-        "What the recordings tell in the experiment *{experiment}*. Above: the exact likelihood profiled "
-        r"along :math:`k_0` and :math:`k_\mathrm{{ATP}}`, with likelihood-ratio confidence regions inside "
-        "the prior's box, posterior draws, and the line of equal isometric stiffness. Below: by how much "
-        "the posterior sd of each quantity grows without a phase, expected and found.",
+        "Exact posteriors of each subject in the experiment {experiment} ({cohort}), coloured by verdict: "
+        "medians with 50 % and wider credible intervals, below what the network alone says, over the prior, "
+        "with the truth where it is known. At the right: the effective share of the weighted draws.",
+        "Intervals of four parameters, a row a subject of the {cohort}, over the prior",
     ),
     FigureSpec(
         "cohort_posterior_figure", "cohort_posterior", "speeds", "the cohort as a posterior",
-        _COHORT_POSTERIOR,
+        *_COHORT_POSTERIOR,
+    ),
+    FigureSpec(
+        "calibration_figure", "calibration", "speeds", "calibration",
+        "Calibration of the experiment {experiment} on recordings of known parameters ({cohort}), each with "
+        "its own exact posterior. (a) Ranks of the truth are uniform where posteriors are right; grey: a "
+        "band for all points and quantities at once. (b) Coverage of 90 % intervals and joint regions. "
+        "Contraction (in the table) stands beside them, since the prior returned as posterior has uniform "
+        "ranks too.",
+        "Ranks within a band around zero, and shares of recordings whose truth lies in the interval",
+    ),
+    FigureSpec(
+        "misspecification_figure", "misspecification", "speeds", "misspecification tests",
+        "Misspecification tests of the experiment {experiment} ({cohort}). Each p-value is judged among "
+        "well-specified recordings of other hearts, each with its own exact posterior. (a) P-values of each "
+        "subject; filled: flagged. (b) Alarms on the recordings of known parameters behind the checks of "
+        "calibration, of the two tests with a null distribution, and of both together. Volumes, ejection "
+        "and context have no part in (b).",
+        "Points for the p-value of each test by subject, and shares of alarms with intervals",
+    ),
+    FigureSpec(
+        "identifiability_figures", "identifiability", "speeds", "what the recordings tell",
+        "What the recordings tell in the experiment {experiment} ({cohort}), a point or line for each "
+        "subject. Above: contraction against the prior, and sensitivity to prior and likelihood by power "
+        "scaling. Middle: posterior draws of k_0 and k_ATP, with the line of equal isometric stiffness. "
+        "Below: by how much the expected sd of each quantity grows without a phase.",
+        "Contraction and sensitivity of each quantity, pairs of two parameters, and losses by phase",
     ),
     FigureSpec(
         "population_cohort", "cohort", "population", "overview of the cohort",
-        "The whole cohort ({cohort}) as the experiment *{experiment}* answers it, a row a parameter: "
-        "medians and 90 % intervals in ascending order, coloured by verdict, against heart rate, age and "
-        "end-diastolic volume, and against the truth of a generated cohort. Below: verdicts, what speaks "
-        "against the model, and the efficiency of the importance weights.",
+        "The whole cohort ({cohort}) as the experiment {experiment} answers it, a row a parameter: medians "
+        "and intervals in ascending order, coloured by verdict, against heart rate, age and end-diastolic "
+        "volume, and against the truth where it is known.",
+        "Medians with intervals of four parameters, sorted and against heart rate, age and volume, {cohort}",
     ),
     FigureSpec(
         "cohort_posterior_figure", "cohort_posterior", "population", "the cohort as a posterior",
-        _COHORT_POSTERIOR,
+        *_COHORT_POSTERIOR,
     ),
     FigureSpec(
         "strata_figure", "strata", "population", "coverage by stratum, drawn",
-        "Coverage of 90 % intervals on fresh contexts by sex, age, heart rate and noise level, of the "
-        "network alone and of the exact posterior, with 95 % Clopper-Pearson intervals; at the right the "
-        "median efficiency of the importance weights.",
+        "Coverage of credible intervals in the population of {experiment}, on fresh contexts by sex, age, "
+        "heart rate, volume, septum and noise, of the exact posterior and of the network alone, with "
+        "Clopper-Pearson intervals. Grey: within two and within five points, asked of all recordings and of "
+        "each stratum.",
+        "Coverage by stratum of the population of {experiment}, with intervals around the nominal level",
         "Calibration",
     ),
     FigureSpec(
         "pressures_figure", "pressures", "population", "what cuff pressures add",
         "Medians and credible intervals of each subject with cuff pressures ({cohort}) as the experiment "
-        "*{experiment}* answers: from the speeds alone, and from speeds and pressures together, with which "
-        "the stressed volume of the circulation is free too.",
+        "{experiment} answers: from the speeds alone, and from speeds and pressures together. With "
+        "pressures the stressed volume of the circulation is free too.",
+        "Intervals of eight quantities by subject of the {cohort}, without and with cuff pressures",
     ),
-    FigureSpec("subject_figures", "ppc", "subject", "predictive check", _PPC),
     FigureSpec(
-        "subject_figures", "posterior", "subject", "posterior",
-        "Posterior of {subject} in the experiment *{experiment}* ({cohort}): marginals with medians and "
-        "credible intervals, pairs with correlations, CMA-ES fit.",
+        "training_figure", "training", "experiment", "training",
+        "Training and validation loss of the network of the experiment {experiment}, epoch by epoch.",
+        "Training and validation loss against epoch, experiment {experiment}",
     ),
-    FigureSpec("exact_subject_figures", "ppc", "subject", "predictive check", _PPC),
-    FigureSpec(
-        "exact_subject_figures", "posterior", "subject", "exact posterior",
-        "Exact posterior of {subject} in the experiment *{experiment}* ({cohort}): marginals and pairs "
-        "of the active parameters and the passive stiffness, the network's own draws as outlines, CMA-ES "
-        "fit, and the truth where the recording was generated.",
-    ),
+    FigureSpec("subject_figures", "ppc", "subject", "predictive check", *_PPC),
+    FigureSpec("subject_figures", "posterior", "subject", "posterior", *_SUBJECT),
+    FigureSpec("exact_subject_figures", "ppc", "subject", "predictive check", *_PPC),
+    FigureSpec("exact_subject_figures", "posterior", "subject", "exact posterior", *_SUBJECT),
 )
 """In the order in which the study lists them."""
 # fmt: on
 
 
-def names_of(of: str) -> list[str]:
-    """Return the names of the figures of the cohort, or of each experiment of a kind."""
-    return [figure.name for figure in FIGURES if figure.of == of]
+def names_of(scope: Scope) -> list[str]:
+    """Return the names of the figures of a scope."""
+    return [figure.name for figure in FIGURES if figure.of == scope]
 
 
 def figure_of(rule: str, name: str) -> FigureSpec:
@@ -162,8 +207,12 @@ def figure_of(rule: str, name: str) -> FigureSpec:
     Raises:
         KeyError: It draws none.
     """
-    by_key = {(figure.rule, figure.name): figure for figure in FIGURES}
-    return by_key[rule, name]
+    return {(figure.rule, figure.name): figure for figure in FIGURES}[rule, name]
+
+
+def on_page(scope: Scope) -> dict[str, FigureSpec]:
+    """Return the figures that the page shows of the cohort, or of each experiment of a kind, by name."""
+    return {figure.name: figure for of in ON_PAGE[scope] for figure in FIGURES if figure.of == of}
 
 
 def captions() -> dict[str, list[str]]:

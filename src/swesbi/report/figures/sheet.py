@@ -9,27 +9,23 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from scipy.stats import gaussian_kde
 
-from swesbi.base.arrays import FloatArray
-from swesbi.parameters import REPORTED_NAMES
-from swesbi.report.figures.recording import MEAN
+from swesbi.parameters import REPORTED, REPORTED_NAMES
+from swesbi.report.figures.density import log_density_of_draws
+from swesbi.report.figures.predictive import draw_curve
 from swesbi.report.figures.style import (
-    CMAES,
+    ACCEPTED_COLOR,
     EXCLUDED_BACKGROUND,
-    POSTERIOR,
     PRIOR,
+    REFUSED_COLOR,
     STATUS_COLORS,
     new_figure,
     plain,
     plain_decades,
     style,
 )
-from swesbi.report.numbers import as_percent
-from swesbi.report.sheet import RecordingSummary, Sheet, ShownCurve
+from swesbi.report.sheet import RecordingSummary, Sheet
 from swesbi.report.sheet_text import (
-    SYMBOLS,
-    UNITS,
     header,
     heart_line,
     in_words,
@@ -37,22 +33,18 @@ from swesbi.report.sheet_text import (
     rows,
     verdict_text,
 )
-from swesbi.verdict.verdict import Status
 
-# what is judged has the colour of the verdict; where nothing is, the word stands in grey
-BOX_COLORS: Final = STATUS_COLORS | {Status.UNINFORMATIVE: PRIOR}
 PAGE_IN: Final = (8.27, 11.69)  # A4
 MARGIN_IN: Final = 0.55
 PARTS: Final = (1.35, 2.45, 1.3, 2.75, 2.75)
 DRAWN: Final = ("duration_ms", "peak_kpa", "decay_rate_per_s", "k_sr_per_s", "peak_active_kpa", "k0_kpa")
 """Quantities whose densities are drawn; the table has all."""
 LINE: Final = 140
+LABEL: Final = 44
 BULLET: Final = "–  "
 VERDICT_LINE: Final = 96
 VERDICT_LINES: Final = 5
-POINTS: Final = 200
 SHOWN: Final = (0.5, 99.5)
-HEAD_ROOM: Final = 1.1
 BAR_ROOM: Final = 1.25
 
 
@@ -63,8 +55,9 @@ def draw_sheet(sheet: Sheet) -> Figure:
         parts = _parts(figure, PARTS)
         left = _draw_head(parts[0].subplots(), sheet)
         curves, counts = parts[1].subplots(1, 2, width_ratios=(3.0, 1.0))
-        _draw_curve(curves, sheet.curve, STATUS_COLORS[sheet.verdict.status])
-        parts[1].legend(loc="outside lower center", ncols=4, columnspacing=1.2, handlelength=1.6)
+        draw_curve(curves, sheet.curve, STATUS_COLORS[sheet.verdict.status])
+        curves.set_title("The recording, and what is predicted of it")
+        parts[1].legend(loc="outside lower center", ncols=2, columnspacing=1.2, handlelength=1.6)
         _draw_counts(counts, sheet.recorded)
         _draw_densities(parts[2].subplots(1, len(DRAWN)), sheet)
         _draw_table(parts[3].subplots(), sheet)
@@ -88,7 +81,7 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
     axes.text(1.0, 0.98, plain(sheet.cohort_title), fontsize=8.0, color=PRIOR, ha="right", **place)
     axes.text(0.0, 0.74, heart_line(sheet.context), fontsize=8.0, **place)
     word, said = verdict_text(sheet.verdict)
-    box = {"boxstyle": "round,pad=0.45", "facecolor": BOX_COLORS[word], "edgecolor": "none"}
+    box = {"boxstyle": "round,pad=0.45", "facecolor": STATUS_COLORS[word], "edgecolor": "none"}
     axes.text(0.008, 0.52, word.upper(), fontsize=9.0, weight="bold", color="white", bbox=box, **place)
     broken = [textwrap.wrap(line, VERDICT_LINE) for line in said]
     fitting = int(np.sum(np.cumsum([len(lines) for lines in broken]) <= VERDICT_LINES))
@@ -97,32 +90,13 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
     return list(said[fitting:])
 
 
-def _draw_curve(axes: Axes, curve: ShownCurve, colour: str) -> None:
-    mass = as_percent(curve.interval)
-    what = "new recordings" if curve.noisy else "noiseless curves"
-    axes.fill_between(curve.grid, curve.prior.low, curve.prior.high, color=PRIOR, alpha=0.15, lw=0)
-    axes.plot(curve.grid, curve.prior.median, color=PRIOR, ls="--", lw=0.8, label="prior, median and band")
-    axes.fill_between(curve.grid, curve.posterior.low, curve.posterior.high, color=colour, alpha=0.25, lw=0)
-    axes.plot(
-        curve.grid, curve.posterior.median, color=colour, label=f"posterior, median and {mass} band of {what}"
-    )
-    axes.vlines(
-        curve.phase, curve.new.low, curve.new.high, color=colour, lw=2.2, alpha=0.35,
-        label=f"new measurement, {mass} interval",
-    )  # fmt: skip
-    axes.errorbar(curve.phase, curve.stiffness_kpa, curve.se_kpa, label="measured ± SE", **MEAN)
-    axes.set(xlabel="fraction of the cardiac cycle from the R peak", ylabel="$E = 3\\rho c_s^2$ (kPa)")
-    top = max((curve.stiffness_kpa + curve.se_kpa).max(), np.nanmax(curve.new.high))
-    axes.set(xlim=(0.0, 1.0), ylim=(0.0, HEAD_ROOM * top), title="The recording, and what is predicted of it")
-
-
 def _draw_counts(axes: Axes, recorded: RecordingSummary) -> None:
     """Draw how many were accepted, and how many rejected for which reason."""
     rejected = {in_words(reason): n for reason, n in recorded.rejected.items()}
     counts = {"accepted": recorded.accepted} | rejected
     place = np.arange(len(counts))
-    colours = [POSTERIOR, *[CMAES] * len(recorded.rejected)]
-    bars = axes.barh(place, list(counts.values()), 0.6, color=colours, alpha=0.75)
+    colours = [ACCEPTED_COLOR, *[REFUSED_COLOR] * len(recorded.rejected)]
+    bars = axes.barh(place, list(counts.values()), 0.6, color=colours)
     axes.bar_label(bars, padding=2.0, fontsize=6.5)
     axes.set_yticks(place, list(counts))
     axes.set_ylim(max(len(counts), 4) - 0.4, -0.6)
@@ -137,25 +111,17 @@ def _draw_densities(axes: Sequence[Axes], sheet: Sheet) -> None:
     colour = STATUS_COLORS[sheet.verdict.status]
     for panel, name in zip(axes, DRAWN, strict=True):
         j = REPORTED_NAMES.index(name)
-        prior, draws = sheet.population.prior[:, j], sheet.values[:, j]
-        ends = np.log([np.percentile(prior, SHOWN), np.percentile(draws, SHOWN)])
-        ends = np.array([ends[:, 0].min(), ends[:, 1].max()])
-        grid = np.linspace(ends[0], ends[1], POINTS)
-        shown = np.histogram(np.log(prior), POINTS // 4, tuple(ends), density=True)
-        panel.stairs(shown[0], np.exp(shown[1]), color=PRIOR, fill=True, alpha=0.35)
-        panel.fill_between(np.exp(grid), _density(draws, grid), color=colour, alpha=0.35, lw=0)
+        for draws, color in ((sheet.population.prior[:, j], PRIOR), (sheet.values[:, j], colour)):
+            first, last = np.percentile(draws, SHOWN)
+            density = log_density_of_draws(draws[(draws >= first) & (draws <= last)])
+            panel.fill_between(*density, color=color, alpha=0.35, lw=0)
         panel.plot([low[j], high[j]], [0.0, 0.0], color=colour, lw=3.0, clip_on=False)
         panel.plot([median[j]], [0.0], "o", color=colour, ms=4.5, clip_on=False)
         panel.set_xscale("log")
         plain_decades(panel.xaxis)
-        panel.set(title=f"{SYMBOLS[j]} ({UNITS[j]})", yticks=[])
+        panel.set(title=f"{REPORTED[j].tex} ({REPORTED[j].unit})", yticks=[])
         panel.set_ylim(bottom=0.0)
         panel.spines["left"].set_visible(False)
-
-
-def _density(draws: FloatArray, grid: FloatArray) -> FloatArray:
-    """Return the density of log draws at a grid of logarithms."""
-    return np.asarray(gaussian_kde(np.log(draws))(grid))
 
 
 def _draw_table(axes: Axes, sheet: Sheet) -> None:
@@ -177,6 +143,9 @@ def _draw_table(axes: Axes, sheet: Sheet) -> None:
         if column == 0:
             cell.PAD = 0.01
             cell.set_text_props(ha="left")
+            label = cell.get_text().get_text()
+            if len(label.partition("$")[0]) > LABEL:
+                cell.set_text_props(text=textwrap.fill(label, LABEL), fontsize=5.8)
         if row == 0 or column == 1:
             cell.set_text_props(weight="bold")
 

@@ -16,31 +16,38 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import Bbox
 
 from swesbi.artefacts import atomic_path
 from swesbi.base.arrays import FloatArray
-from swesbi.verdict.verdict import Status
+from swesbi.verdict.verdict import Status, Verdict
 
 TEXT_WIDTH_IN: Final = 12.2 / 2.54
 """Text width of Springer's LNCS class, in inches."""
 
 OBSERVED: Final = "#000000"
-POSTERIOR: Final = "#0072B2"
-CMAES: Final = "#D55E00"
 TRUTH: Final = "#009E73"
 PRIOR: Final = "#8C8C8C"
-EXCLUDED_BACKGROUND: Final = "#EDEDED"
-EXCLUDED_POSTERIOR: Final = "#4D5B66"
-DOUBTFUL: Final = "#B07000"
+POSTERIOR: Final = "#0072B2"
 NETWORK: Final = "#6A1B9A"
+CMAES: Final = "#D55E00"
+DOUBTFUL: Final = "#B07000"
+EXCLUDED_POSTERIOR: Final = "#4D5B66"
+EXCLUDED_BACKGROUND: Final = "#EDEDED"
+ACCEPTED_COLOR: Final = "#737373"
+REFUSED_COLOR: Final = "#BDBDBD"
 STATUS_COLORS: Final[dict[str, str]] = {
     Status.NOT_CONTRADICTED: POSTERIOR,
-    Status.UNINFORMATIVE: POSTERIOR,
+    Status.UNINFORMATIVE: "#557590",
     Status.DOUBTFUL: DOUBTFUL,
     Status.CONTRADICTED: EXCLUDED_POSTERIOR,
 }
+"""Of what is judged: each verdict has one colour, in figures, on pages and on sheets."""
+SERIES: Final = (
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8B4513", "#6A1B9A", "#B22222"
+)  # fmt: skip
+"""Of groups, reasons and the like, which have no colour of their own; told apart by the colour-blind."""
 
 RC: Final[Any] = {
     "font.family": "DejaVu Sans",
@@ -71,6 +78,7 @@ MAX_PIXELS: Final = 30_000
 """Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
 PLACES: Final = 2**20
 """Panels stand at multiples of this fraction of a figure: less than a thirtieth of a pixel of the largest."""
+FEWEST_TICKS: Final = 3
 NO_TIMESTAMP: Final = {".pdf": {"CreationDate": None, "ModDate": None}, ".png": {"Software": None}}
 
 
@@ -146,7 +154,7 @@ def columns(panels: int) -> int:
         return panels
     if panels == 4:
         return 2
-    return 3 if panels <= 9 else 4 if panels <= 24 else 5
+    return 3 if panels in (5, 6, 9) else 4 if panels <= 24 else 5
 
 
 def rows(panels: int) -> int:
@@ -160,15 +168,14 @@ def panel_grid(figure: Figure | SubFigure, panels: int) -> list[Axes]:
     axes = list(grid.flat)
     for spare in axes[panels:]:
         spare.remove()
-    for lowest in axes[max(0, panels - columns(panels)) : panels]:
-        lowest.tick_params(labelbottom=True)
+    for shown in axes[:panels]:
+        shown.tick_params(labelbottom=True)  # rows stand evenly, whichever is a column's last
     return axes[:panels]
 
 
-def label_outer(axes: Sequence[Axes], xlabel: str) -> None:
-    """Label the x axis of the lowest panel of each column."""
-    for lowest in axes[max(0, len(axes) - columns(len(axes))) :]:
-        lowest.set_xlabel(xlabel)
+def color_of(verdict: Verdict) -> str:
+    """Return the colour of a verdict; the paper's criteria have those of what may be read, or not."""
+    return STATUS_COLORS.get(verdict.status, POSTERIOR if verdict.may_be_read else EXCLUDED_POSTERIOR)
 
 
 def mark_excluded(axes: Axes) -> None:
@@ -192,16 +199,35 @@ def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> N
     )
 
 
+class PlainDecades(LogLocator):
+    """Ticks of a logarithmic axis: decades, and what lies between where these are fewer than three."""
+
+    def tick_values(self, vmin: float, vmax: float) -> list[float]:
+        """Return the ticks of a view."""
+        decades = 10.0 ** np.arange(math.floor(math.log10(vmin)), math.ceil(math.log10(vmax)) + 1)
+        for within in ([1.0], [1.0, 2.0, 5.0], [1.0, 1.5, 2.0, 3.0, 5.0, 7.0]):
+            ticks = np.outer(decades, within).ravel()
+            ticks = ticks[(ticks >= vmin) & (ticks <= vmax)]
+            if len(ticks) >= FEWEST_TICKS:
+                return [float(tick) for tick in ticks]
+        return [float(tick) for tick in few_ticks().tick_values(vmin, vmax)]
+
+
+def few_ticks(*, integer: bool = False) -> MaxNLocator:
+    """Return ticks of a plain axis: three to five, at round numbers."""
+    return MaxNLocator(4, min_n_ticks=FEWEST_TICKS, steps=[1, 2, 2.5, 4, 5, 10], integer=integer)
+
+
 def plain_decades(axis: Axis) -> None:
-    """Mark 1, 2 and 5 of every decade of a logarithmic axis, in plain numbers."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(ScalarFormatter())
+    """Mark a logarithmic axis in plain numbers, three or more."""
+    axis.set_major_locator(PlainDecades())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
 def in_percent(axis: Axis) -> None:
-    """Show fractions along an axis in percent."""
-    axis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+    """Show fractions along an axis in percent, with decimals where whole percents would repeat."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{100.0 * value:.4g} %".replace("-", "−")))
 
 
 def titled(what: str, cohort_title: str) -> str:

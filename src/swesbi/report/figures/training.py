@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from swesbi.networks.training_tables import TrainingTable
 from swesbi.report.figures.style import (
-    CMAES,
-    POSTERIOR,
+    NETWORK,
     PRIOR,
     TEXT_WIDTH_IN,
     Drawing,
+    few_ticks,
     new_figure,
     shared_legend,
     style,
@@ -33,12 +32,12 @@ def draw_training(training: TrainingTable, *, trained_on: str) -> Drawing:
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         axes = figure.subplots()
-        axes.plot(epoch, training["training_loss"], color=POSTERIOR, label="training")
-        axes.plot(epoch, training["validation_loss"], color=CMAES, ls="--", label="validation")
+        axes.plot(epoch, training["training_loss"], color=NETWORK, label="training")
+        axes.plot(epoch, training["validation_loss"], color=NETWORK, ls="--", alpha=0.6, label="validation")
         label = f"lowest validation loss (epoch {int(epoch[best])})"
         axes.axvline(epoch[best], color=PRIOR, lw=0.8, ls=":", label=label)
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.set_xlabel("epoch")
+        axes.xaxis.set_major_locator(few_ticks(integer=True))
+        axes.set_xlabel("epoch: passes over the training set")
         axes.set_ylabel(r"loss, mean $-\log\,q(\theta\,|\,z)$")
         figure.suptitle(titled("Training of the estimator", trained_on), fontsize=7.5)
         shared_legend(figure, [axes], entries_a_row=3)

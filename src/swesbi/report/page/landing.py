@@ -8,29 +8,33 @@ from typing import Final
 
 import pandas as pd
 
+from swesbi.checks.identifiability.power_scaling import SENSITIVE
 from swesbi.context import Context
+from swesbi.report.columns import each_parameter, named
 from swesbi.report.numbers import (
     MISSING,
     PARAMETER_UNITS,
     PARAMETERS,
+    count,
     fixed,
     percent,
     quantity,
     share,
     significant,
-    with_limits,
 )
 from swesbi.report.page.forest import Panel, panel
+from swesbi.report.page.sections import counted, coverages, too_narrow, truth_inside
 from swesbi.report.paper.comparison import score_in_words
-from swesbi.report.results import Experiment, Results, columns_of, is_true, records, wide
-from swesbi.report.table import Column, Table, words
-from swesbi.report.tables.exact import VERDICT, Exact
-from swesbi.report.tables.subjects import SUBJECT, beside_the_measured
+from swesbi.report.results import Experiment, Results, columns_of, records, wide
+from swesbi.report.table import Table
+from swesbi.report.tables.subjects import beside_the_measured, derived_of, parameters_of
 from swesbi.verdict.summary import LIMITS, label_of_test
 from swesbi.verdict.verdict import PAPER_STATUSES, STATUSES, Status
 
 EJECTION: Final = "ejection_fraction"
 SHOWN_LIMITS: Final = 2
+NOTICED: Final = 0.05
+"""Shortfall of a coverage that recordings must be able to show before its level is said to be kept."""
 MEANING: Final = {
     Status.NOT_CONTRADICTED: "the model can produce this recording",
     Status.UNINFORMATIVE: "the recording leaves every quantity as the prior has it",
@@ -66,23 +70,21 @@ class Landing:
     explorer: str
 
 
-def make_landing(results: Results, exact: Sequence[Exact], title: str, links: Sequence[str]) -> Landing:
+def make_landing(results: Results, title: str, links: Sequence[str]) -> Landing:
     """Put the landing page together: of the first experiment on speeds, or else of the main experiment.
 
     Args:
         results: The study.
-        exact: Its experiments on speeds.
         title: What the subjects are.
         links: Every file behind the page, relative to it.
     """
-    speeds = next(iter(exact), None)
-    experiment = speeds.experiment if speeds else results.main
+    experiment = next((each for each in results.experiments if each.exact), results.main)
     answers = answers_of(experiment)
     of_parameter = {name: dict(zip(columns_of(name), LIMITS, strict=True)) for name in PARAMETERS}
     return Landing(
         found=tuple(_found(experiment, answers, title)),
-        believed=tuple(_believed(experiment, speeds)),
-        answers=answers_table(experiment, answers, speeds, title),
+        believed=tuple(_believed(experiment)),
+        answers=answers_table(experiment, answers, title),
         panels=[
             panel(symbol, PARAMETER_UNITS[name], answers.rename(columns=of_parameter[name]))
             for name, symbol in PARAMETERS.items()
@@ -103,8 +105,7 @@ def answers_of(experiment: Experiment) -> pd.DataFrame:
 
     They are those of the exact posterior, or else of ``posterior.csv``.
     """
-    table = experiment.posterior.rename(columns={"ci_low": "low", "ci_high": "high"})
-    stored = wide(table, ["subject"], "parameter").set_index("subject")
+    stored = wide(parameters_of(experiment.posterior), ["subject"], "parameter").set_index("subject")
     columns = [column for name in PARAMETERS for column in columns_of(name)]
     answers = stored.reindex(list(experiment.verdicts), columns=columns)
     for subject, verdict in experiment.verdicts.items():
@@ -113,27 +114,18 @@ def answers_of(experiment: Experiment) -> pd.DataFrame:
     return answers.astype(float).reset_index(names="subject").assign(status=experiment.status.to_numpy())
 
 
-def answers_table(experiment: Experiment, answers: pd.DataFrame, exact: Exact | None, title: str) -> Table:
+def answers_table(experiment: Experiment, answers: pd.DataFrame, title: str) -> Table:
     """Return a row for each subject: verdict, parameters with intervals, and what limits them."""
-    columns = (
-        SUBJECT,
-        VERDICT,
-        *(
-            Column(columns_of(name), symbol, PARAMETER_UNITS[name], with_limits)
-            for name, symbol in PARAMETERS.items()
-        ),
-        words("limits", "What limits them"),
-    )
-    said = ["; ".join(limits(experiment, exact, name)) or MISSING for name in answers["subject"]]
+    said = ["; ".join(limits(experiment, name)) or MISSING for name in answers["subject"]]
     return Table(
         f"Posterior medians and {experiment.credible_percent:g} % credible intervals ({title}).",
         experiment.marked(answers.assign(limits=said)),
-        columns,
+        named("subject", "status", *each_parameter("answer"), "limits"),
         "Amber: use with care. Grey: do not use.",
     )
 
 
-def limits(experiment: Experiment, exact: Exact | None, subject: str) -> Iterator[str]:
+def limits(experiment: Experiment, subject: str) -> Iterator[str]:
     """Yield what limits a subject's answer: tests, its sampler, what it predicts, bounds of the prior."""
     verdict = experiment.verdicts[subject]
     if flagged := [label_of_test(test.name) for test in verdict.tests if test.flagged]:
@@ -141,24 +133,24 @@ def limits(experiment: Experiment, exact: Exact | None, subject: str) -> Iterato
         yield f"{', '.join(flagged[:SHOWN_LIMITS])}{more}"
     elif not verdict.may_be_read:
         yield "outside the prior"
-    if exact and not exact.results[subject].converged:
+    if experiment.exact and not experiment.results[subject].converged:
         yield "sampler not converged"
-    table = experiment.posterior
+    table = derived_of(experiment.posterior)
     for row in records(table[(table["subject"] == subject) & (table["parameter"] == EJECTION)]):
         if (said := beside_the_measured(row)).startswith("predicted"):
             yield f"{quantity(EJECTION)} {said}"
-    for name in _open(exact, subject):
-        yield f"{PARAMETERS[name]} bounded by the prior alone"
+    for name in _in_conflict(experiment, subject):
+        yield f"prior and recording disagree on {PARAMETERS[name]}"
 
 
-def _open(exact: Exact | None, subject: str) -> list[str]:
-    """Return the parameters that the recording alone does not bound on both sides."""
-    if exact is None:
+def _in_conflict(experiment: Experiment, subject: str) -> list[str]:
+    """Return the parameters that move where either of prior and likelihood is scaled in power."""
+    if not experiment.exact:
         return []
-    table = exact.identifiability
+    table = experiment.identifiability
     rows = records(table[(table["subject"] == subject) & table["quantity"].isin(PARAMETERS)])
-    ends = ("likelihood_low_open", "likelihood_high_open")
-    return [str(row["quantity"]) for row in rows if any(is_true(row[end]) for end in ends)]
+    parts = ("sensitivity_prior", "sensitivity_likelihood")
+    return [str(row["quantity"]) for row in rows if all(row[part] >= SENSITIVE for part in parts)]
 
 
 def statuses_of(experiment: Experiment) -> tuple[str, ...]:
@@ -168,19 +160,13 @@ def statuses_of(experiment: Experiment) -> tuple[str, ...]:
 
 def _found(experiment: Experiment, answers: pd.DataFrame, title: str) -> Iterator[str]:
     verdicts, statuses = experiment.verdicts, statuses_of(experiment)
-    by_status = {
-        word: [name for name, verdict in verdicts.items() if verdict.status == word] for word in statuses
-    }
-    counted = ", ".join(
-        f"{len(names)} {word} ({', '.join(names)})" for word, names in by_status.items() if names
-    )
-    yield f"Can the model produce these recordings? Of {len(verdicts)} {title}: {counted}."
-    names = by_status[statuses[0]]
-    if not names:
+    said = counted(experiment.verdicts, statuses)
+    yield f"Can the model produce these recordings? Of {len(verdicts)} {title}: {said}."
+    good = answers[answers["status"] == statuses[0]]
+    if good.empty:
         yield "No posterior can be used without care."
         return
     ranges = []
-    good = answers[answers["status"] == statuses[0]]
     for parameter, symbol in PARAMETERS.items():
         medians = good[f"{parameter}_median"]
         span = " to ".join(dict.fromkeys(significant(value, 2) for value in (medians.min(), medians.max())))
@@ -189,25 +175,33 @@ def _found(experiment: Experiment, answers: pd.DataFrame, title: str) -> Iterato
     yield f"Among those {statuses[0]}, {what} are {', '.join(ranges)}."
 
 
-def _believed(experiment: Experiment, exact: Exact | None) -> Iterator[str]:
-    table = experiment.at_level(experiment.recovery.acquisition)
-    nominal, covered = float(table["nominal"].iloc[0]), table["coverage"]
-    short = [PARAMETERS[str(name)] for name in table.index[table["ci_high"] < nominal]]
-    shares = ", ".join(f"{symbol} {share(covered[name], 0)}" for name, symbol in PARAMETERS.items())
-    judged = (
-        f"Too narrow: {', '.join(short)}." if short else "They keep their level where the model is right."
+def _believed(experiment: Experiment) -> Iterator[str]:
+    table = experiment.at_level(experiment.recovery_acquisition)
+    contain = f"{share(table['nominal'].iloc[0], 0)} intervals contain it in: {coverages(table, 0)}"
+    yield f"On simulated recordings with known truth, {contain}. {level_kept(table)}"
+    if inside := truth_inside(experiment.truth):
+        yield f"These recordings were simulated: {inside} contain the truth."
+
+
+def level_kept(table: pd.DataFrame) -> str:
+    """Return whether coverages reach their nominal level, where the recordings are enough to tell.
+
+    Args:
+        table: A row a parameter, with ``nominal``, ``n`` and the Clopper-Pearson interval on its coverage.
+    """
+    nominal, least = float(table["nominal"].iloc[0]), float(table["ci_low"].min())
+    if short := [PARAMETERS[str(name)] for name in too_narrow(table).index]:
+        return f"Too narrow: {', '.join(short)}."
+    if nominal - least <= NOTICED:
+        return "They keep their level where the model is right."
+    return (
+        f"{count(table['n'].min())} recordings do not exclude that they contain it in {share(least, 0)} only."
     )
-    intervals = f"{share(nominal, 0)} intervals"
-    yield f"On simulated recordings with known truth, {intervals} contain it in: {shares}. {judged}"
-    known = exact.truth.dropna(subset="median") if exact is not None and len(exact.truth) else pd.DataFrame()
-    if len(known):
-        inside = int(known["inside"].map(is_true).sum())
-        yield f"These recordings were simulated: {inside} of {len(known)} intervals contain the truth."
 
 
 def paper_in_a_line(main: Experiment, statements: pd.DataFrame) -> str:
     """Return what came out of the experiment that repeats the paper, beside its statements."""
-    table = main.at_level(main.recovery.acquisition)
+    table = main.at_level(main.recovery_acquisition)
     nominal, covered = float(table["nominal"].iloc[0]), table["coverage"]
     span = " to ".join(dict.fromkeys((percent(covered.min(), 0), percent(covered.max(), 0))))
     inside = sum(verdict.may_be_read for verdict in main.verdicts.values())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,26 +11,19 @@ import yaml
 from jinja2 import DictLoader, Environment, StrictUndefined
 
 from swesbi.artefacts import ArtefactError
+from swesbi.report.figures.registry import on_page
 from swesbi.report.numbers import with_symbols
-from swesbi.report.page.figures import PagePart, figures_of, further_figures
-from swesbi.report.page.files import Figure, figure
+from swesbi.report.page.files import Figure
 from swesbi.report.page.forest import svg_symbols
 from swesbi.report.page.landing import Landing
 from swesbi.report.page.names import LANDING
-from swesbi.report.page.sections import (
-    Facts,
-    Section,
-    caution,
-    headline,
-    verdicts_in_words,
-)
-from swesbi.report.results import Experiment, Results
+from swesbi.report.page.sections import Section, section_figures
+from swesbi.report.results import Results
 from swesbi.report.table import Table
 from swesbi.report.tables import subjects
 from swesbi.report.tables.experiments import (
     comparison_table,
     differences_table,
-    median_table,
     paper_table,
     recovery_table,
     statements_table,
@@ -44,6 +36,8 @@ TEMPLATES: Final = (
     "templates/files.html", "templates/layout.html", "templates/validation.html", "templates/macros.html",
     "templates/page.css", "templates/page.js",
 )  # fmt: skip
+PLACED: Final = ("workflow", "ppc", "posterior")
+"""Figures of the study that have a place of their own in a template."""
 ABOVE: Final = "../"
 """Before every path of a page in the folder ``report``: paths are relative to the landing page."""
 
@@ -94,77 +88,77 @@ class PageProvenance:
 
 @dataclass(frozen=True)
 class Page:
-    """Everything that the templates show; a section is of one experiment on speeds or over a population."""
+    """Everything that the templates show: the main experiment, those on speeds, those over a population.
 
-    results: Results
-    landing: Landing
+    Attributes:
+        cohort: What the subjects are.
+        landing: What only the landing page shows.
+        tables: Tables of the whole study by name.
+        figures: Its figures.
+        experiments: Names of all experiments that have verdicts.
+        main: The experiment that stands for the paper's.
+        sections: Of the experiments on speeds.
+        populations: Of those over a population.
+        validation: What came out of the validation; None where there is no table of it.
+        files: Every file, a table a folder.
+        provenance: Where the results come from.
+    """
+
     cohort: Cohort
+    landing: Landing
+    tables: Mapping[str, Table]
     figures: Figures
+    experiments: Sequence[str]
+    main: Section
     sections: Sequence[Section]
     populations: Sequence[Section]
     validation: StoredValidation | None
     files: Sequence[Table]
     provenance: PageProvenance
 
-    @cached_property
-    def verdicts(self) -> Facts:
-        """Verdict of each subject in the main experiment, as a sentence."""
-        return verdicts_in_words(self.results.main.verdicts)
 
-    @cached_property
-    def facts(self) -> Facts:
-        """What came out of the main experiment."""
-        return headline(self.results.main)
-
-    @cached_property
-    def caution(self) -> str:
-        """A warning where its credible intervals cover less than they claim."""
-        return caution(self.results.main)
-
-    @cached_property
-    def tables(self) -> Mapping[str, Table]:
-        """Tables of the main experiment, and of all beside each other, by name."""
-        return _tables(self.results, self.cohort.title)
+def study_tables(results: Results, title: str) -> Mapping[str, Table]:
+    """Return the tables of the whole study by name: subjects, experiments beside each other, the paper."""
+    main, experiments = results.main, results.experiments
+    return {
+        "context": subjects.context_table(results.observations, title),
+        "recordings": subjects.recording_table(results.observations, title),
+        "posterior": subjects.posterior_table(experiments, title),
+        "differences": differences_table([each for each in experiments if each is not main], main),
+        "experiments": comparison_table(experiments, title),
+        "recovery": recovery_table(experiments),
+        "training": training_table(experiments),
+        "paper": paper_table(results.comparison, title),
+        "statements": statements_table(results.statements, title),
+    }
 
 
 def study_figures(
-    files: Sequence[Path],
-    trainings: Sequence[Path],
-    page: Path,
-    main: Experiment,
-    title: str,
+    pngs: Sequence[Path], experiments: Sequence[str], page: Path, main: str, title: str
 ) -> Figures:
-    """Put captions to the figures of the study, and to each experiment's training.
+    """Return the figures of the study, and each experiment's training.
 
     Args:
-        files: PNG of each figure of the study, named as the figure, its PDF beside it.
-        trainings: PNG of each experiment's training.
+        pngs: PNG of each, its PDF beside it; others are left out.
+        experiments: Names of those whose training is shown.
         page: The page.
-        main: The main experiment.
+        main: Name of the main experiment.
         title: What the subjects are.
 
     Raises:
-        ArtefactError: A file is no PNG, a figure is missing, or the page knows no figure of a file's name.
+        ArtefactError: A file is no PNG, or a figure is missing.
     """
-    out = [subject for subject, verdict in main.verdicts.items() if not verdict.may_be_read]
-    fields = {
-        "predictive": main.predictive_percent,
-        "credible": main.credible_percent,
-        "excluded": f"Outside the prior's support, and greyed: {', '.join(out)}." if out else "",
-    }
-    specs, trained = figures_of(PagePart.STUDY), figures_of(PagePart.EXPERIMENT)["training"]
-    by_name = {png.stem: png for png in files}
-    if differing := sorted(specs.keys() ^ by_name.keys()):
-        raise ArtefactError(f"figures of the study: {', '.join(differing)} missing, or unknown to the page")
-    shown = {
-        name: figure(png, page, *specs[name].texts(title, main.name, fields), png.with_suffix(".pdf"))
-        for name, png in by_name.items()
-    }
-    training = tuple(
-        figure(png, page, *trained.texts(title, png.stem.removeprefix(f"{trained.name}-")))
-        for png in trainings
+    shown = section_figures("cohort", pngs, main, page, title)
+    trained = {name: section_figures("experiment", pngs, name, page, title) for name in experiments}
+    missing = [name for name in on_page("cohort") if name not in shown]
+    missing += [f"training of {name}" for name, found in trained.items() if not found]
+    if missing:
+        raise ArtefactError(f"figures of the study: {', '.join(missing)} missing")
+    return Figures(
+        shown,
+        tuple(shown[name] for name in on_page("cohort") if name not in PLACED),
+        tuple(found["training"] for found in trained.values()),
     )
-    return Figures(shown, tuple(shown[name] for name in further_figures()), training)
 
 
 def render(page: Page, name: str = LANDING) -> str:
@@ -198,24 +192,3 @@ def templates() -> Environment:
 def as_yaml(plain: Mapping[str, Any]) -> str:
     """Return a configuration as the page prints it."""
     return yaml.safe_dump(dict(plain), allow_unicode=True, default_flow_style=None, sort_keys=True, width=100)
-
-
-def _tables(results: Results, title: str) -> dict[str, Table]:
-    main, experiments = results.main, results.experiments
-    others = [experiment for experiment in experiments if experiment is not main]
-    return {
-        "context": subjects.context_table(results.observations, title),
-        "recordings": subjects.recording_table(results.observations, title),
-        "verdicts": subjects.verdict_table(main, title),
-        "scores": subjects.score_table(main, title),
-        "features": subjects.feature_table(main, title),
-        "posterior": subjects.posterior_table(main, title),
-        "derived": subjects.derived_table(main, title),
-        "differences": differences_table(others, main),
-        "experiments": comparison_table(experiments, title),
-        "medians": median_table(experiments, title),
-        "recovery": recovery_table(experiments),
-        "training": training_table(experiments),
-        "paper": paper_table(results.comparison, title),
-        "statements": statements_table(results.statements, title),
-    }

@@ -1,34 +1,32 @@
-"""Parts of the page made of facts: the headline, a section an experiment on speeds or over a population."""
+"""Parts of the page made of facts: a section for each experiment, and what they and the landing page say."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+import pandas as pd
 
-from swesbi.report.numbers import PARAMETERS, count, fixed, in_sentences, mean_sd, percent, share
-from swesbi.report.page.figures import PagePart, figures_of
+from swesbi.report.figures.registry import Scope, on_page
+from swesbi.report.numbers import PARAMETERS, count, in_sentences, mean_sd, percent, share
 from swesbi.report.page.files import Figure, figure
-from swesbi.report.results import Experiment, is_true, records
+from swesbi.report.results import Experiment, is_true
 from swesbi.report.table import Table
 from swesbi.report.tables.calibration import alarms_table, calibration_summary, failed_checks
 from swesbi.report.tables.cohort_posterior import CohortSection
 from swesbi.report.tables.exact import (
-    Exact,
     exact_table,
     identifiability_table,
     noise_table,
     outcomes_table,
-    truth_table,
     verdicts_table,
 )
-from swesbi.report.tables.experiments import PAIRS, correlations
 from swesbi.report.tables.population import PopulationSection, cohort_table, range_in_words, strata_table
 from swesbi.report.tables.pressures import in_words, pressures_table, subjects_table
-from swesbi.report.tables.subjects import derived_table, feature_table, score_table
+from swesbi.report.tables.subjects import derived_table, feature_table, score_table, verdict_table
 from swesbi.verdict.summary import OUTCOMES
 from swesbi.verdict.verdict import STATUSES, Verdict
 
@@ -36,139 +34,38 @@ Facts = Mapping[str, str]
 """What each line is about, and what came out."""
 
 
-def headline(experiment: Experiment) -> Facts:
-    """Return the facts that an abstract would give."""
-    return dict(_facts(experiment))
-
-
-def verdicts_in_words(verdicts: Mapping[str, Verdict]) -> Facts:
-    """Return the verdict of each subject as a sentence."""
-    return {name: in_sentences(verdict.sentence) for name, verdict in verdicts.items()}
-
-
-def caution(experiment: Experiment) -> str:
-    """Return a warning where credible intervals cover less than they claim, else nothing.
-
-    Judged by recordings with acquisition noise: the whole interval on the coverage lies below nominal.
-    """
-    table = experiment.at_level(experiment.recovery.acquisition)
-    low = table[table["ci_high"] < table["nominal"]]
-    if low.empty:
-        return ""
-    nominal = float(low["nominal"].iloc[0])
-    covered = [f"{PARAMETERS[str(name)]} ({share(value)})" for name, value in low["coverage"].items()]
-    return (
-        f"The {share(nominal, 0)} credible intervals of this experiment contain the truth less often than "
-        f"their level when recordings have the noise of an acquisition: {', '.join(covered)}. They follow "
-        "from the observation model of the experiment. They do not measure uncertainty after a measurement."
-    )
-
-
-def _facts(experiment: Experiment) -> Iterator[tuple[str, str]]:
-    verdicts, scores = experiment.verdicts, experiment.passed
-    yield ("Subjects that the prior supports", f"{len(scores)} of {len(verdicts)}")
-    if len(scores):
-        before, after = (mean_sd(scores[name].to_numpy(), 2) for name in ("rmse_prior_kpa", "rmse_kpa"))
-        reduction = mean_sd(scores["rmse_reduction_percent"].to_numpy(), 1)
-        yield (
-            "RMSE of the predictive median, prior → posterior",
-            f"{before} → {after} kPa, reduced by {reduction} %",
-        )
-        yield from _coverage_facts(experiment)
-        pairs = [_correlation(experiment, *pair) for pair in PAIRS]
-        yield ("Posterior correlations", "; ".join(pairs))
-    yield from _recovered(experiment)
-
-
-def _coverage_facts(experiment: Experiment) -> Iterator[tuple[str, str]]:
-    """Yield both readings of the predictive interval, and the ceiling of the first."""
-    mass = f"{experiment.predictive_percent:g} %"
-    covered = {
-        name.removeprefix("coverage_"): mean_sd(100.0 * experiment.passed[name], 0)
-        for name in map(str, experiment.passed)
-        if name.startswith("coverage_")
-    }
-    kinds = {"noiseless": "band of noiseless curves", "observed": "interval of new observations"}
-    for kind, what in kinds.items():
-        grid, phases = covered[f"{kind}_grid"], covered[f"{kind}_phases"]
-        yield (
-            f"The {mass} {what} covers",
-            f"{grid} % of the observed curve, {phases} % of the measured phases",
-        )
-    yield (
-        "Ceiling of the noiseless band",
-        f"the prior's own covers {covered['prior_band_grid']} % of the observed curve, the envelope of all "
-        f"its draws {covered['prior_envelope_grid']} %",
-    )
-
-
-def _recovered(experiment: Experiment) -> Iterator[tuple[str, str]]:
-    for name, table in (("own", experiment.recovery.own), ("acquisition", experiment.recovery.acquisition)):
-        covered = experiment.at_level(table)
-        nominal = percent(covered["nominal"].iloc[0], 0)
-        values = [f"{PARAMETERS[str(key)]} {share(value)}" for key, value in covered["coverage"].items()]
-        yield (f"Recovery with {name} noise: {nominal} % intervals cover the truth in", "; ".join(values))
-
-
-def _correlation(experiment: Experiment, one: str, other: str) -> str:
-    value = mean_sd(correlations(experiment, one, other), 2)
-    return f"{PARAMETERS[one]}, {PARAMETERS[other]}: {value}"
-
-
 @dataclass(frozen=True)
 class Section:
-    """What the templates show of one experiment on speeds or over a population.
+    """What the templates show of one experiment.
 
     Attributes:
         name: Its name.
-        facts: What an abstract would say.
         tables: Tables by name.
+        facts: What an abstract would say.
         figures: Figures by name.
         cohort: The cohort as one population.
-        verdicts: Of an experiment on speeds, the verdict of each subject as a sentence.
+        verdicts: The verdict of each subject as a sentence.
+        caution: A warning where its credible intervals cover less than they claim.
         base: Of an experiment over a population, the one whose prior and likelihood it has.
         declared: Likewise, the declared range.
     """
 
     name: str
-    facts: Facts
     tables: Mapping[str, Table]
-    figures: Mapping[str, Figure]
-    cohort: CohortSection | None
+    facts: Facts = field(default_factory=dict)
+    figures: Mapping[str, Figure] = field(default_factory=dict)
+    cohort: CohortSection | None = None
     verdicts: Facts = field(default_factory=dict)
+    caution: str = ""
     base: str = ""
     declared: str = ""
 
 
-def make_section(
-    exact: Exact, figures: Mapping[str, Figure], cohort_title: str, cohort: CohortSection | None = None
-) -> Section:
-    """Put the section together."""
-    experiment = exact.experiment
-    tables = {
-        "verdicts": verdicts_table(exact, cohort_title),
-        "tests": outcomes_table(exact, cohort_title),
-        "posterior": exact_table(exact, cohort_title),
-        "derived": derived_table(experiment, cohort_title),
-        "scores": score_table(experiment, cohort_title),
-        "features": feature_table(experiment, cohort_title),
-        "calibration": calibration_summary(exact),
-        "checks": failed_checks(exact),
-        "alarms": alarms_table(exact),
-        "identifiability": identifiability_table(exact, cohort_title),
-        "noise": noise_table(exact, cohort_title),
-    }
-    if len(exact.truth):
-        tables["truth"] = truth_table(exact, cohort_title)
-    said = verdicts_in_words(exact.verdicts)
-    return Section(experiment.name, dict(_exact_facts(exact)), tables, figures, cohort, said)
-
-
 def section_figures(
-    part: PagePart, pngs: Sequence[Path], experiment: str, page: Path, title: str
+    scope: Scope, pngs: Sequence[Path], experiment: str, page: Path, title: str
 ) -> dict[str, Figure]:
     """Return the figures of an experiment by name: ``calibration-{experiment}.png`` as "calibration"."""
-    specs = {spec.stem(experiment): spec for spec in figures_of(part).values()}
+    specs = {spec.stem(experiment): spec for spec in on_page(scope).values()}
     return {
         specs[png.stem].name: figure(
             png, page, *specs[png.stem].texts(title, experiment), png.with_suffix(".pdf")
@@ -178,43 +75,120 @@ def section_figures(
     }
 
 
-def _exact_facts(exact: Exact) -> Iterator[tuple[str, str]]:
+_SHARED: Final = {"derived": derived_table, "scores": score_table, "features": feature_table}
+_OF_SPEEDS: Final = {
+    "verdicts": verdicts_table,
+    "tests": outcomes_table,
+    "posterior": exact_table,
+    "identifiability": identifiability_table,
+    "noise": noise_table,
+}
+_CHECKS: Final = {"calibration": calibration_summary, "checks": failed_checks, "alarms": alarms_table}
+
+
+def make_section(
+    experiment: Experiment, figures: Mapping[str, Figure], title: str, cohort: CohortSection | None = None
+) -> Section:
+    """Put the section of an experiment together: on features as the paper's, or on speeds."""
+    tables = {name: of(experiment, title) for name, of in _SHARED.items()}
+    facts: Facts = {}
+    if experiment.exact:
+        tables |= {name: of(experiment, title) for name, of in _OF_SPEEDS.items()}
+        tables |= {name: of(experiment) for name, of in _CHECKS.items()}
+        facts = dict(_exact_facts(experiment))
+    else:
+        tables["verdicts"] = verdict_table(experiment, title)
+    verdicts = {name: in_sentences(verdict.sentence) for name, verdict in experiment.verdicts.items()}
+    return Section(experiment.name, tables, facts, figures, cohort, verdicts, caution(experiment))
+
+
+def counted(verdicts: Mapping[str, Verdict], order: Sequence[str] = STATUSES) -> str:
+    """Return how many subjects have which verdict, and who: "2 not contradicted (A, B), 1 doubtful (D)"."""
+    by_status = {
+        word: [name for name, verdict in verdicts.items() if verdict.status == word] for word in order
+    }
+    return ", ".join(
+        f"{len(names)} {word} ({', '.join(names)})" for word, names in by_status.items() if names
+    )
+
+
+def coverages(table: pd.DataFrame, decimals: int = 1) -> str:
+    """Return what intervals cover, "k_0 87.5 %, k_ATP ...", of a table whose index is the parameter."""
+    return ", ".join(
+        f"{PARAMETERS[str(name)]} {share(value, decimals)}" for name, value in table["coverage"].items()
+    )
+
+
+def truth_inside(truth: pd.DataFrame) -> str:
+    """Return how many intervals contain the truth, "7 of 9 intervals"; nothing where no truth is known."""
+    known = truth.dropna(subset="median") if len(truth) else truth
+    return f"{int(known['inside'].map(is_true).sum())} of {len(known)} intervals" if len(known) else ""
+
+
+def too_narrow(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the parameters whose coverage lies, with its whole interval, below the nominal level."""
+    return table[table["ci_high"] < table["nominal"]]
+
+
+def caution(experiment: Experiment) -> str:
+    """Return a warning where credible intervals cover less than they claim, else nothing.
+
+    Judged by recordings with acquisition noise: the whole interval on the coverage lies below nominal.
+    """
+    low = too_narrow(experiment.at_level(experiment.recovery_acquisition))
+    if low.empty:
+        return ""
+    return (
+        f"The {share(low['nominal'].iloc[0], 0)} credible intervals of this experiment contain the truth "
+        f"less often than their level when recordings have the noise of an acquisition: {coverages(low)}. "
+        "They follow from the observation model of the experiment. They do not measure uncertainty after a "
+        "measurement."
+    )
+
+
+def _exact_facts(experiment: Experiment) -> Iterator[tuple[str, str]]:
     """Yield what an abstract would say."""
-    experiment, statuses = exact.experiment, [verdict.status for verdict in exact.verdicts.values()]
-    yield ("Verdicts", ", ".join(f"{statuses.count(name)} {name}" for name in STATUSES if name in statuses))
-    efficiencies = [100.0 * result.efficiency for result in exact.results.values()]
-    by_mcmc = [name for name, result in exact.results.items() if result.by_mcmc]
-    efficient = f"median efficiency of the weights {fixed(float(np.median(efficiencies)), 0)} %"
-    yield ("Exact posteriors", f"{efficient}; by MCMC: {', '.join(by_mcmc) or 'none'}")
+    yield ("Verdicts", counted(experiment.verdicts))
+    efficiencies = [result.efficiency for result in experiment.results.values()]
+    by_mcmc = [name for name, result in experiment.results.items() if result.by_mcmc]
+    yield ("Exact posteriors", _drawn(efficiencies, ", ".join(by_mcmc) or "none"))
     if len(experiment.passed):
-        after = mean_sd(experiment.passed["rmse_kpa"].to_numpy(), 2)
-        inside = mean_sd(100.0 * experiment.passed["coverage_observed_phases"].to_numpy(), 0)
+        after = mean_sd(experiment.passed["rmse_kpa"], 2)
+        inside = mean_sd(100.0 * experiment.passed["coverage_observed_phases"], 0)
         yield (
             "Predictive check",
             f"RMSE {after} kPa; {inside} % of the measured phases inside the "
             f"{experiment.predictive_percent:g} % band of new recordings",
         )
-    yield from _recovered(experiment)
-    known = exact.truth.dropna(subset="median") if len(exact.truth) else exact.truth
-    if len(known):
-        inside_count = int(known["inside"].map(is_true).sum())
-        yield ("Truth of the simulated recordings", f"inside {inside_count} of {len(known)} intervals")
+    recoveries = {"own": experiment.recovery, "acquisition": experiment.recovery_acquisition}
+    for name, table in recoveries.items():
+        covered = experiment.at_level(table)
+        nominal = percent(covered["nominal"].iloc[0], 0)
+        yield (f"Recovery with {name} noise: {nominal} % intervals cover the truth in", coverages(covered))
+    if inside := truth_inside(experiment.truth):
+        yield ("Truth of the simulated recordings", f"inside {inside}")
+
+
+def _drawn(efficiencies: Iterable[float], by_mcmc: str) -> str:
+    middle = percent(float(np.median(list(efficiencies))), 0)
+    return f"median efficiency of the weights {middle} %; by MCMC: {by_mcmc}"
 
 
 def make_population_section(
     shown: PopulationSection,
     figures: Mapping[str, Figure],
-    cohort_title: str,
+    title: str,
     cohort: CohortSection | None = None,
 ) -> Section:
     """Put the section together."""
-    tables = {"strata": strata_table(shown), "cohort": cohort_table(shown, cohort_title)}
+    tables = {"strata": strata_table(shown), "cohort": cohort_table(shown, title)}
     if shown.pressures is not None:
-        tables["pressures"] = pressures_table(shown.pressures, cohort_title)
-        tables["pressures_subjects"] = subjects_table(shown.pressures, cohort_title)
+        tables["pressures"] = pressures_table(shown.pressures, title)
+        tables["pressures_subjects"] = subjects_table(shown.pressures, title)
     base, declared = str(shown.settings["base"]), range_in_words(shown.settings)
-    facts = dict(_population_facts(shown))
-    return Section(shown.name, facts, tables, figures, cohort, base=base, declared=declared)
+    return Section(
+        shown.name, tables, dict(_population_facts(shown)), figures, cohort, base=base, declared=declared
+    )
 
 
 def _population_facts(shown: PopulationSection) -> Iterator[tuple[str, str]]:
@@ -222,17 +196,17 @@ def _population_facts(shown: PopulationSection) -> Iterator[tuple[str, str]]:
     simulations: Any = shown.settings["simulations"]
     drawn = count(simulations["contexts"] * simulations["draws_per_context"])
     yield ("Trained on", f"{count(simulations['contexts'])} contexts, {drawn} simulations")
-    verdicts = [
-        f"{number} {name}" for name in OUTCOMES if (number := int((shown.cohort["status"] == name).sum()))
-    ]
-    yield ("Verdicts", ", ".join(verdicts))
-    if len(shown.answered):
-        efficiency = float(shown.answered["efficiency"].astype(float).median())
-        by_mcmc = int((shown.answered["sampler"] == "mcmc").sum())
-        yield ("Exact posteriors", f"median efficiency {percent(efficiency, 0)} %; by MCMC: {by_mcmc}")
+    numbers = shown.cohort["status"].value_counts()
+    yield ("Verdicts", ", ".join(f"{numbers[name]} {name}" for name in OUTCOMES if name in numbers))
+    answered = shown.answered
+    if len(answered):
+        by_mcmc = int((answered["sampler"] == "mcmc").sum())
+        yield ("Exact posteriors", _drawn(answered["efficiency"].astype(float), str(by_mcmc)))
     if shown.pressures is not None:
         yield ("With cuff pressures", "; ".join(in_words(shown.pressures)))
-    table = shown.coverage[(shown.coverage["stratum"] == "all") & (shown.coverage["sampler"] == "weighted")]
-    rows = {str(row["parameter"]): row for row in records(table)}
-    covered = "; ".join(f"{symbol} {share(rows[name]['coverage'])}" for name, symbol in PARAMETERS.items())
-    yield (f"Fresh contexts: {percent(shown.interval, 0)} % intervals cover", covered)
+    table = shown.coverage
+    covered = table[(table["stratum"] == "all") & (table["sampler"] == "weighted")].set_index("parameter")
+    yield (
+        f"Fresh contexts: {percent(shown.interval, 0)} % intervals cover",
+        coverages(covered.loc[list(PARAMETERS)]),
+    )

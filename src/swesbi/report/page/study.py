@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple, TypeVar
+from typing import Any, Final, NamedTuple, TypeVar
 
 import pandas as pd
 from pydantic import JsonValue
@@ -12,20 +12,16 @@ from pydantic import JsonValue
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError, UnfitError
 from swesbi.artefacts.csv import PlainTable
-from swesbi.artefacts.typed import ByExperiment, ByPlace, Text, Texts
-from swesbi.checks.calibration.alarms import AlarmTable
-from swesbi.checks.calibration.table import CalibrationTable
-from swesbi.checks.pressures import PressuresTable
-from swesbi.networks.training_tables import TrainingTable
-from swesbi.persons.cohort.result import CohortPosterior
+from swesbi.artefacts.typed import ByExperiment, ByName, ByPlace, Text, Texts
+from swesbi.checks.calibration.table import StrataTable
+from swesbi.persons.cohort.stored import CohortPosterior
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.recording_file import read_recording_file
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
-from swesbi.report.figures.population import StrataTable
+from swesbi.report.figures.registry import Scope
 from swesbi.report.numbers import protocol_entry
-from swesbi.report.page.figures import PagePart
-from swesbi.report.page.files import file_groups, provenance_table, relative, software_table
+from swesbi.report.page.files import Figure, file_groups, provenance_table, relative, software_table
 from swesbi.report.page.landing import make_landing
 from swesbi.report.page.names import FURTHER, LANDING
 from swesbi.report.page.page import (
@@ -35,14 +31,13 @@ from swesbi.report.page.page import (
     as_yaml,
     render,
     study_figures,
+    study_tables,
 )
 from swesbi.report.page.sections import make_population_section, make_section, section_figures
 from swesbi.report.paper.comparison import ComparisonTable, StatementsTable
-from swesbi.report.results import Experiment, Recovery, Results
-from swesbi.report.tables.cohort_posterior import cohort_section
-from swesbi.report.tables.exact import Exact
+from swesbi.report.results import Experiment, Results, no_rows
+from swesbi.report.tables.cohort_posterior import CohortSection, cohort_section
 from swesbi.report.tables.population import PopulationSection
-from swesbi.report.tables.pressures import pressures_of
 from swesbi.report.tables.validation import RoundsTable, shown_validation
 from swesbi.verdict.summary import CohortTable
 from swesbi.verdict.verdict import Verdict
@@ -65,29 +60,17 @@ def pages_of_study(
     recording: Path,
     observations: tuple[Observation, ...],
     verdicts: ByPlace[Verdict],
-    trainings: ByExperiment[TrainingTable],
-    recoveries: ByExperiment[PlainTable],
-    recovery_acquisitions: ByExperiment[PlainTable],
-    ppc_csv: PlainTable,
-    features_csv: PlainTable,
-    posterior_csv: PlainTable,
+    exact_posteriors: ByPlace[ExactPosterior],
+    cohort_posteriors: ByExperiment[CohortPosterior],
+    noise: CohortNoise | None,
+    tables: ByName[PlainTable],
+    tables_of_experiments: ByExperiment[ByName[PlainTable]],
     comparison_csv: ComparisonTable,
     statements_csv: StatementsTable,
-    study_pngs: tuple[Path, ...],
-    training_pngs: tuple[Path, ...],
-    exact_posteriors: ByPlace[ExactPosterior],
-    calibrations: ByExperiment[CalibrationTable],
-    alarms: ByExperiment[AlarmTable],
-    identifiabilities: ByExperiment[PlainTable],
-    noise: CohortNoise | None,
-    truth_csv: PlainTable | None,
-    exact_pngs: tuple[Path, ...],
     population_cohorts: ByExperiment[CohortTable],
     population_strata: ByExperiment[StrataTable],
-    population_pngs: tuple[Path, ...],
-    pressures_csv: PressuresTable | None,
-    cohort_posteriors: ByExperiment[CohortPosterior],
     validation: RoundsTable | None,
+    pngs: tuple[Path, ...],
     artefacts: tuple[Path, ...],
     *,
     cohort_title: str,
@@ -100,44 +83,52 @@ def pages_of_study(
 ) -> Pages:
     """Make the pages, which refer to every file by its path relative to the landing page.
 
-    Figures lie in a folder beside that page. ``artefacts`` are all files of the study. Inputs of experiments
-    that are not run are empty.
+    ``tables`` are those of the whole study; ``pngs`` lie in a folder beside that page. ``artefacts`` are all
+    files of the study. Inputs of experiments that are not run are empty.
 
     Raises:
-        ArtefactError: An input is missing for an experiment, a figure is no PNG, or the cohort does not say
-            where its recordings come from.
+        ArtefactError: An input is missing, a figure is no PNG, or recordings are of unsaid origin.
     """
-    page, title = study_pngs[0].parents[1] / f"{LANDING}.html", cohort_title
-    tables = {"scores": ppc_csv, "features": features_csv, "posterior": posterior_csv}
-    by_experiment = (trainings, recoveries, recovery_acquisitions)
-    experiments = _experiments(experiments_shown, verdicts, tables, *by_experiment)
+    page, title, of_study = pngs[0].parents[1] / f"{LANDING}.html", cohort_title, dict(tables)
+    experiments = tuple(
+        _experiment(name, settings, verdicts, exact_posteriors, noise, of_study, tables_of_experiments[name])
+        for name, settings in experiments_shown.items()
+    )
     main = next(each for each in experiments if each.name == main_experiment)
     results = Results(observations, experiments, main, comparison_csv, statements_csv)
-    checks = {"calibration": calibrations, "alarms": alarms, "identifiability": identifiabilities}
-    exact = _exact(experiments, exact_posteriors, checks, noise, truth_csv)
-    cohorts = {name: cohort_section(posterior, title) for name, posterior in cohort_posteriors.items()}
-    sections = []
-    for of_speeds in exact:
-        name = of_speeds.experiment.name
-        figures = section_figures(PagePart.SPEEDS, exact_pngs, name, page, title)
-        sections.append(make_section(of_speeds, figures, title, cohorts.get(name)))
-    populations = []
-    for shown in _over_populations(populations_shown, population_cohorts, population_strata, pressures_csv):
-        figures = section_figures(PagePart.POPULATION, population_pngs, shown.name, page, title)
-        populations.append(make_population_section(shown, figures, title, cohorts.get(shown.name)))
+    populations = _populations(populations_shown, population_cohorts, population_strata, of_study)
+    on_speeds = [each for each in experiments if each.exact]
+    drawn = (cohort_posteriors, pngs, page, title)
     whole = Page(
-        results=results,
-        landing=make_landing(results, exact, title, [relative(path, page) for path in artefacts]),
         cohort=cohort_in_words(recording, title),
-        figures=study_figures(study_pngs, training_pngs, page, main, title),
-        sections=sections,
-        populations=populations,
+        landing=make_landing(results, title, [relative(path, page) for path in artefacts]),
+        tables=study_tables(results, title),
+        figures=study_figures(pngs, list(experiments_shown), page, main.name, title),
+        experiments=list(experiments_shown),
+        main=make_section(main, {}, title),
+        sections=[make_section(each, *_beside(each.name, "speeds", *drawn)) for each in on_speeds],
+        populations=[
+            make_population_section(each, *_beside(each.name, "population", *drawn)) for each in populations
+        ],
         validation=None if validation is None else shown_validation(validation),
         files=file_groups(artefacts, page),
         provenance=_provenance(seed, code, artefacts, as_yaml(configuration)),
     )
     further = {name: render(whole, name) for name in FURTHER}
-    return Pages(render(whole), further, whole.provenance.configuration)
+    return Pages(render(whole), further, as_yaml(configuration))
+
+
+def _beside(
+    experiment: str,
+    scope: Scope,
+    cohorts: Mapping[str, CohortPosterior],
+    pngs: Sequence[Path],
+    page: Path,
+    title: str,
+) -> tuple[dict[str, Figure], str, CohortSection | None]:
+    """Return what a section is made with beside its experiment: figures, what subjects are, their cohort."""
+    cohort = cohort_section(cohorts[experiment], title) if experiment in cohorts else None
+    return section_figures(scope, pngs, experiment, page, title), title, cohort
 
 
 def cohort_in_words(recording: Path, title: str) -> Cohort:
@@ -154,66 +145,52 @@ def cohort_in_words(recording: Path, title: str) -> Cohort:
     return Cohort(title, recording.parent.as_posix(), file.origin, protocol)
 
 
-def _experiments(
-    sections: Sections,
+def _experiment(
+    name: str,
+    settings: Mapping[str, JsonValue],
     verdicts: ByPlace[Verdict],
-    tables: Mapping[str, pd.DataFrame],
-    trainings: Mapping[str, pd.DataFrame],
-    recoveries: Mapping[str, pd.DataFrame],
-    recovery_acquisitions: Mapping[str, pd.DataFrame],
-) -> tuple[Experiment, ...]:
-    """Return what every experiment has, in the order of their sections."""
-    return tuple(
-        Experiment(
-            name=name,
-            settings=plain,
-            verdicts=_of_experiment(verdicts, name),
-            recovery=Recovery(recoveries[name], recovery_acquisitions[name]),
-            training=trainings[name],
-            **{kind: _rows(table, name) for kind, table in tables.items()},
-        )
-        for name, plain in sections.items()
-    )
-
-
-def _exact(
-    experiments: Sequence[Experiment],
     posteriors: ByPlace[ExactPosterior],
-    checks: Mapping[str, Mapping[str, pd.DataFrame]],
     noise: CohortNoise | None,
-    truth: pd.DataFrame | None,
-) -> tuple[Exact, ...]:
-    """Return what only experiments on speeds have, in the order of the experiments.
+    of_study: Mapping[str, pd.DataFrame],
+    own: Mapping[str, pd.DataFrame],
+) -> Experiment:
+    """Return what there is of an experiment; ``own`` are the tables in its folder.
 
     Raises:
-        UnfitError: There is such an experiment, and no noise is given.
+        UnfitError: It is one on speeds, and no noise is given.
     """
-    chosen = [experiment for experiment in experiments if experiment.exact]
-    if chosen and noise is None:
-        raise UnfitError("noise", "that of the cohort is not given")
-    return tuple(
-        Exact(
-            experiment=experiment,
-            results=_of_experiment(posteriors, experiment.name),
-            noise=noise,
-            truth=_rows(truth, experiment.name),
-            **{kind: tables[experiment.name] for kind, tables in checks.items()},
-        )
-        for experiment in chosen
-        if noise is not None
+    of_speeds: dict[str, Any] = {}
+    if "exact" in settings:
+        if noise is None:
+            raise UnfitError("noise", "that of the cohort is not given")
+        of_speeds = {kind: own[kind] for kind in ("calibration", "alarms", "identifiability")}
+        of_speeds |= {"results": _of_experiment(posteriors, name), "noise": noise}
+    return Experiment(
+        name=name,
+        settings=settings,
+        verdicts=_of_experiment(verdicts, name),
+        scores=_rows(of_study["ppc"], name),
+        features=_rows(of_study["features"], name),
+        posterior=_rows(of_study["posterior"], name),
+        truth=_rows(of_study["truth"], name) if "truth" in of_study else no_rows(),
+        recovery=own["recovery"],
+        recovery_acquisition=own["recovery_acquisition"],
+        training=own["training"],
+        **of_speeds,
     )
 
 
-def _over_populations(
+def _populations(
     sections: Sections,
     cohorts: Mapping[str, pd.DataFrame],
     strata: Mapping[str, pd.DataFrame],
-    pressures: pd.DataFrame | None,
+    of_study: Mapping[str, pd.DataFrame],
 ) -> Iterator[PopulationSection]:
     """Yield the experiments over a population, in the order of their sections."""
     for name, plain in sections.items():
+        pressures = _rows(of_study["pressures"], name) if "pressures" in of_study else no_rows()
+        own = pressures if len(pressures) else None
         mass = float(str(plain["interval"]))
-        own = pressures_of(pressures, name)
         yield PopulationSection(name, plain, mass, cohorts[name], strata[name], own)
 
 
@@ -222,10 +199,8 @@ def _of_experiment(files: ByPlace[Item], experiment: str) -> dict[str, Item]:
     return {place.subject: files[place] for place in files if place.experiment == experiment}
 
 
-def _rows(table: pd.DataFrame | None, experiment: str) -> pd.DataFrame:
-    """Return the rows of an experiment; none where there is no table."""
-    whole = pd.DataFrame(columns=["experiment"]) if table is None else table
-    return whole[whole["experiment"] == experiment]
+def _rows(table: pd.DataFrame, experiment: str) -> pd.DataFrame:
+    return table[table["experiment"] == experiment]
 
 
 def _provenance(seed: int, code: str, artefacts: Sequence[Path], configuration: str) -> PageProvenance:

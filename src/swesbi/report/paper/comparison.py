@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from swesbi.artefacts.csv import Table
-from swesbi.report.paper import design, measures
-from swesbi.report.paper.study_values import Findings, Measure, StudyResults, StudyValue, differ, shown
-from swesbi.report.paper.values import PaperNumber
+from swesbi.report.paper import measures
+from swesbi.report.paper.study_values import Findings, Measure, NoValueError, StudyValue, differ, shown
+from swesbi.report.paper.values import DESIGNED, FOUND, PaperNumber
 
 PAPER_RECORDINGS: Final = 400
 """The recordings behind the coverages that the paper prints (Sec. 3)."""
@@ -27,17 +27,16 @@ ComparisonTable = Annotated[pd.DataFrame, COMPARISON]
 STATEMENTS: Final = Table(columns=STATEMENT_COLUMNS, texts=STATEMENT_COLUMNS)
 StatementsTable = Annotated[pd.DataFrame, STATEMENTS]
 """``statements.csv``, as it was written."""
-FOUND: Final = "found"
-DESIGNED: Final = "designed"
+SHIPPED: Final = "virtual volunteers"
+"""The title of the cohort that comes with the study."""
 MAIN: Final = "experiment."
 """Beginning of the paths of settings that are the main experiment's."""
 MEASURES: Final[Mapping[str, Measure]] = {
     name: function
-    for module in (design, measures)
-    for name, function in vars(module).items()
-    if getattr(function, "__module__", "") == module.__name__ and not name.startswith("_")
+    for name, function in vars(measures).items()
+    if getattr(function, "__module__", "") == measures.__name__ and not name.startswith("_")
 }
-"""The public functions of the two modules, by name."""
+"""The public functions of the module, by name."""
 
 
 class ReadingError(ValueError):
@@ -76,41 +75,40 @@ def read_difference(paper: PaperNumber, measured: StudyValue, cohort_title: str)
     return replace(reading, words=f"{reading.words}. {paper.row.remark}") if paper.row.remark else reading
 
 
-def origin(paper: PaperNumber, main: str) -> str:
+def origin(paper: PaperNumber, study: Findings) -> str:
     """Return "found", or "designed" with the place of the choice behind this study's value or its agreement.
 
-    A number read from the configuration is designed by its setting; of others the data file says where.
+    A number read from the configuration is designed by its setting; of others the data file says where. What
+    the maker of the shipped volunteers chose designs nothing of other subjects.
 
     Args:
         paper: What the paper prints.
-        main: The experiment that stands for the paper's.
+        study: What was found, and of whom.
     """
-    path = str(paper.row.of.get("path", ""))
-    if paper.row.designed or not path:
-        return f"{DESIGNED} ({paper.row.designed})" if paper.row.designed else FOUND
+    path, designed = str(paper.row.of.get("path", "")), paper.row.designed
+    if "volunteers" in designed and study.cohort_title != SHIPPED:
+        return FOUND
+    if designed or not path:
+        return f"{DESIGNED} ({designed})" if designed else FOUND
     within = path.removeprefix(MAIN)
-    owner = f"experiment {main}, " if within != path else ""
+    owner = f"experiment {study.main}, " if within != path else ""
     return f"{DESIGNED} (config.yaml: {owner}{within})"
 
 
-def _configured(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
-    same = _same(paper, measured)
-    return Difference(same, "same by configuration" if same else "configured otherwise here")
+def _if_equal(equal: str, otherwise: str) -> Reading:
+    """Return the reading of a number that is the paper's or is not, by what it says of either.
 
+    It may have the fields ``cohort``, what the subjects are, and ``difference``.
+    """
 
-def _identity(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
-    same = _same(paper, measured)
-    return Difference(same, "same definition" if same else "another definition here")
+    def read(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
+        same = abs(measured.value - paper.value) <= 1e-9 * max(abs(paper.value), 1e-12)
+        words = (equal if same else otherwise).format(
+            cohort=cohort_title, difference=_difference(paper, measured)
+        )
+        return Difference(same, words)
 
-
-def _protocol(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
-    same = _same(paper, measured)
-    return Difference(same, f"{'same' if same else 'another'} protocol ({cohort_title})")
-
-
-def _count(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
-    same = _same(paper, measured)
-    return Difference(same, "the same number" if same else _difference(paper, measured))
+    return read
 
 
 def _spread(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
@@ -171,10 +169,6 @@ def _words(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Diffe
     return Difference(False, "holds in part of the subjects" if partly else "differs from the paper")
 
 
-def _same(paper: PaperNumber, measured: StudyValue) -> bool:
-    return abs(measured.value - paper.value) <= 1e-9 * max(abs(paper.value), 1e-12)
-
-
 def _difference(paper: PaperNumber, measured: StudyValue) -> str:
     """Say which value is higher, by the decimals that are shown."""
     digits = paper.row.digits
@@ -185,10 +179,10 @@ def _difference(paper: PaperNumber, measured: StudyValue) -> str:
 
 
 READINGS: Final[Mapping[str, Reading]] = {
-    "configured": _configured,
-    "identity": _identity,
-    "protocol": _protocol,
-    "count": _count,
+    "configured": _if_equal("same by configuration", "configured otherwise here"),
+    "identity": _if_equal("same definition", "another definition here"),
+    "protocol": _if_equal("same protocol ({cohort})", "another protocol ({cohort})"),
+    "count": _if_equal("the same number", "{difference}"),
     "spread": _spread,
     "case": _case,
     "phase": _phase,
@@ -199,14 +193,14 @@ READINGS: Final[Mapping[str, Reading]] = {
 }
 
 
-def comparison_table(paper: Sequence[PaperNumber], study: StudyResults) -> pd.DataFrame:
+def comparison_table(paper: Sequence[PaperNumber], study: Findings) -> pd.DataFrame:
     """Return the columns ``COLUMNS``, all text, every cell filled; rows in the order of ``paper``.
 
     Raises:
         ReadingError: A row names a measure or a reading that does not exist.
     """
     rows = (
-        (printed.quantity, printed.printed, measured.text, difference.words, origin(printed, study.main))
+        (printed.quantity, printed.printed, measured.text, difference.words, origin(printed, study))
         for printed, measured, difference in _compared(paper, study)
     )
     return pd.DataFrame(rows, columns=list(COLUMNS))
@@ -229,7 +223,7 @@ def statements_table(paper: Sequence[PaperNumber], study: Findings) -> pd.DataFr
                 "paper": _brief(printed, printed.printed),
                 "this_study": _brief(printed, measured.text),
                 "agrees": difference.agrees,
-                "designed": origin(printed, study.main) != FOUND,
+                "designed": origin(printed, study) != FOUND,
             }
             for printed, measured, difference in _compared(scored, study)
         ]
@@ -260,7 +254,10 @@ def _compared(
         row = printed.row
         if row.measure not in MEASURES:
             raise ReadingError(f"{printed.quantity}: there is no measure {row.measure!r}")
-        measured = MEASURES[row.measure](study, printed)
+        try:
+            measured = MEASURES[row.measure](study, printed)
+        except NoValueError as reason:
+            measured = StudyValue(f"none: {reason}", missing=str(reason))
         yield printed, measured, read_difference(printed, measured, study.cohort_title)
 
 

@@ -1,19 +1,21 @@
-"""This study's values of what the paper found and states: support, scores, posteriors, recovery."""
+"""This study's values of what the paper prints: its design, support, scores, posteriors, recovery."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
 from swesbi.report.paper.study_values import (
+    UNSUPPORTED,
     Findings,
+    NoValueError,
     StudyValue,
-    absent,
     differ,
     number,
     share,
@@ -28,10 +30,25 @@ EXCLUDED_CASES: Final = {"first": 0, "second": -1}
 """Places of the paper's two excluded cases among those of this study, by their max |z|."""
 
 
+def designed(study: Findings, asked: PaperNumber) -> StudyValue:
+    """Return a number that the study was made with, by its dotted path; ``factor`` changes its unit."""
+    path = asked.option("path")
+    value: Any = study.design
+    for key in path.split("."):
+        if not isinstance(value, Mapping) or key not in value:
+            where = "cohort's recording.yaml" if path.startswith("protocol.") else "configuration"
+            raise NoValueError(f"the {where} has no {path}")
+        value = value[key]
+    if isinstance(value, StudyValue):
+        return value
+    return number(float(value) * float(asked.row.of.get("factor", 1.0)), asked)
+
+
 def supported_count(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return how many subjects the prior supports, and their names."""
     names = [name for name, verdict in study.verdicts.items() if verdict.may_be_read]
-    return _named_share(names, len(study.verdicts))
+    total = len(study.verdicts)
+    return StudyValue(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
 
 
 def excluded_count(study: Findings, asked: PaperNumber) -> StudyValue:
@@ -47,7 +64,7 @@ def excluded(study: Findings, asked: PaperNumber) -> StudyValue:
     """
     cases = sorted(_excluded(study).items(), key=lambda item: item[1].max_abs_z)
     if len(cases) < len(EXCLUDED_CASES):
-        return absent(f"subjects excluded: {len(cases)}, in the paper two")
+        raise NoValueError(f"subjects excluded: {len(cases)}, in the paper two")
     subject, verdict = cases[EXCLUDED_CASES[asked.option("which")]]
     what = asked.option("what")
     if what == "worst_component":
@@ -66,11 +83,11 @@ def score(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return a score of the subject that bears the name of the paper's case."""
     table, column = study.scores(readable=False), asked.option("column")
     if asked.case not in table.index:
-        return absent(f"the cohort has no subject {asked.case}")
+        raise NoValueError(f"the cohort has no subject {asked.case}")
     value = float(table[column].to_dict()[asked.case])
     if math.isnan(value):
         why = ", ".join(support_numbers(study.verdicts[asked.case]))
-        return absent(f"{asked.case} is not prior-supported: {why}")
+        raise NoValueError(f"{asked.case} is not prior-supported: {why}")
     return number(value, asked)
 
 
@@ -78,7 +95,7 @@ def extreme_case(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return the prior-supported subject with the largest (or smallest) score, and that score."""
     values = study.scores()[asked.option("column")]
     if values.empty:
-        return absent("no subject is prior-supported")
+        raise NoValueError(UNSUPPORTED)
     name = str(values.idxmax() if asked.row.of["largest"] else values.idxmin())
     return StudyValue(f"{name} ({shown(float(values[name]), asked.row.digits)})")
 
@@ -91,8 +108,6 @@ def features_inside(study: Findings, asked: PaperNumber) -> StudyValue:
     outside = [f"{row.subject}: {row.feature}" for row in table[~inside].itertuples()]
     complete = inside.groupby(table["subject"], sort=False).all()
     counted = share(int(complete.sum()), len(complete))
-    if counted.missing:
-        return counted
     text = f"{int(inside.sum())} of {len(inside)}" + (f"; outside {', '.join(outside)}" if outside else "")
     return StudyValue(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
 
@@ -120,7 +135,7 @@ def recovery_level(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return the nominal level of the recovery in percent."""
     levels = study.recoveries[study.main]["nominal"]
     if not (levels == asked.row.of["nominal"]).any():
-        return absent(f"the recovery has no level {asked.row.of['nominal']:g}")
+        raise NoValueError(f"the recovery has no level {asked.row.of['nominal']:g}")
     return number(100.0 * float(asked.row.of["nominal"]), asked)
 
 
@@ -131,11 +146,11 @@ def recovery(study: Findings, asked: PaperNumber) -> StudyValue:
         (table["parameter"] == asked.option("parameter")) & (table["nominal"] == asked.row.of["nominal"])
     ]
     if row.empty:
-        return absent("the recovery does not score it")
+        raise NoValueError("the recovery does not score it")
     low, value, high = (100.0 * float(row[name].iloc[0]) for name in ("ci_low", "coverage", "ci_high"))
     scored = int(row["n"].iloc[0])
     if not scored:
-        return absent("no recording was scored")
+        raise NoValueError("no recording was scored")
     covered, *ends = (shown(each, asked.row.digits) for each in (value, low, high))
     return StudyValue(f"{covered} [{', '.join(ends)}], {scored} scored", value, n=scored)
 
@@ -144,21 +159,13 @@ def _excluded(study: Findings) -> dict[str, Verdict]:
     return {name: verdict for name, verdict in study.verdicts.items() if not verdict.may_be_read}
 
 
-def _named_share(names: list[str], total: int) -> StudyValue:
-    return StudyValue(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
-
-
 def _listed(names: list[str]) -> str:
     return f" ({', '.join(names)})" if names else ""
 
 
 def scalar_only_degrades(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether the mean RMSE is higher in the other experiment, over the subjects supported in both."""
-    if missing := _not_run(study, asked):
-        return missing
-    both = _beside(study.scores(), study.scores(asked.option("experiment")))
-    if both.empty:
-        return absent("no subject is prior-supported in both experiments")
+    both = _beside(study, asked, study.scores)
     means = both[["rmse_kpa", "rmse_kpa_other"]].mean().to_frame("mean").T
     worse = bool(means["rmse_kpa_other"].iloc[0] > means["rmse_kpa"].iloc[0])
     changes = _changes(pd.concat([means, both]), "rmse_kpa", asked)
@@ -167,27 +174,20 @@ def scalar_only_degrades(study: Findings, asked: PaperNumber) -> StudyValue:
 
 def k_atp_shift(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether the credible intervals of k_ATP are apart, over the subjects prior-supported in both."""
-    if missing := _not_run(study, asked):
-        return missing
-    main, other = (study.parameter("k_atp_per_s", name) for name in (study.main, asked.option("experiment")))
-    both = _beside(main, other)
-    if both.empty:
-        return absent("no subject is prior-supported in both experiments")
+    both = _beside(study, asked, lambda name: study.parameter("k_atp_per_s", name))
     apart = (both["ci_low_other"] > both["ci_high"]) | (both["ci_high_other"] < both["ci_low"])
     return StudyValue(f"{_verdict(apart)}: median {_changes(both, 'median', asked)} 1/s")
 
 
 def coverage_degrades(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether a coverage of the other experiment is below nominal and lower, beyond binomial error."""
-    if missing := _not_run(study, asked):
-        return missing
     nominal = float(asked.row.of["nominal"])
-    main, other = (
-        _coverages(study.recoveries[name], nominal) for name in (study.main, asked.option("experiment"))
+    both = _beside(
+        study,
+        asked,
+        lambda name: _coverages(study.recoveries[name], nominal),
+        "no recording was scored in both experiments",
     )
-    both = _beside(main, other).dropna()
-    if both.empty:
-        return absent("no recording was scored in both experiments")
     rows = both[["coverage", "n", "coverage_other", "n_other"]].to_numpy()
     worse = any(row[2] < min(row[0], nominal) and differ(*map(float, row)) for row in rows)
     percent = both.assign(coverage=100 * both["coverage"], coverage_other=100 * both["coverage_other"])
@@ -201,23 +201,32 @@ def constraint_order(study: Findings, asked: PaperNumber) -> StudyValue:
         table = study.parameter(name)
         widths.append(100.0 * float(((table["ci_high"] - table["ci_low"]) / table["median"]).mean()))
     if np.isnan(widths).any():
-        return absent("no subject is prior-supported")
+        raise NoValueError(UNSUPPORTED)
     named = ", ".join(
         f"{name} {shown(width, asked.row.digits)}" for name, width in zip(THETA_NAMES, widths, strict=True)
     )
     return StudyValue(f"{'yes' if widths[0] < widths[-1] else 'no'}: {named} % of the median")
 
 
-def _not_run(study: Findings, asked: PaperNumber) -> StudyValue | None:
+def _beside(
+    study: Findings,
+    asked: PaperNumber,
+    table: Callable[[str], pd.DataFrame],
+    none: str = "no subject is prior-supported in both experiments",
+) -> pd.DataFrame:
+    """Return the rows that a table has in the main and in the other experiment, whose columns end in _other.
+
+    Raises:
+        NoValueError: The other experiment was not run, or there is no such row.
+    """
     experiment = asked.option("experiment")
     if experiment == study.main or experiment not in study.recoveries:
-        return absent(f"the experiment '{experiment}' was not run beside '{study.main}'")
-    return None
-
-
-def _beside(main: pd.DataFrame, other: pd.DataFrame) -> pd.DataFrame:
-    """Put two tables beside each other, of the rows that both have; the other's columns end in _other."""
-    return main.merge(other, left_index=True, right_index=True, suffixes=("", "_other"))
+        raise NoValueError(f"the experiment '{experiment}' was not run beside '{study.main}'")
+    main, other = table(study.main), table(experiment)
+    both = main.merge(other, left_index=True, right_index=True, suffixes=("", "_other"))
+    if both.empty:
+        raise NoValueError(none)
+    return both
 
 
 def _verdict(holds: pd.Series) -> str:
@@ -237,5 +246,5 @@ def _changes(both: pd.DataFrame, column: str, asked: PaperNumber) -> str:
 
 
 def _coverages(recovery: pd.DataFrame, nominal: float) -> pd.DataFrame:
-    table: pd.DataFrame = recovery[recovery["nominal"] == nominal].set_index("parameter")[["coverage", "n"]]
-    return table
+    rows = recovery.loc[recovery["nominal"] == nominal, ["parameter", "coverage", "n"]]
+    return rows.set_index("parameter").dropna()

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import logging
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from swesbi.artefacts.csv import PlainTable
-from swesbi.artefacts.typed import ByExperiment, BySubject, Text
-from swesbi.base.settings import Settings
+from swesbi.artefacts.typed import ByExperiment, BySubject
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.settings import CmaesSettings, PredictiveSettings, RecoverySettings
 from swesbi.networks.paper.pool import Pool
@@ -18,7 +17,6 @@ from swesbi.prior import PriorSettings
 from swesbi.recording.cohort.recording_file import read_recording_file
 from swesbi.recording.observation import Observation
 from swesbi.recording.settings import RecordingSettings
-from swesbi.report.latex import comparison_latex
 from swesbi.report.paper.comparison import (
     ComparisonTable,
     StatementsTable,
@@ -26,7 +24,13 @@ from swesbi.report.paper.comparison import (
     score_in_words,
     statements_table,
 )
-from swesbi.report.paper.study_values import StudyResults, pool_size
+from swesbi.report.paper.design import (
+    fits_of_study,
+    pool_of_study,
+    recordings_of_study,
+    settings_of_study,
+)
+from swesbi.report.paper.study_values import Findings
 from swesbi.report.paper.values import read_paper
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import Verdict
@@ -38,7 +42,6 @@ class PaperComparison(NamedTuple):
     """One row for every number that the paper prints, and one for every statement on its results."""
 
     comparison_csv: ComparisonTable
-    comparison_tex: Text
     statements_csv: StatementsTable
 
 
@@ -73,34 +76,30 @@ def beside_the_paper(
     Raises:
         ArtefactError: ``recording.yaml`` cannot be read.
     """
-    numbers = read_paper()
-    study = StudyResults(
+    of_search, of_recording = search.to_plain(), recording.to_plain()
+    experiment = {
+        "prior": prior, "observation_model": observation_model, "estimator": estimator, "support": support,
+        "predictive": predictive, "recovery": recovery,
+    }  # fmt: skip
+    plain = {name: each.to_plain() for name, each in experiment.items()}
+    settings = {"experiment": plain, "cmaes": of_search, "recording": of_recording}
+    study = Findings(
         cohort_title=cohort_title,
         main=main_experiment,
-        settings={
-            "cohort_title": cohort_title,
-            "main_experiment": main_experiment,
-            "experiment": _plain(
-                prior=prior, observation_model=observation_model, estimator=estimator, support=support,
-                predictive=predictive, recovery=recovery,
-            ),
-            **_plain(cmaes=search, recording=recording),
-        },
-        protocol=read_recording_file(protocol.parent).protocol.to_plain(),
         ppc=ppc,
         posterior=posterior,
         features=features,
         verdicts=dict(verdicts),
         recoveries=dict(recoveries),
-        training=training,
-        pool=pool_size(pool),
-        observations=observations,
-        fits=dict(cmaes),
-    )  # fmt: skip
+        design={
+            **settings_of_study(settings, training),
+            "protocol": read_recording_file(protocol.parent).protocol.to_plain(),
+            "pool": pool_of_study(pool, cohort_title),
+            "recordings": recordings_of_study(observations, of_recording["density_kg_m3"]),
+            "fits": fits_of_study(dict(cmaes), of_search),
+        },
+    )
+    numbers = read_paper()
     table, statements = comparison_table(numbers, study), statements_table(numbers, study)
     LOGGER.info(score_in_words(statements))
-    return PaperComparison(table, comparison_latex(numbers, table, cohort_title), statements)
-
-
-def _plain(**settings: Settings) -> dict[str, Any]:
-    return {name: each.to_plain() for name, each in settings.items()}
+    return PaperComparison(table, statements)

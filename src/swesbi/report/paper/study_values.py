@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
-from swesbi.checks.cmaes import CmaesFit
-from swesbi.networks.paper.pool import Pool
-from swesbi.recording.observation import Observation
 from swesbi.report.paper.values import PaperNumber
 from swesbi.verdict.verdict import Verdict
 
@@ -19,16 +16,7 @@ NAN = float("nan")
 LARGE = 1e4
 """From here on thousands are set apart by commas, as the paper does."""
 NORMAL_95: float = 1.96
-
-
-@dataclass(frozen=True)
-class PoolSize:
-    """The size of a training pool: its subjects, features, rows, and prior simulations of each subject."""
-
-    subjects: tuple[str, ...]
-    features: tuple[str, ...]
-    rows: int
-    simulations: tuple[int, ...]
+UNSUPPORTED: Final = "no subject is prior-supported"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +31,7 @@ class Findings:
         features: The checked features of every experiment and subject.
         verdicts: Verdicts of the main experiment, by subject, in the cohort's order.
         recoveries: Recovery scores by experiment.
+        design: What the study was made with, nested by dotted paths (:mod:`swesbi.report.paper.design`).
     """
 
     cohort_title: str
@@ -52,6 +41,7 @@ class Findings:
     features: pd.DataFrame
     verdicts: Mapping[str, Verdict]
     recoveries: Mapping[str, pd.DataFrame]
+    design: Mapping[str, Any] = field(default_factory=dict)
 
     def scores(self, experiment: str = "", readable: bool = True) -> pd.DataFrame:
         """Return the scores of one experiment (the main one), by subject, if they may be interpreted."""
@@ -63,34 +53,6 @@ class Findings:
         table = self.posterior
         chosen = (table["experiment"] == (experiment or self.main)) & (table["parameter"] == name)
         return table[chosen & table["may_be_read"].astype(bool)].set_index("subject")
-
-
-@dataclass(frozen=True, kw_only=True)
-class StudyResults(Findings):
-    """What was found, and what the study was made with.
-
-    Attributes:
-        settings: Plain settings: ``experiment`` (the main one, its prior as such), ``cmaes``, ``recording``.
-        protocol: How the cohort was recorded, as its ``recording.yaml`` says.
-        training: Losses of the main experiment, one row an epoch.
-        pool: Size of the main experiment's pool.
-        observations: The recordings.
-        fits: CMA-ES fits by subject.
-    """
-
-    settings: Mapping[str, Any]
-    protocol: Mapping[str, Any]
-    training: pd.DataFrame
-    pool: PoolSize
-    observations: Sequence[Observation]
-    fits: Mapping[str, CmaesFit]
-
-
-def pool_size(pool: Pool) -> PoolSize:
-    """Count a pool."""
-    drawn = np.unique(np.stack([pool.subject_index, pool.draw_index]), axis=1)
-    counts = np.bincount(drawn[0], minlength=len(pool.subjects))
-    return PoolSize(pool.subjects, pool.components.features, len(pool.z), tuple(map(int, counts)))
 
 
 @dataclass(frozen=True)
@@ -112,7 +74,11 @@ class StudyValue:
     missing: str = ""
 
 
-Measure = Callable[[Any, PaperNumber], StudyValue]
+class NoValueError(ValueError):
+    """This study has no value of a number; the message says why."""
+
+
+Measure = Callable[[Findings, PaperNumber], StudyValue]
 
 
 def number(value: float, asked: PaperNumber, suffix: str = "") -> StudyValue:
@@ -121,9 +87,13 @@ def number(value: float, asked: PaperNumber, suffix: str = "") -> StudyValue:
 
 
 def spread(values: Sequence[float], asked: PaperNumber) -> StudyValue:
-    """Return mean and standard deviation (n - 1) of one value a prior-supported subject."""
+    """Return mean and standard deviation (n - 1) of one value a prior-supported subject.
+
+    Raises:
+        NoValueError: There is none.
+    """
     if not len(values):
-        return absent("no subject is prior-supported")
+        raise NoValueError(UNSUPPORTED)
     mean = float(np.mean(values))
     if len(values) == 1:
         return StudyValue(f"{shown(mean, asked.row.digits)} (one subject)", mean, n=1)
@@ -134,17 +104,14 @@ def spread(values: Sequence[float], asked: PaperNumber) -> StudyValue:
 
 
 def share(count: int, total: int) -> StudyValue:
-    """Return "count of total"."""
-    return (
-        StudyValue(f"{count} of {total}", count, n=total)
-        if total
-        else absent("no subject is prior-supported")
-    )
+    """Return "count of total".
 
-
-def absent(why: str) -> StudyValue:
-    """Return that there is no value, and why."""
-    return StudyValue(f"none: {why}", missing=why)
+    Raises:
+        NoValueError: There is none.
+    """
+    if not total:
+        raise NoValueError(UNSUPPORTED)
+    return StudyValue(f"{count} of {total}", count, n=total)
 
 
 def shown(value: float, digits: int) -> str:

@@ -17,6 +17,9 @@ from swesbi.base.settings import Settings
 PAPER_VALUES: Final = Path(__file__).parent / "paper_values.yaml"
 """The data file that the package ships."""
 
+FOUND: Final = "found"
+DESIGNED: Final = "designed"
+"""Where this study's value comes from: of the study, or of a choice that brought it about."""
 NUMBER: Final = re.compile(r"[-+]?\d+(?:\.\d+)?")
 Option = str | float | int | bool
 
@@ -36,6 +39,16 @@ class PaperRow(Settings):
     remark: str = ""
     designed: str = ""
     statement: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_design(cls, plain: dict[str, Any]) -> dict[str, Any]:
+        """Put what a ``path`` stands for: the measure of a study's design, and how it is read."""
+        if "path" not in plain:
+            return plain
+        rest = {name: value for name, value in plain.items() if name != "path"}
+        of = {**rest.get("of", {}), "path": plain["path"]}
+        return {"measure": "designed", "reading": "configured", **rest, "of": of}
 
     @model_validator(mode="after")
     def _check_printed(self) -> Self:

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import pandas as pd
 
 from swesbi.checks.calibration.alarms import ALARMS
-from swesbi.report.numbers import MISSING, PARAMETERS, count, fixed, quantity
-from swesbi.report.results import wide
+from swesbi.checks.calibration.table import C2ST, POOLED
+from swesbi.report.columns import COLUMNS, named
+from swesbi.report.numbers import MISSING, PARAMETERS, count, fixed
+from swesbi.report.results import Experiment, wide
 from swesbi.report.table import Column, Table, words
-from swesbi.report.tables.exact import Exact
-from swesbi.report.tables.subjects import SUBJECT
-from swesbi.verdict.summary import ANSWERS, POOLED, RECORDINGS
+from swesbi.verdict.summary import RECORDINGS
 
 MADE = words("recordings", "Recordings", RECORDINGS)
-ANSWER = words("sampler", "Answer", ANSWERS)
+
+CLOPPER_PEARSON: Final = "Clopper-Pearson, as calibration.judgement.confidence says"
 
 
-def calibration_summary(exact: Exact) -> Table:
+def calibration_summary(exact: Experiment) -> Table:
     """Return how many checks of calibration fail, by how recordings were made and who answered."""
     columns = (
         MADE,
-        ANSWER,
+        COLUMNS["answer"],
         Column("pooled", "Checks, pooled", "failed of all"),
         Column("single", "Checks, by subject", "failed of all"),
         *(
@@ -28,17 +31,16 @@ def calibration_summary(exact: Exact) -> Table:
             for name, label in PARAMETERS.items()
         ),
         Column("tarp joint", "Joint coverage", "%, pooled", "1%"),
-        Column("n", "Recordings", "", "d"),
+        COLUMNS["n"],
     )
     table = exact.calibration
-    kinds = table[table["test"] != "c2st"].groupby(["recordings", "sampler"], sort=False)
     rows = []
-    for (made, sampler), part in kinds:
+    for key, part in table[table["test"] != C2ST].groupby(["recordings", "sampler"], sort=False):
         of_all = part["subject"] == POOLED
         known = part[of_all].dropna(subset="coverage_90")
         covered = dict(zip(known["test"] + " " + known["quantity"], known["coverage_90"], strict=True))
         failed = {"pooled": _failed(part[of_all]), "single": _failed(part[~of_all]), "n": part["n"].max()}
-        rows.append({"recordings": made, "sampler": sampler} | failed | covered)
+        rows.append(dict(zip(("recordings", "sampler"), key, strict=True)) | failed | covered)
     note = (
         "Checks: ranks of the truth and coverage at all levels within simultaneous bands, joint coverage, "
         "contraction. Coverage is that of 90 % intervals and regions. At the subject's own data, the truth "
@@ -51,14 +53,13 @@ def _failed(table: pd.DataFrame) -> str:
     return f"{int(table['flagged'].sum())} of {len(table)}" if len(table) else MISSING
 
 
-def failed_checks(exact: Exact) -> Table:
+def failed_checks(exact: Experiment) -> Table:
     """Return the checks that failed."""
     columns = (
-        SUBJECT,
+        COLUMNS["subject"],
         MADE,
-        ANSWER,
-        words("test", "Test"),
-        words("quantity", "Quantity", quantity),
+        COLUMNS["answer"],
+        *named("test", "quantity"),
         Column("n", "n", "", "d"),
         Column("statistic", "Statistic", "", "3g"),
         Column("p_value", "p-value", "", "2g"),
@@ -69,7 +70,7 @@ def failed_checks(exact: Exact) -> Table:
     return Table("Checks of calibration that failed.", table[table["flagged"] == 1], columns, note)
 
 
-def alarms_table(exact: Exact) -> Table:
+def alarms_table(exact: Experiment) -> Table:
     """Return how often the verdict raises an alarm on recordings that the model itself made."""
     columns = (
         MADE,
@@ -77,17 +78,17 @@ def alarms_table(exact: Exact) -> Table:
             Column(tuple(f"{name}_{of}" for of in ("rate", "ci_low", "ci_high")), name, "% (interval)", "1%")
             for name in ALARMS
         ),
-        Column("n", "Recordings", "", "d"),
+        COLUMNS["n"],
     )
     table = exact.alarms
     frame = wide(table[table["alarm"].isin(ALARMS)], ["recordings"], "alarm")
-    note = "On recordings that the model itself made an alarm is false. Intervals: 95 % Clopper-Pearson."
+    note = f"On recordings that the model itself made an alarm is false. Intervals: {CLOPPER_PEARSON}."
     return Table("False alarms of the misspecification tests.", frame, columns, note)
 
 
 def two_samples(calibration: pd.DataFrame) -> str:
     """Say how well a classifier tells samplers apart."""
-    accuracies = calibration[calibration["test"] == "c2st"]
+    accuracies = calibration[calibration["test"] == C2ST]
     if accuracies.empty:
         return "No samplers were compared."
     pairs = [

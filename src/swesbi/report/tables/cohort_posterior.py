@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.parameters import THETA
-from swesbi.persons.cohort.result import NOTE_SEPARATOR, CohortPosterior
+from swesbi.persons.cohort.stored import NOTE_SEPARATOR, CohortPosterior
 from swesbi.persons.cohort.table import (
     FACTOR,
     GROUP_FACTOR,
@@ -19,19 +19,18 @@ from swesbi.persons.cohort.table import (
     hyperparameter_table,
     subject_table,
 )
+from swesbi.report.columns import COLUMNS
 from swesbi.report.numbers import (
     PARAMETER_UNITS,
     PARAMETERS,
     estimate,
     fixed,
     interval,
-    middle,
     percent,
     with_limits,
 )
 from swesbi.report.results import columns_of, marked, records, wide
 from swesbi.report.table import Column, Table, words
-from swesbi.report.tables.subjects import SUBJECT
 from swesbi.verdict.summary import LIMITS
 
 SURE: Final = 0.95
@@ -63,16 +62,18 @@ def cohort_section(posterior: CohortPosterior, title: str) -> CohortSection:
         "population": population_table(population, title),
         "subjects": subjects_table(subjects, title),
     }
+    compared = f"Groups are compared with {posterior.reference_group}."
     notes = (f"{note[:1].upper()}{note[1:]}." for note in posterior.notes.split(NOTE_SEPARATOR) if note)
-    return CohortSection((*in_words(population, subjects), *notes), tables)
+    said = (*in_words(population, subjects), *([compared] if posterior.groups else ()), *notes)
+    return CohortSection(said, tables)
 
 
 def population_table(table: pd.DataFrame, title: str) -> Table:
     """Return a row a hyperparameter, parameter by parameter."""
     columns = (
-        words("parameter", "Parameter", PARAMETERS),
+        COLUMNS["parameter"],
         words(("quantity", "of"), "Quantity", _quantity),
-        Column(LIMITS, "Median", "", middle),
+        COLUMNS["median"],
         Column(LIMITS, "Interval", "", interval),
         words(("parameter", "unit"), "Unit", lambda name, unit: PARAMETER_UNITS[name] if unit != "1" else ""),
         Column("probability_above_1", "Above 1", "%", "0%"),
@@ -87,7 +88,7 @@ def _quantity(name: str, of: str) -> str:
 def subjects_table(table: pd.DataFrame, title: str) -> Table:
     """Return a row a subject: each parameter alone and within the population."""
     columns = (
-        SUBJECT,
+        COLUMNS["subject"],
         words("verdict", "Verdict"),
         *(
             Column(

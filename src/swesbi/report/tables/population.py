@@ -4,24 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from pydantic import JsonValue
 
+from swesbi.context import CONTEXT
+from swesbi.parameters import PHI_NAMES
 from swesbi.population.settings import DECLARED_NAMES, MOST_SHOWN
+from swesbi.report.columns import each_parameter, named
 from swesbi.report.figures.cohort import counted_reasons
-from swesbi.report.figures.population import stratum_label
-from swesbi.report.numbers import CONTEXT, MISSING, PARAMETERS, percent, with_limits
-from swesbi.report.results import columns_of, marked, wide
-from swesbi.report.table import MARK, SUMMARY, Column, Table, words
-from swesbi.report.tables.exact import SYMBOLS, UNITS, VERDICT, shape
-from swesbi.report.tables.experiments import COVERAGE
-from swesbi.report.tables.subjects import SUBJECT
-from swesbi.verdict.summary import ANSWERS, OUTCOMES, REFUSED
-
-SAMPLER_NAMES: Final = {"importance": "importance weights", "mcmc": "MCMC"}
+from swesbi.report.figures.strata import stratum_label
+from swesbi.report.numbers import MISSING, percent
+from swesbi.report.results import marked, wide
+from swesbi.report.table import MARK, SUMMARY, Table, words
+from swesbi.report.tables.calibration import CLOPPER_PEARSON
+from swesbi.verdict.summary import OUTCOMES, REFUSED
 
 
 @dataclass(frozen=True)
@@ -57,15 +56,12 @@ class PopulationSection:
 
 def strata_table(shown: PopulationSection) -> Table:
     """Return coverage of both answers by stratum, with the efficiency of the weights."""
-    columns = (
+    columns = named(
         words("stratum", "Stratum", stratum_label),
-        words("sampler", "Answer", ANSWERS),
-        *(
-            Column(columns_of(name, COVERAGE), f"Coverage of {symbol}", "% (interval)", "1%")
-            for name, symbol in PARAMETERS.items()
-        ),
-        Column("n", "Recordings", "", "d"),
-        Column("median_efficiency", "Median efficiency", "%", "0%"),
+        "answer",
+        *each_parameter("coverage"),
+        "n",
+        "median_efficiency",
     )
     frame = wide(shown.coverage, ["stratum", "sampler"], "parameter")
     strata = list(frame["stratum"].unique())
@@ -74,7 +70,7 @@ def strata_table(shown: PopulationSection) -> Table:
     level = percent(shown.interval, 0)
     note = (
         f"Nominal: {level} %. Each fresh context is recorded once under the model's own noise; none was "
-        "trained on. Intervals: 95 % Clopper-Pearson."
+        f"trained on. Intervals on coverage: {CLOPPER_PEARSON}."
     )
     return Table(f"Coverage of {level} % intervals by stratum, on fresh contexts.", frame, columns, note)
 
@@ -87,13 +83,6 @@ def cohort_table(shown: PopulationSection, cohort_title: str) -> Table:
 
 def counts_table(shown: PopulationSection, cohort_title: str, most_reasons: int | None = 3) -> Table:
     """Return how many subjects have which verdict, with the commonest reasons, or all where None is given."""
-    columns = (
-        words("status", "Verdict"),
-        words("reasons", "Commonest reasons"),
-        Column("n", "Subjects", "", "d"),
-        Column("share", "Share", "%", "1%"),
-        Column("efficiency", "Median efficiency", "%", "0%"),
-    )
     rows = []
     for status in OUTCOMES:
         subjects = shown.cohort[shown.cohort["status"] == status]
@@ -101,29 +90,21 @@ def counts_table(shown: PopulationSection, cohort_title: str, most_reasons: int 
         row = {
             "status": status,
             "reasons": ", ".join(f"{reason} ({number})" for reason, number in reasons) or MISSING,
-            "n": len(subjects),
+            "subjects": len(subjects),
             "share": len(subjects) / len(shown.cohort),
-            "efficiency": float(subjects["efficiency"].median()),
+            "median_efficiency": float(subjects["efficiency"].median()),
         }
         rows.append(row)
+    columns = named("status", "reasons", "subjects", "share", "median_efficiency")
     note = "Each subject has its row in cohort.csv, with context, reason, medians and limits."
     return Table(f"Verdicts over the cohort ({cohort_title}).", pd.DataFrame(rows), columns, note)
 
 
 def _subjects(shown: PopulationSection, cohort_title: str) -> Table:
-    columns = (
-        SUBJECT,
-        VERDICT,
-        words("reason", "Tests that contradict the model", {"": MISSING}),
-        *(
-            Column(columns_of(name), symbol, f"{UNITS[name]}, median (interval)", with_limits)
-            for name, symbol in SYMBOLS.items()
-        ),
-        Column("k_hat", "k-hat", "", shape),
-        Column("efficiency", "Efficiency", "%", "0%"),
-        words("sampler", "Draws by", SAMPLER_NAMES),
-    )
+    answers = (f"answer {name}" for name in PHI_NAMES)
+    columns = named("subject", "status", "reason", *answers, "k_hat", "efficiency", "sampler")
     note = (
+        "Medians and credible intervals. "
         "Who lies outside the declared range is refused: the network has learnt nothing there. Grey: "
         "refused, or contradicted, whose posterior must not be used."
     )
@@ -134,9 +115,11 @@ def _subjects(shown: PopulationSection, cohort_title: str) -> Table:
 def range_in_words(settings: Mapping[str, Any]) -> str:
     """Return the declared range: "heart rate 40 to 130 /min, LVEDV 35 to 300 mL, ..."."""
     limits = settings["population"]["declared_range"]
-    units = dict(zip(DECLARED_NAMES, ("/min", "mL", "cm"), strict=True))
     parts = [
-        f"{CONTEXT[name]} {limits[name][0]:g} to {limits[name][1]:g} {units[name]}" for name in DECLARED_NAMES
+        f"{each.words} {low:g} to {high:g} {each.shown_unit.removeprefix('1')}"
+        for each in CONTEXT
+        if each.name in DECLARED_NAMES
+        for low, high in [limits[each.name]]
     ]
     low, high = limits["relative_thickness"]
     return ", ".join([*parts, f"septal thickness over the radius {low:g} to {high:g}"])

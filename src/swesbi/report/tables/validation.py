@@ -12,6 +12,7 @@ import pandas as pd
 
 from swesbi.artefacts import UnfitError
 from swesbi.artefacts.csv import Table as Format
+from swesbi.report.columns import COLUMNS as COLUMNS_SHOWN
 from swesbi.report.numbers import percent, span
 from swesbi.report.table import MARK, MUTED, Cell, Column, Strong, Table, words
 from swesbi.report.tables.validation_outcomes import (
@@ -21,7 +22,6 @@ from swesbi.report.tables.validation_outcomes import (
     K_SR,
     MISSED,
     MOST_MISSED,
-    NAMES,
     NOT_TESTED,
     POOLED,
     REACHED,
@@ -29,9 +29,11 @@ from swesbi.report.tables.validation_outcomes import (
     judged,
 )
 
+VERDICTS: Final = ("not_contradicted", "doubtful", "contradicted")
+OF_THOSE: Final = "% of the not contradicted (interval)"
 RATES: Final = {name: (name, f"{name}_low", f"{name}_high") for name in ("coverage", COVERED, MISSED)}
 COLUMNS: Final = (
-    "generator", "quantity", "n", "not_contradicted", "doubtful", "contradicted",
+    "generator", "quantity", "n", *VERDICTS,
     *(column for columns in RATES.values() for column in columns),
     "bias_log", "width_log", "n_not_contradicted", "tested",
 )  # fmt: skip
@@ -102,22 +104,15 @@ def validation_table(table: pd.DataFrame, caption: str) -> Table:
     """
     columns = (
         words("label", "Hearts"),
-        words("quantity", "Quantity", NAMES),
+        COLUMNS_SHOWN["quantity"],
         Column("n", "Number", "", "d"),
-        Column("not_contradicted", "Not contradicted", "%", "0%"),
-        Column("doubtful", "Doubtful", "%", "0%"),
-        Column("contradicted", "Contradicted", "%", "0%"),
+        *(Column(each, each.replace("_", " ").capitalize(), "%", "0%") for each in VERDICTS),
         Column(RATES["coverage"], "Coverage", "% of all answered (interval)", _rate),
-        Column(
-            (*RATES[COVERED], "is_tested", "short"),
-            "Coverage",
-            "% of the not contradicted (interval)",
-            _judged,
-        ),
+        Column((*RATES[COVERED], "is_tested", "short"), "Coverage", OF_THOSE, _judged),
         Column(
             (*RATES[MISSED], "is_tested", "often", "first"),
             "Missed",
-            f"% of the not contradicted (interval); {percent(BY_CHANCE, 0)} by chance",
+            f"{OF_THOSE}; {percent(BY_CHANCE, 0)} by chance",
             _judged,
         ),
         Column("bias_log", "Bias", "log", "2f"),

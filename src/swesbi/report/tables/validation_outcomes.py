@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.parameters import DERIVED, HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE
-from swesbi.report.numbers import PARAMETERS, as_percent, count, fixed, percent, share, span
+from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE
+from swesbi.report.numbers import as_percent, count, fixed, percent, quantity, share, span
 
 K_SR: Final = "k_sr_per_s"
 QUANTITIES: Final = (
@@ -33,7 +33,6 @@ SCORED: Final = 2
 """The first of them, peak active stiffness and k_SR, make a heart missed."""
 OF_EVERY_GENERATOR: Final = QUANTITIES[:SCORED]
 """Quantities of which a coverage is asked: peak active stiffness and k_SR."""
-NAMES: Final = {quantity.name: quantity.meaning for quantity in DERIVED} | PARAMETERS
 TESTED: Final = "tested"
 NOT_TESTED: Final = "not tested"
 
@@ -62,21 +61,23 @@ POOLED: Final = "pooled"
 POOLED_TOGETHER: Final = f"{POOLED}: {', '.join(TOGETHER)}"
 POOLED_ALL: Final = f"{POOLED}: all"
 """What the table calls the hearts of several generators together."""
+ALL_TOGETHER: Final = "all together"
 COVERED: Final = "coverage_not_contradicted"
 MISSED: Final = "missed_not_contradicted"
 Outcome = tuple[bool, str, str]
 """Whether something is reached, what is asked, and what came out; clauses."""
 
 
-def lettered(letters: Iterable[str]) -> str:
-    """Return letters as text has them: "(c), (d), (h)"."""
-    return ", ".join(f"({letter})" for letter in letters)
+def named(letters: Iterable[str], generators: Iterable[str]) -> str:
+    """Return what the generators of letters are called, among "a: generator of the study" and others."""
+    titles = dict(generator.split(": ", 1) for generator in generators)
+    return "; ".join(titles.get(letter, f"({letter})") for letter in letters)
 
 
 def judged(table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of ``validation.csv`` in the order above, with what is said of each.
 
-    The further columns are ``letter`` ("a" or "pooled"), ``label`` ("(a) generator of the study"), ``first``
+    The further columns are ``letter`` ("a" or "pooled"), ``label`` ("generator of the study"), ``first``
     (the generator's first row, which says what is true of all its hearts), ``is_tested``, ``asked`` (a
     coverage is asked of it), ``short`` (it covers less than is asked) and ``often`` (of the first row: more
     hearts are missed than is asked).
@@ -93,24 +94,25 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     short = (together & (rows[COVERED] < LEAST_TOGETHER)) | (each & (rows[f"{COVERED}_high"] < REACHED))
     often = (together & (rows[MISSED] > MOST_MISSED)) | (each & (rows[f"{MISSED}_low"] > BY_CHANCE))
     asked = tested & rows["quantity"].isin(OF_EVERY_GENERATOR)
-    rows = rows.assign(letter=letter, label=generator.map(_label), first=first, is_tested=tested, asked=asked)
+    labels = [_label(name, generator) for name in generator]
+    rows = rows.assign(letter=letter, label=labels, first=first, is_tested=tested, asked=asked)
     rows = rows.assign(short=asked & short, often=first & tested & often)
     order = {name: _order(own) for name, own in rows.groupby("generator")}
     return rows.sort_values("generator", key=lambda names: names.map(order), kind="stable")
 
 
-def _label(generator: str) -> str:
+def _label(generator: str, generators: Iterable[str]) -> str:
+    if generator == POOLED_ALL:
+        return ALL_TOGETHER
     letter, _, title = generator.partition(": ")
-    if letter != POOLED:
-        return f"({letter}) {title}"
-    return "all together" if generator == POOLED_ALL else f"{lettered(title.split(', '))} together"
+    return f"{named(title.split(', '), generators)} together" if letter == POOLED else title
 
 
 def _order(rows: pd.DataFrame) -> tuple[int, float]:
     """Return the place: pooled, missed, not tested, the rest; the least share first among them."""
     first = rows.iloc[0]
     if first["letter"] == POOLED:
-        return 0, float(first["label"] == _label(POOLED_ALL))
+        return 0, float(first["label"] == ALL_TOGETHER)
     if not first["is_tested"]:
         return 2, float(first["not_contradicted"])
     least = rows.loc[rows["asked"], COVERED].min()
@@ -147,10 +149,11 @@ def _of_each(rows: pd.DataFrame) -> Iterator[Outcome]:
     if covered.empty:
         return
     level, short = as_percent(CONFIDENCE), covered[covered["short"]]
+    each = named(covered["letter"].unique(), rows["generator"])
     yield (
         short.empty,
-        f"in each of {lettered(covered['letter'].unique())} the coverage of peak active stiffness and of "
-        f"k_SR reaches {share(REACHED, 0)} with its {level} interval",
+        f"for each of {each}, the coverage of peak active stiffness and of k_SR reaches {share(REACHED, 0)} "
+        f"with its {level} interval",
         f"Lowest: {_rates(covered.loc[[covered[COVERED].idxmin()]], COVERED)}"
         if short.empty
         else f"Short of it: {_rates(short, COVERED)}",
@@ -172,12 +175,15 @@ def _of_all(rows: pd.DataFrame) -> Iterator[Outcome]:
     covered = own[own["asked"]].sort_values(COVERED, kind="stable")
     if covered.empty:
         return
-    over = f"over {lettered(TOGETHER)} together"
-    named = zip(covered["quantity"], covered[COVERED], strict=True)
+    over = f"over {named(TOGETHER, rows['generator'])} together"
+    found = [
+        f"{quantity(name)} {share(value)}, {share(of_all)} of all answered"
+        for name, value, of_all in covered[["quantity", COVERED, "coverage"]].to_numpy()
+    ]
     yield (
         not covered["short"].any(),
         f"{over} peak active stiffness and k_SR are each covered in at least {share(LEAST_TOGETHER, 0)}",
-        f"Found: {', '.join(f'{NAMES[name]} {share(value)}' for name, value in named)}",
+        f"Found: {'; '.join(found)}",
     )
     yield (
         not own["often"].any(),
@@ -198,7 +204,8 @@ def _of_width(rows: pd.DataFrame, former: float | None) -> Iterator[Outcome]:
     if former is None or widths.empty:
         return
     times = float(widths.iloc[0]) / former
-    asked = f"k_SR of (a) is at most {fixed(WIDEST, 2)} times as wide as in the second round"
+    own = named("a", rows["generator"])
+    asked = f"k_SR of the {own} is at most {fixed(WIDEST, 2)} times as wide as in the second round"
     yield times <= WIDEST, asked, f"Found: {fixed(times, 2)} times"
 
 
@@ -207,7 +214,7 @@ def _rates(rows: pd.DataFrame, rate: str) -> str:
     said = []
     for label, part in rows.groupby("label", sort=False):
         values = [
-            f"{NAMES[name]} " * (rate == COVERED) + f"{share(value)} ({span(percent(low), percent(high))})"
+            f"{quantity(name)} " * (rate == COVERED) + f"{share(value)} ({span(percent(low), percent(high))})"
             for name, value, low, high in part[["quantity", rate, f"{rate}_low", f"{rate}_high"]].to_numpy()
         ]
         said.append(f"{label}, {', '.join(values)}")

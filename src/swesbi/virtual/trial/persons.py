@@ -24,7 +24,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
-from swesbi.virtual.hearts.echocardiography import with_own_lvesv
+from swesbi.virtual.echocardiography import with_own_lvesv
 from swesbi.virtual.trial.settings import (
     AFTER,
     GROUPS,

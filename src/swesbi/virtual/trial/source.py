@@ -59,3 +59,9 @@ def narrowed(prior: JointPriorSettings, share: float) -> JointPriorSettings:
     return JointPriorSettings(
         theta=prior.theta.model_copy(update=theta), passive_stiffness_kpa=narrow(prior.passive_stiffness_kpa)
     )
+
+
+def noisier(acquisition: AcquisitionSettings, factor: float) -> AcquisitionSettings:
+    """Return the acquisition with so many times the errors of samples, repeats and sweeps."""
+    names = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction")
+    return acquisition.model_copy(update={name: factor * getattr(acquisition, name) for name in names})
