@@ -84,8 +84,8 @@ def test_a_finished_study_has_nothing_to_do(editable: StudyCopy) -> None:
         ),
         pytest.param(
             "src/swesbi/checks/predictive_features.py",
-            "noise_streams(seed, observation.subject, name)",
-            "noise_streams(seed + 1, observation.subject, name)",
+            'of_curves = generator(seed, "observed curves", subject, of)',
+            'of_curves = generator(seed + 1, "observed curves", subject, of)',
             PREDICTIVE,
             id="stage code",
         ),

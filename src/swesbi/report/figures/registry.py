@@ -133,10 +133,11 @@ FIGURES: Final = (
         "calibration_figure", "calibration", "speeds", "calibration",
         "Calibration of the experiment {experiment} on recordings of known parameters ({cohort}), each with "
         "its own exact posterior. (a) Ranks of the truth are uniform where posteriors are right; grey: a "
-        "band for all points and quantities at once. (b) Coverage of 90 % intervals and joint regions. "
+        "band for all points and quantities at once. (b) Coverage of intervals and joint regions. "
         "Contraction (in the table) stands beside them, since the prior returned as posterior has uniform "
         "ranks too.",
-        "Ranks within a band around zero, and shares of recordings whose truth lies in the interval",
+        "Ranks within a band around zero, and shares of recordings whose truth lies in the interval, in the "
+        "contexts of the {cohort}",
     ),
     FigureSpec(
         "misspecification_figure", "misspecification", "speeds", "misspecification tests",
@@ -145,7 +146,7 @@ FIGURES: Final = (
         "subject; filled: flagged. (b) Alarms on the recordings of known parameters behind the checks of "
         "calibration, of the two tests with a null distribution, and of both together. Volumes, ejection "
         "and context have no part in (b).",
-        "Points for the p-value of each test by subject, and shares of alarms with intervals",
+        "Points for the p-value of each test by subject of the {cohort}, and shares of alarms with intervals",
     ),
     FigureSpec(
         "identifiability_figures", "identifiability", "speeds", "what the recordings tell",
@@ -153,7 +154,8 @@ FIGURES: Final = (
         "subject. Above: contraction against the prior, and sensitivity to prior and likelihood by power "
         "scaling. Middle: posterior draws of k_0 and k_ATP, with the line of equal isometric stiffness. "
         "Below: by how much the expected sd of each quantity grows without a phase.",
-        "Contraction and sensitivity of each quantity, pairs of two parameters, and losses by phase",
+        "Contraction and sensitivity of each quantity, pairs of two parameters, and losses by phase, of the "
+        "{cohort}",
     ),
     FigureSpec(
         "population_cohort", "cohort", "population", "overview of the cohort",
