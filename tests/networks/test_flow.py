@@ -95,8 +95,11 @@ def test_a_point_whose_map_overflows_goes_to_a_corner_of_the_box() -> None:
     np.testing.assert_array_equal(np.delete(heart, 2, axis=0), np.delete(plain, 2, axis=0))
 
 
-def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed() -> None:
-    flow, prior = known(), speed_case.settings().prior.simulated
+@pytest.mark.parametrize("spread", [1.0, 2.0])
+def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed(spread: float) -> None:
+    proposal, prior = known(), speed_case.settings().prior.simulated
+    eta = proposal.flow.eta
+    flow = replace(proposal, flow=replace(proposal.flow, eta=replace(eta, scale=spread * eta.scale)))
     heart = flow.draw(40_000, seed=1)
     assert in_bounds(heart, prior).all()
     other = flow.draw(40_000, seed=2)
