@@ -40,7 +40,7 @@ def test_a_round_is_added_once_and_leaves_the_others_alone(
 ) -> None:
     before = {path: path.read_text() for path in (stored, stored.with_name("rounds_samplers.csv"))}
     sit(tmp_path, stored, 9)
-    assert "Reached: over (c), (d), (h) together at most 23 % are missed" in capsys.readouterr().out
+    assert "Reached: over hearts; hearts; hearts together at most 23 % are missed" in capsys.readouterr().out
     for path, text in before.items():
         assert path.read_text().startswith(text)
     rounds = ROUNDS.read(stored)
