@@ -72,12 +72,12 @@ def test_phases_move_with_their_curve() -> None:
 
 
 def test_features_are_judged_with_their_noise() -> None:
-    same = draws(np.tile([60.0, 6.0, 30.0], (5000, 1)))
-    shown = replace(same, features=np.tile([50.0, 20.0, 0.4], (5000, 1)))
+    same = draws(np.tile([60.0, 6.0, 30.0], (20_000, 1)))
+    shown = replace(same, features=np.tile([50.0, 20.0, 0.4], (20_000, 1)))
     observed = replace(
         target(), features=np.array([51.5, 20.5, 0.46]), feature_noise_sd=np.array([1.0, 0.0, 0.03])
     )
     found = predict(replicates(shown, observed, {}, 1, "A", "prior"), observed, 0.9, of_new=False).features
     assert found.inside.tolist() == [True, False, False]
-    assert found.predicted.high[0] == pytest.approx(50.0 + norm.ppf(0.95), abs=0.1)
+    assert found.predicted.high[0] == pytest.approx(50.0 + norm.ppf(0.95), abs=0.06)
     assert found.predicted.low[1] == found.predicted.high[1] == 20.0

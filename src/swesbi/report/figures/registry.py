@@ -187,7 +187,7 @@ FIGURES: Final = (
     FigureSpec(
         "training_figure", "training", "experiment", "training",
         "Training and validation loss of the network of the experiment {experiment}, epoch by epoch.",
-        "Training and validation loss against epoch, experiment {experiment}",
+        "Training and validation loss against epoch, experiment {experiment}, {cohort}",
     ),
     FigureSpec("subject_figures", "ppc", "subject", "predictive check", *_PPC),
     FigureSpec("subject_figures", "posterior", "subject", "posterior", *_SUBJECT),

@@ -64,15 +64,18 @@ class Section:
 def section_figures(
     scope: Scope, pngs: Sequence[Path], experiment: str, page: Path, title: str
 ) -> dict[str, Figure]:
-    """Return the figures of an experiment by name: ``calibration-{experiment}.png`` as "calibration"."""
+    """Return the figures of an experiment by name: ``calibration-{experiment}.png`` as "calibration".
+
+    A training over a population is of contexts that were drawn, not of the cohort.
+    """
     specs = {spec.stem(experiment): spec for spec in on_page(scope).values()}
-    return {
-        specs[png.stem].name: figure(
-            png, page, *specs[png.stem].texts(title, experiment), png.with_suffix(".pdf")
-        )
-        for png in pngs
-        if png.stem in specs
-    }
+    made = {}
+    for png in (png for png in pngs if png.stem in specs):
+        spec = specs[png.stem]
+        whose = "drawn contexts" if scope == "population" and spec.of == "experiment" else title
+        texts = spec.texts(whose, experiment)
+        made[spec.name] = figure(png, page, *texts, png.with_suffix(".pdf"))
+    return made
 
 
 _SHARED: Final = {"derived": derived_table, "scores": score_table, "features": feature_table}
