@@ -39,6 +39,7 @@ from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import trained_network, trainer_of
 from swesbi.networks.settings import EstimatorSettings, Procedure
 from swesbi.networks.torch_prior import torch_prior
+from swesbi.networks.training_tables import EpochRecord
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import Observation
 from swesbi.seeds import integer_seed
@@ -102,15 +103,13 @@ def watched(kind: type, watch: Watch) -> type:
 
 
 class _Quiet:
-    """Stands for the tracker and the record of a trainer, and keeps nothing."""
+    """Stands for the tracker of a trainer, and keeps nothing."""
 
-    log_dir, number = None, 0
+    log_dir = None
 
     def log_metric(self, name: str, value: float, step: int | None = None) -> None: ...
 
     def flush(self) -> None: ...
-
-    def add(self, training_loss: float, validation_loss: float, seconds: float) -> None: ...
 
 
 def run(
@@ -140,7 +139,8 @@ def run(
                 show_progress_bars=False,
             )
         else:
-            trainer = watched(trainer_of(procedure), watch)(_Quiet(), prior, settings, CPU, ())
+            record = EpochRecord(procedure, settings.max_num_epochs + 1)
+            trainer = watched(trainer_of(procedure), watch)(record, prior, settings, CPU, ())
         trainer.append_simulations(pool.theta, pool.z, exclude_invalid_x=False)
         trainer.train(
             training_batch_size=settings.batch_size,

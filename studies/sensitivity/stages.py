@@ -72,7 +72,7 @@ def sensitivity_run(
     simulated = [_simulations(each, simulations_per_subject, variant_seed) for each in models]
     training_seed, label = integer_seed(variant_seed, "flow training"), f"variant {variant}"
     conditioning = conditioning_of(summary, model)
-    flow = train_over_subjects(simulated, conditioning, estimator, training_seed, label).flow
+    flow = train_over_subjects(simulated, conditioning, estimator, training_seed, label).estimator
     inferred = []
     for each in models:
         if fix_passive_scale:

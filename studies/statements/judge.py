@@ -17,8 +17,8 @@ from swesbi.checks.reference_fit import reference_fit
 from swesbi.checks.synthetic_recovery import posterior_seed, recovery_table
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import MeasuredSubject
-from swesbi.networks.paper.estimator import Checkpoint
-from swesbi.networks.paper.maf import draw_candidates, draw_until
+from swesbi.networks.paper.draws import draw_candidates, draw_until
+from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.pool import Pool, with_context
 from swesbi.population.synthetic import features_under
 from swesbi.posterior.truncated import Posterior, summarise_posterior
@@ -43,11 +43,11 @@ class Network:
 
     own: ExperimentSettings
     pool: Pool
-    net: Checkpoint
+    net: TrainedEstimator
     simulations: Mapping[str, PriorSimulations]
 
 
-def chosen(nets: Sequence[Checkpoint], epoch: Epoch) -> Checkpoint:
+def chosen(nets: Sequence[TrainedEstimator], epoch: Epoch) -> TrainedEstimator:
     """Return the network of the epoch that is asked for.
 
     Raises:

@@ -65,7 +65,7 @@ def flow() -> TrainedFlow:
         range(5000), model.recording.context, settings.prior.theta, settings.forward_model, 1
     )
     estimator = experiment.estimator.model_copy(update=changes)
-    return train_over_subjects([at_phases(drawn, model)], conditioning, estimator, 2).flow
+    return train_over_subjects([at_phases(drawn, model)], conditioning, estimator, 2).estimator
 
 
 def quieter(model: SpeedModel, factor: float) -> SpeedModel:

@@ -37,7 +37,7 @@ def recorded(number: int, pushes: int) -> tuple[SpeedModel, NDArray[np.float64]]
 def inferred() -> PushesCalibration:
     asked = EXPERIMENT.calibration.free_running.model_copy(update={"pushes": (3, 20)})
     return pushes_on_fresh(
-        trained().flow,
+        trained().estimator,
         pushes_numbers=(0, 2),
         fresh=FRESH,
         free_running=asked,

@@ -35,4 +35,4 @@ def inputs() -> tuple[Observation, CohortNoise, TrainedFlow]:
     speeds = speed_case.model().recording.speed_m_s
     samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
     noise = fit_cohort({"T": RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)}, {})
-    return ingest(samples, speed_case.CONTEXT, RECORDING, 100), noise, flow_case.trained(epochs=30).flow
+    return ingest(samples, speed_case.CONTEXT, RECORDING, 100), noise, flow_case.trained(epochs=30).estimator

@@ -11,7 +11,7 @@ import speed_case
 from swesbi.heart.periodic import Status
 from swesbi.networks.flow.conditioning import ConditioningSettings
 from swesbi.networks.flow.pool import SubjectSimulations
-from swesbi.networks.flow.training import FlowTraining, train_over_subjects
+from swesbi.networks.flow.training import TrainedWithLosses, train_over_subjects
 from swesbi.networks.settings import EmbeddingSettings
 from swesbi.parameters import OF_THETA
 from swesbi.prior import draw_prior
@@ -39,6 +39,6 @@ def simulations(count: int = 2000, prior: str = "paper") -> SubjectSimulations:
 
 
 @cache
-def trained(prior: str = "paper", count: int = 2000, epochs: int = TINY.epochs) -> FlowTraining:
+def trained(prior: str = "paper", count: int = 2000, epochs: int = TINY.epochs) -> TrainedWithLosses:
     settings = TINY.model_copy(update={"epochs": epochs})
     return train_over_subjects([simulations(count, prior)], CONDITIONING, settings, seed=3)

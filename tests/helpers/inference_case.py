@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swesbi.artefacts import values_of
 from swesbi.context import Context
+from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.pool import Components, SubjectFeatures, components_of
 from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
 from swesbi.prior import PriorSettings, log_centre, quantile
@@ -70,6 +72,11 @@ def known_posterior(observed: FloatArray) -> LogPosterior:
 def subject_features(context: Context, draws: int, observed: FloatArray, seed: int = 1) -> SubjectFeatures:
     theta = quantile(generator(seed, "test prior", context.subject).random((draws, 3)), WIDE_PRIOR)
     return SubjectFeatures(context, np.arange(draws), theta, features_of(theta), observed)
+
+
+def weights(estimator: TrainedEstimator) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a network by name."""
+    return values_of(estimator.net)["/"]
 
 
 def components() -> Components:

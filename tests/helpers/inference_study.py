@@ -95,8 +95,8 @@ class Results(NamedTuple):
     def write(self, folder: Path) -> None:
         made = Provenance("", "", SEED, {"a": 1}, "c")
         self.pool.write(folder / "pool.h5", made)
-        self.trained.estimator.write(folder / "estimator.pt", made)
-        self.trained.checkpoints.write(folder / "checkpoints.pt", made)
+        self.trained.estimator.write(folder / "estimator.h5", made)
+        self.trained.checkpoints.write(folder / "checkpoints.h5", made)
         TRAINING.write(self.trained.training, folder / "training.csv")
         for name, judged in self.judged.items():
             judged.posterior.write(folder / f"{name}.h5", made)

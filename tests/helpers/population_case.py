@@ -9,7 +9,7 @@ import speed_case
 from swesbi.config.experiments import PopulationExperimentSettings
 from swesbi.networks.flow.cells import CellSettings
 from swesbi.networks.flow.conditioning import ConditioningSettings
-from swesbi.networks.flow.training import FlowTraining
+from swesbi.networks.flow.training import TrainedWithLosses
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.simulations import PopulationSimulations, simulate_population
 from swesbi.population.training import RowMaker, train_population
@@ -48,5 +48,5 @@ def made(contexts: int = 60, draws: int = 20, prior: str = "paper") -> Populatio
 
 
 @cache
-def trained() -> FlowTraining:
+def trained() -> TrainedWithLosses:
     return train_population(made(), MAKER, TINY)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
 import numpy as np
-import torch
 
 
 def arrays(file: Path) -> dict[str, np.ndarray]:
@@ -19,18 +17,7 @@ def arrays(file: Path) -> dict[str, np.ndarray]:
                 lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
             )
             return found
-    if file.suffix == ".pt":
-        return dict(tensors(torch.load(file, weights_only=True)))
     return {"bytes": np.frombuffer(file.read_bytes(), dtype=np.uint8)}
-
-
-def tensors(content: object, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the tensors of nested dictionaries, each with the keys that lead to it."""
-    if isinstance(content, dict):
-        for key, value in content.items():
-            yield from tensors(value, f"{name}/{key}")
-    elif isinstance(content, torch.Tensor):
-        yield name, content.numpy()
 
 
 def artefacts(results: Path) -> list[Path]:

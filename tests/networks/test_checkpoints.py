@@ -1,4 +1,4 @@
-"""Checkpoints: training is the same with them, they are the weights of their epochs, their file is plain."""
+"""Checkpoints: training is the same with them, they are the weights of their epochs, their files repeat."""
 
 from pathlib import Path
 
@@ -12,15 +12,16 @@ from inference_case import (
     components,
     estimator_settings,
     subject_features,
+    weights,
 )
 
-from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.artefacts import ArtefactError, Provenance, values_of
+from swesbi.artefacts.files import provenance_of
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.files import plain_provenance
+from swesbi.networks.paper.draws import draw_candidates, losses
 from swesbi.networks.paper.estimator import Checkpoints
-from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import Pool, build_pool
-from swesbi.networks.paper.training import Training, train
+from swesbi.networks.paper.training import TrainedNetwork, train
 from swesbi.networks.torch_prior import torch_prior
 
 OVERSHOOTING = {
@@ -37,68 +38,75 @@ def pool() -> Pool:
     return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
 
 
-def fit(pool: Pool, keep: tuple[int, ...], procedure: str) -> Training:
+def fit(pool: Pool, keep: tuple[int, ...], procedure: str) -> TrainedNetwork:
     arguments = (pool.theta, pool.z, pool.components.names, WIDE_PRIOR, OVERSHOOTING[procedure], 11)
     return train(*arguments, keep=keep)
 
 
 @pytest.fixture(scope="module", params=["sbi", "fast"])
-def trained(pool: Pool, request: pytest.FixtureRequest) -> Training:
-    return fit(pool, KEEP, request.param)
+def procedure(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
 
 
-def write(path: Path, training: Training) -> Path:
+@pytest.fixture(scope="module")
+def trained(pool: Pool, procedure: str) -> TrainedNetwork:
+    return fit(pool, KEEP, procedure)
+
+
+def write(path: Path, training: TrainedNetwork) -> Path:
     training.checkpoints.write(path, Provenance("", seed=4))
     return path
 
 
-def test_training_is_the_same_to_the_bit_with_and_without_checkpoints(pool: Pool, trained: Training) -> None:
-    without = fit(pool, (), trained.estimator.settings.procedure)
-    assert without.epochs == trained.epochs
-    one, two = without.estimator.net.state_dict(), trained.estimator.net.state_dict()
-    assert all(torch.equal(one[name], two[name]) for name in two)
+def test_training_is_the_same_to_the_bit_with_and_without_checkpoints(
+    pool: Pool, trained: TrainedNetwork, procedure: str
+) -> None:
+    without = fit(pool, (), procedure)
+    assert without.training.equals(trained.training)
+    np.testing.assert_equal(weights(without.estimator), weights(trained.estimator))
 
 
-def test_epochs_asked_for_are_kept_with_the_best_and_the_last(trained: Training) -> None:
+def test_epochs_asked_for_are_kept_with_the_best_and_the_last(trained: TrainedNetwork) -> None:
     kept = trained.checkpoints.of_epochs
-    assert [one.epoch for one in kept] == sorted({1, 4, trained.estimator.best_epoch, 13})
-    assert 4 < trained.estimator.best_epoch < 13, "needs a worse last epoch"
-    losses = {epoch.number: epoch.validation_loss for epoch in trained.epochs}
-    assert all(one.validation_loss == losses[one.epoch] for one in kept)
+    assert [one.epoch for one in kept] == sorted({1, 4, trained.estimator.epoch, 13})
+    assert 4 < trained.estimator.epoch < 13, "needs a worse last epoch"
+    course = trained.training.set_index("epoch")["validation_loss"]
+    assert all(one.validation_loss == course[one.epoch] for one in kept)
 
 
 def test_each_checkpoint_has_the_validation_loss_of_its_epoch(
-    pool: Pool, trained: Training, tmp_path: Path
+    pool: Pool, trained: TrainedNetwork, tmp_path: Path
 ) -> None:
     with reproducible(11):
         torch_prior(WIDE_PRIOR).sample((1,))  # sbi draws once to learn the prior's device
         rows = torch.randperm(len(pool.theta))[int(0.9 * len(pool.theta)) :]
-    theta, z = torch.from_numpy(pool.theta)[rows], torch.from_numpy(pool.z)[rows]
-    for checkpoint in Checkpoints.read(write(tmp_path / "checkpoints.pt", trained)).of_epochs:
-        with torch.no_grad():
-            loss = -float(checkpoint.net.log_prob(theta, z).mean())
-        assert loss == pytest.approx(checkpoint.validation_loss, abs=1e-4)
+    theta, z = pool.theta[rows.numpy()], pool.z[rows.numpy()]
+    for checkpoint in Checkpoints.read(write(tmp_path / "checkpoints.h5", trained)).of_epochs:
+        assert losses(checkpoint, theta, z).mean() == pytest.approx(checkpoint.validation_loss, abs=1e-4)
 
 
-def test_best_checkpoint_is_the_estimator(pool: Pool, trained: Training, tmp_path: Path) -> None:
-    path = write(tmp_path / "checkpoints.pt", trained)
+def test_best_checkpoint_is_the_estimator(pool: Pool, trained: TrainedNetwork, tmp_path: Path) -> None:
+    path = write(tmp_path / "checkpoints.h5", trained)
     best = Checkpoints.read(path).best
-    assert (best.epoch, plain_provenance(path).seed) == (trained.estimator.best_epoch, 4)
+    assert (best.epoch, provenance_of(path).seed) == (trained.estimator.epoch, 4)
     arguments = (pool.z_obs, 200, 5)
     np.testing.assert_array_equal(
         draw_candidates(best, *arguments), draw_candidates(trained.estimator, *arguments)
     )
 
 
-def test_checkpoint_file_is_plain_and_reproducible(pool: Pool, trained: Training, tmp_path: Path) -> None:
-    again = fit(pool, KEEP, trained.estimator.settings.procedure)
-    paths = [write(tmp_path / "one.pt", trained), write(tmp_path / "two.pt", again)]
+def test_checkpoint_file_repeats_to_the_byte(
+    pool: Pool, trained: TrainedNetwork, procedure: str, tmp_path: Path
+) -> None:
+    again = fit(pool, KEEP, procedure)
+    paths = [write(tmp_path / "one.h5", trained), write(tmp_path / "two.h5", again)]
     assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert torch.load(paths[0], weights_only=True)["metadata"]["epochs"][0] == 1
+    for back, kept in zip(Checkpoints.read(paths[0]).of_epochs, trained.checkpoints.of_epochs, strict=True):
+        np.testing.assert_equal(values_of(back), values_of(kept))
 
 
-def test_a_file_of_another_kind_is_refused(trained: Training, tmp_path: Path) -> None:
-    path = tmp_path / "estimator.pt"
+def test_a_file_of_another_kind_is_refused(trained: TrainedNetwork, tmp_path: Path) -> None:
+    path = tmp_path / "estimator.h5"
     trained.estimator.write(path, Provenance("estimator"))
     with pytest.raises(ArtefactError, match="holds a .estimator. artefact, expected .checkpoints"):
         Checkpoints.read(path)

@@ -59,12 +59,12 @@ def test_features_pass_the_operator_of_the_data() -> None:
 
 
 def test_training_learns_and_keeps_the_best_epoch() -> None:
-    epochs, flow = trained().epochs, trained().flow
-    assert [epoch.number for epoch in epochs] == list(range(1, TINY.epochs + 1))
-    assert min(epoch.validation_loss for epoch in epochs) == flow.best_validation_loss
+    epochs, flow = trained().training, trained().estimator
+    assert list(epochs["epoch"]) == list(range(1, TINY.epochs + 1))
+    assert epochs["validation_loss"].min() == flow.best_validation_loss
     standard_normal = 1.5 * np.log(2.0 * np.pi * np.e)  # entropy of eta without any data, 3 dimensions
     assert flow.best_validation_loss < standard_normal - 2.0
-    assert all(epoch.skipped_batches == 0 for epoch in epochs)
+    assert (epochs["skipped_batches"] == 0).all()
 
 
 def test_the_weights_are_those_of_the_best_epoch_whatever_came_after() -> None:
@@ -73,16 +73,16 @@ def test_the_weights_are_those_of_the_best_epoch_whatever_came_after() -> None:
     rows, away = (Rows(rng.normal(at, 1.0, (256, 3)).astype(np.float32), z) for at in (0.0, 5.0))
     trainer = _Trainer(TINY, rows, label="test")
     trainer.run(rows, [rows])
-    best = trainer.best_loss
+    best = trainer.record.best_loss
     trainer.run(rows, [away])
-    assert [epoch.best_so_far for epoch in trainer.epochs] == [True, False]
+    assert [epoch.best_so_far for epoch in trainer.record.epochs] == [True, False]
     trainer.best_net()
     assert trainer._judge(rows) == best
 
 
 def known() -> FlowProposal:
     """Return what the trained flow makes of the recording."""
-    return flow_proposal(trained().flow, speed_case.model().recording)
+    return flow_proposal(trained().estimator, speed_case.model().recording)
 
 
 def test_a_point_whose_map_overflows_goes_to_a_corner_of_the_box() -> None:
@@ -113,13 +113,13 @@ def test_draws_lie_in_the_box_and_have_the_density_that_is_claimed(spread: float
 
 def test_the_draws_of_a_stiffer_recording_are_stiffer() -> None:
     recording = speed_case.model().recording
-    stiffer = flow_proposal(trained().flow, replace(recording, speed_m_s=recording.speed_m_s * 1.3))
+    stiffer = flow_proposal(trained().estimator, replace(recording, speed_m_s=recording.speed_m_s * 1.3))
     assert np.median(stiffer.draw(500, seed=1)[:, 0]) > 1.3 * np.median(known().draw(500, seed=1)[:, 0])
 
 
 def test_files_repeat_to_the_byte_and_give_back_the_same_flow(tmp_path: Path) -> None:
-    flow = trained().flow
-    again = train_over_subjects([simulations()], CONDITIONING, TINY, seed=3).flow
+    flow = trained().estimator
+    again = train_over_subjects([simulations()], CONDITIONING, TINY, seed=3).estimator
     for name, part in (("one.h5", flow), ("two.h5", again)):
         part.write(tmp_path / name, PROVENANCE)
     assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "two.h5").read_bytes()
@@ -137,7 +137,7 @@ def test_files_repeat_to_the_byte_and_give_back_the_same_flow(tmp_path: Path) ->
 
 
 def test_a_wrong_conditioning_vector_is_refused() -> None:
-    flow = trained().flow
+    flow = trained().estimator
     with pytest.raises(ValueError, match="the flow takes 53 components"):
         FlowProposal(flow, np.zeros(5))
     with pytest.raises(ValueError, match="not finite"):

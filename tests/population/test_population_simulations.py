@@ -84,8 +84,8 @@ def test_the_noise_of_rows_is_that_of_their_standard_error_and_the_discrepancy()
 
 def test_training_repeats_to_the_bit_and_learns() -> None:
     first, second = case.trained(), case.train_population(case.made(), case.MAKER, case.TINY)
-    nets = [one.flow.net for one in (first, second)]
+    nets = [one.estimator.net for one in (first, second)]
     for one, other in zip(*(net.transforms[0].layers for net in nets), strict=True):
         np.testing.assert_array_equal(one.weight, other.weight)
-    losses = [epoch.validation_loss for epoch in first.epochs]
-    assert losses[-1] < losses[0] - 0.3
+    losses = first.training["validation_loss"]
+    assert losses.iloc[-1] < losses.iloc[0] - 0.3

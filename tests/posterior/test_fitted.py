@@ -30,7 +30,9 @@ PRIORS = ["paper", "calibrated"]
 def proposal(prior: str, count: int = 2000, epochs: int = 12) -> tuple[HeartModel, FlowProposal]:
     """Return the model of a recording's heart, and what a network that trained for a moment makes of it."""
     model = speed_case.model(prior=prior)
-    return HeartModel(model), flow_proposal(flow_case.trained(prior, count, epochs).flow, model.recording)
+    return HeartModel(model), flow_proposal(
+        flow_case.trained(prior, count, epochs).estimator, model.recording
+    )
 
 
 def draws_of_prior(prior: SimulatedPrior, count: int) -> FloatArray:

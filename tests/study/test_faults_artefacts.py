@@ -14,7 +14,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import torch
 
 from swesbi.__main__ import main
 from swesbi.artefacts import (
@@ -31,9 +30,9 @@ from swesbi.artefacts import provenance as provenance_module
 from swesbi.artefacts.atomic import make_command, repair_command
 from swesbi.artefacts.files import LENGTH, append_checksum
 from swesbi.measurement.operator import PassiveBaseline
-from swesbi.networks.files import read_plain, write_plain
 from swesbi.study.running import check_writable
 
+NAME = "passive.h5"
 PASSIVE = schema_of(PassiveBaseline)["/"]
 Change = Callable[[h5py.File], None]
 
@@ -58,33 +57,14 @@ def write_hdf5(path: Path) -> None:
     PassiveBaseline.save(path, passive(), Provenance("passive", "A", 3, {"b": 3.0}, "cafe"))
 
 
-def write_torch(path: Path) -> None:
-    metadata = Provenance("toy", "A", 3, {"b": 3.0}, "cafe").attributes()
-    write_plain(path, {"metadata": metadata, "state_dict": {"w": torch.arange(64.0)}})
+def test_what_is_whole_is_read(tmp_path: Path) -> None:
+    write_hdf5(tmp_path / NAME)
+    PassiveBaseline.read(tmp_path / NAME)
 
 
-def read_torch(path: Path) -> None:
-    read_plain(path, "toy", lambda content: content["state_dict"])
-
-
-FORMATS = pytest.mark.parametrize(
-    ("write", "read", "name"),
-    [(write_hdf5, PassiveBaseline.read, "passive.h5"), (write_torch, read_torch, "net.pt")],
-    ids=["hdf5", "torch"],
-)
-Write = Callable[[Path], None]
-
-
-@FORMATS
-def test_what_is_whole_is_read(tmp_path: Path, write: Write, read: Write, name: str) -> None:
-    write(tmp_path / name)
-    read(tmp_path / name)
-
-
-@FORMATS
-def test_every_flipped_bit_is_found(tmp_path: Path, write: Write, read: Write, name: str) -> None:
-    path = tmp_path / name
-    write(path)
+def test_every_flipped_bit_is_found(tmp_path: Path) -> None:
+    path = tmp_path / NAME
+    write_hdf5(path)
     whole = path.read_bytes()
     rng = np.random.default_rng(1)
     positions = {0, len(whole) - 1, len(whole) - LENGTH, *map(int, rng.integers(0, len(whole), 150))}
@@ -93,21 +73,20 @@ def test_every_flipped_bit_is_found(tmp_path: Path, write: Write, read: Write, n
         flipped[position] ^= 1 << int(rng.integers(8))
         path.write_bytes(flipped)
         with pytest.raises(DamagedArtefactError, match="checksum"):
-            read(path)
+            PassiveBaseline.read(path)
 
 
-@FORMATS
-def test_every_truncation_and_addition_is_found(tmp_path: Path, write: Write, read: Write, name: str) -> None:
-    path = tmp_path / name
-    write(path)
+def test_every_truncation_and_addition_is_found(tmp_path: Path) -> None:
+    path = tmp_path / NAME
+    write_hdf5(path)
     whole = path.read_bytes()
     for length in (0, 1, LENGTH - 1, LENGTH, len(whole) // 2, len(whole) - LENGTH, len(whole) - 1):
         path.write_bytes(whole[:length])
         with pytest.raises(DamagedArtefactError, match="no checksum at its end: it was cut off"):
-            read(path)
+            PassiveBaseline.read(path)
     path.write_bytes(whole + b"\n")
     with pytest.raises(DamagedArtefactError, match="no checksum"):
-        read(path)
+        PassiveBaseline.read(path)
 
 
 @pytest.fixture
@@ -127,46 +106,37 @@ def test_snakemake_is_named_by_its_path_where_the_shell_does_not_know_it(
 
 
 @pytest.mark.usefixtures("snakemake_is_known")
-@FORMATS
-def test_the_message_names_file_fault_and_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str
-) -> None:
+def test_the_message_names_file_fault_and_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    path = Path("results") / "a b" / name
-    write(path)
+    path = Path("results") / "a b" / NAME
+    write_hdf5(path)
     path.write_bytes(path.read_bytes()[:-90])
     with pytest.raises(DamagedArtefactError) as caught:
-        read(path)
-    command = f"rm -f 'results/a b/{name}' && snakemake --cores 2 'results/a b/{name}'"
-    assert str(caught.value).startswith(f"results/a b/{name}: has no checksum")
+        PassiveBaseline.read(path)
+    command = f"rm -f 'results/a b/{NAME}' && snakemake --cores 2 'results/a b/{NAME}'"
+    assert str(caught.value).startswith(f"results/a b/{NAME}: has no checksum")
     assert str(caught.value).endswith(f"delete it and rerun: {command}")
     assert caught.value.message("--configfile x.yaml").endswith(f"{command} --configfile x.yaml")
     assert repair_command(path.absolute()) == command
     assert make_command([path.absolute(), Path("b")], "-n") == f"{command.split(' && ')[1]} b -n"
 
 
-@FORMATS
-def test_an_older_schema_is_refused_as_such(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str
-) -> None:
-    path = tmp_path / name
+def test_an_older_schema_is_refused_as_such(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / NAME
     current = provenance_module.SCHEMA_VERSION
     older = {**Provenance("x").attributes(), "schema_version": 1}
     with monkeypatch.context() as patch:
         patch.setattr(
             Provenance, "attributes", lambda self: {**older, "kind": self.kind, "subject": self.subject}
         )
-        write(path)
+        write_hdf5(path)
     message = f"has schema version 1, this swesbi reads {current}; delete it and rerun: rm -f "
     with pytest.raises(DamagedArtefactError, match=message):
-        read(path)
+        PassiveBaseline.read(path)
     # as they were written when there were no checksums
-    whole = bytearray(path.read_bytes()[:-LENGTH])
-    if path.suffix == ".pt":
-        whole[-2:] = b"\0\0"
-    path.write_bytes(whole)
+    path.write_bytes(path.read_bytes()[:-LENGTH])
     with pytest.raises(DamagedArtefactError, match=message):
-        read(path)
+        PassiveBaseline.read(path)
 
 
 @pytest.mark.usefixtures("snakemake_is_known")
@@ -176,7 +146,7 @@ def test_a_missing_artefact_is_named_with_the_command_that_makes_it(tmp_path: Pa
 
 
 def test_the_checksum_needs_nothing_but_coreutils(tmp_path: Path) -> None:
-    path = tmp_path / "passive.h5"
+    path = tmp_path / NAME
     write_hdf5(path)
     computed = subprocess.run(
         f"head -c -{LENGTH} passive.h5 | sha256sum", shell=True, cwd=tmp_path, capture_output=True, text=True
@@ -237,7 +207,7 @@ def looping(file: h5py.File) -> None:
     ],
 )
 def test_hdf5_from_elsewhere_is_checked_before_use(tmp_path: Path, change: Change, message: str) -> None:
-    path = tmp_path / "passive.h5"
+    path = tmp_path / NAME
     write_hdf5(path)
     altered(path, change)
     with pytest.raises(DamagedArtefactError, match=message):
@@ -245,7 +215,7 @@ def test_hdf5_from_elsewhere_is_checked_before_use(tmp_path: Path, change: Chang
 
 
 def test_a_changed_artefact_has_no_checksum_any_more(tmp_path: Path) -> None:
-    path = tmp_path / "passive.h5"
+    path = tmp_path / NAME
     write_hdf5(path)
     with h5py.File(path, "a") as file:
         file["scale_kpa"][()] = 3.0
@@ -253,7 +223,6 @@ def test_a_changed_artefact_has_no_checksum_any_more(tmp_path: Path) -> None:
         PassiveBaseline.read(path)
 
 
-@FORMATS
 @pytest.mark.parametrize(
     ("number", "message"),
     [
@@ -266,9 +235,6 @@ def test_a_changed_artefact_has_no_checksum_any_more(tmp_path: Path) -> None:
 def test_what_cannot_be_written_is_named_and_leaves_nothing(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    write: Write,
-    read: Write,
-    name: str,
     number: int,
     message: str,
 ) -> None:
@@ -278,22 +244,21 @@ def test_what_cannot_be_written_is_named_and_leaves_nothing(
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(Path, "write_bytes", half_written)
-    with pytest.raises(ArtefactError, match=rf"{name}: cannot be written, .*{message}"):
-        write(tmp_path / name)
+    with pytest.raises(ArtefactError, match=rf"{NAME}: cannot be written, .*{message}"):
+        write_hdf5(tmp_path / NAME)
     assert list(tmp_path.iterdir()) == []
 
 
-@FORMATS
 def test_a_file_of_a_folder_is_named_by_where_it_was_to_lie(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(ArtefactError) as caught, folder_made_whole(tmp_path / "answer") as made:
-        write(made / name)
-    assert str(caught.value).startswith(f"{tmp_path / 'answer' / name}: cannot be written, the disk is full")
+        write_hdf5(made / NAME)
+    assert str(caught.value).startswith(f"{tmp_path / 'answer' / NAME}: cannot be written, the disk is full")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -312,30 +277,29 @@ def test_an_empty_cohort_is_written_whole_or_not_at_all(
     assert list(tmp_path.iterdir()) == []
 
 
-@FORMATS
 @pytest.mark.parametrize("number", [errno.EPERM, errno.ENOTSUP, errno.EINVAL, errno.ENOSYS])
 def test_a_file_system_without_permissions_synchronisation_and_locks_is_enough(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write, read: Write, name: str, number: int
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
 ) -> None:
     def unknown(*_: object, **__: object) -> None:
         raise OSError(number, os.strerror(number))
 
     for call in ("chmod", "fchmod", "fsync", "fdatasync"):
         monkeypatch.setattr(os, call, unknown)
-    write(tmp_path / name)
+    write_hdf5(tmp_path / NAME)
     check_writable(tmp_path)
-    with (tmp_path / name).open() as file:
+    with (tmp_path / NAME).open() as file:
         fcntl.flock(file, fcntl.LOCK_EX)  # a reader that locks fails now, as it does where there are no locks
-        read(tmp_path / name)
-    assert [path.name for path in tmp_path.iterdir()] == [name]
+        PassiveBaseline.read(tmp_path / NAME)
+    assert [path.name for path in tmp_path.iterdir()] == [NAME]
 
 
 @pytest.mark.parametrize("locking", [False, None, True])
 def test_a_file_that_this_process_holds_open_is_read(tmp_path: Path, locking: bool | None) -> None:
     """A notebook does; the library opens it a second time under the same kind of lock alone."""
-    write_hdf5(tmp_path / "passive.h5")
-    with h5py.File(tmp_path / "passive.h5", "r", locking=locking):
-        PassiveBaseline.read(tmp_path / "passive.h5")
+    write_hdf5(tmp_path / NAME)
+    with h5py.File(tmp_path / NAME, "r", locking=locking):
+        PassiveBaseline.read(tmp_path / NAME)
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -354,7 +318,7 @@ def test_errors_of_another_nature_pass(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_writer_left_is_removed_and_a_living_writer_is_not_disturbed(tmp_path: Path) -> None:
-    path = tmp_path / "passive.h5"
+    path = tmp_path / NAME
     dying = (
         "import os, signal, sys; from pathlib import Path; from swesbi.artefacts import atomic_path\n"
         "with atomic_path(Path(sys.argv[1])) as half:\n"

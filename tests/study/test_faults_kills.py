@@ -100,7 +100,7 @@ def run_until_killed(
 
 def assert_no_half_written_artefact(results: Path) -> None:
     for path in results.rglob("*"):
-        if path.suffix in {".h5", ".pt"} and not path.name.startswith("."):
+        if path.suffix == ".h5" and not path.name.startswith("."):
             check_whole(path)
 
 

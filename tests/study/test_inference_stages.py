@@ -27,7 +27,7 @@ from swesbi.checks.synthetic_recovery import inferred
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import measured_subjects
 from swesbi.measurement.settings import summary_names
-from swesbi.networks.paper.maf import draw_candidates
+from swesbi.networks.paper.draws import draw_candidates
 from swesbi.seeds import integer_seed
 from swesbi.verdict.network_posterior import judged_posterior
 
@@ -58,8 +58,8 @@ def test_training_table_has_losses_and_nothing_of_the_clock(results: Results) ->
     frame, best = results.trained.training, results.trained.estimator
     assert list(frame) == ["epoch", "training_loss", "validation_loss", "best_so_far"]
     assert list(frame["epoch"]) == list(range(1, 8))
-    assert frame["epoch"][frame["validation_loss"].idxmin()] == best.best_epoch
-    assert frame["validation_loss"].min() == best.best_validation_loss
+    assert frame["epoch"][frame["validation_loss"].idxmin()] == best.epoch
+    assert frame["validation_loss"].min() == best.validation_loss
 
 
 def test_posterior_and_support_agree(results: Results) -> None:

@@ -11,18 +11,16 @@ from typing import Annotated
 
 import numpy as np
 import pytest
-import torch
 from numpy.typing import NDArray
 from study_copy import StudyCopy
 
 from swesbi.artefacts import Array, Artefact, ArtefactError, Group, Provenance, Variable, write_json
-from swesbi.networks.files import write_plain
 from swesbi.study import inspect, parsers
 from swesbi.study.contents import READERS, flatten, read
 from swesbi.study.inspect import array_difference, compare_runs
 
 Shown = pytest.CaptureFixture[str]
-FIT, NET, TABLE = Path("cohort/A/fit.h5"), Path("paper/estimator.pt"), Path("tables/ppc.csv")
+FIT, TABLE = Path("cohort/A/fit.h5"), Path("tables/ppc.csv")
 VERDICT, FIGURE = Path("paper/subjects/F/verdict.json"), Path("figures/ppc.png")
 
 
@@ -50,9 +48,6 @@ def runs(tmp_path: Path) -> tuple[Path, Path]:
     for path in (TABLE, FIGURE, Path("logs/ingest/A.log")):
         (first / path).parent.mkdir(parents=True)
     write_fit(first / FIT)
-    write_plain(
-        first / NET, {"metadata": Provenance("net").attributes(), "state": {"w": {"0": torch.ones(2, 1)}}}
-    )
     write_json(first / VERDICT, {"status": "doubtful", "k_hat": 0.3})
     (first / TABLE).write_text("name,value\na,1\nb,\n")
     (first / FIGURE).write_bytes(b"figure")
@@ -65,16 +60,14 @@ def runs(tmp_path: Path) -> tuple[Path, Path]:
 def test_a_summary_states_what_a_file_is_what_made_it_and_which_arrays_it_contains(
     runs: tuple[Path, Path], capsys: Shown
 ) -> None:
-    fit, net, table = (runs[0] / path for path in (FIT, NET, TABLE))
-    assert main([str(fit), str(net), str(table), str(runs[0] / VERDICT)]) == 0
+    fit, table = runs[0] / FIT, runs[0] / TABLE
+    assert main([str(fit), str(table), str(runs[0] / VERDICT)]) == 0
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
     assert lines[lines.index(str(fit)) + 1] == "kind: inspected"
     assert {"subject: A", "seed: 7", "code_hash: abc", "schema_version: 2"} <= set(lines)
     assert sum(re.fullmatch("settings hash: [0-9a-f]{16}", line) is not None for line in lines) == 1
     assert "k0_kpa  draw 3  kPa  stiffness" in lines
     assert "few/index  draw 2" in lines
-    assert lines[lines.index(str(net)) + 1] == "kind: net" and "subject: whole cohort" in lines
-    assert "state/w/0  d0 2 x d1 1" in lines
     assert lines[lines.index(str(table)) + 1 :][:2] == ["name  row 2", "value  row 2"]
     assert lines[-2:] == ["status: doubtful", "k_hat: 0.3"]
 
@@ -99,7 +92,7 @@ def test_a_file_that_cannot_be_shown_does_not_hide_the_others(
     assert "it is no result of a study" in shown.err and "rm -f" not in shown.err
     assert "nowhere.h5: cannot be read (No such file or directory)" in shown.err
     assert "broken.json: cannot be read as .json" in shown.err
-    assert "notes.txt: is of none of the formats shown: .h5, .pt, .csv, .json, .yaml" in shown.err
+    assert "notes.txt: is of none of the formats shown: .h5, .csv, .json, .yaml" in shown.err
     assert "results: cannot be read (Is a directory)" in shown.err
     assert str(good) in shown.out
 
@@ -107,14 +100,14 @@ def test_a_file_that_cannot_be_shown_does_not_hide_the_others(
 def test_check_compares_every_artefact_with_its_checksum(runs: tuple[Path, Path], capsys: Shown) -> None:
     _, other = runs
     assert main(["--check", str(other)]) == 0
-    assert capsys.readouterr().out.splitlines() == [f"{other / path}: whole" for path in (FIT, NET, VERDICT)]
+    assert capsys.readouterr().out.splitlines() == [f"{other / path}: whole" for path in (FIT, VERDICT)]
     content = bytearray((other / FIT).read_bytes())
     content[5000] ^= 1
     (other / FIT).write_bytes(content)
     (other / VERDICT).write_text((other / VERDICT).read_text().replace("doubtful", "contradicted"))
     assert main(["--check", str(other)]) == 2
     shown = capsys.readouterr()
-    assert shown.out.splitlines() == [f"{other / NET}: whole"]
+    assert shown.out == ""
     assert [line.split(":")[1] for line in shown.err.splitlines()] == [
         f" {other / FIT}",
         f" {other / VERDICT}",

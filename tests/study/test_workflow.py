@@ -287,7 +287,7 @@ def test_a_failing_stage_names_the_fault_and_keeps_the_traceback(tmp_path: Path)
 MADE_AGAIN = (  # simulations, a pool, networks of both kinds, posteriors of all three
     "simulations/paper/A/shard-0.h5",
     "paper/pool.h5",
-    "paper/estimator.pt",
+    "paper/estimator.h5",
     "paper/subjects/A/posterior.h5",
     "paper/subjects/A/predictive.h5",
     "calibrated/flow.h5",

@@ -51,15 +51,15 @@ SIZES = RecordingsSettings(
 
 @cache
 def parts(start: int, stop: int, kind: str = MODEL_NOISE) -> FreshRecordings:
-    flow = case.trained().flow
+    flow = case.trained().estimator
     made = of_fresh(range(start, stop), kind, case.FRESH, seed=7)
     return infer_all(made, stop - start, kind, flow, SIZES, EXACT)
 
 
 def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -> None:
-    flow = case.trained().flow
-    flow.write(tmp_path / "flow.pt", Provenance("", "", 1, {}, "0" * 16))
-    again = TrainedFlow.read(tmp_path / "flow.pt")
+    flow = case.trained().estimator
+    flow.write(tmp_path / "flow.h5", Provenance("", "", 1, {}, "0" * 16))
+    again = TrainedFlow.read(tmp_path / "flow.h5")
     assert isinstance(again.conditioner, CellConditioner)
     recording = fresh_subject(0, case.FRESH, 7, "a").model.recording
     assert np.array_equal(again.conditioner.condition(recording), flow.conditioner.condition(recording))
@@ -124,7 +124,7 @@ def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
 def drawn_nulls(gated: int, pushes: int) -> NullRecordings:
     changes = {"recordings": gated, "free_running_recordings": pushes, "effective_draws": 20}
     sizes = case.EXPERIMENT.nulls.model_copy(update=changes)
-    flow = case.trained().flow
+    flow = case.trained().estimator
     return null_recordings(flow, fresh=case.FRESH, null_sizes=sizes, exact=EXACT, seed=7)
 
 
@@ -157,7 +157,7 @@ def answer(folder: Path, subject: str) -> AnswerOfPopulation:
     return answer_of_population(
         Observation.read(folder / f"{subject}.h5"),
         CohortNoise.read(folder / "noise.h5"),
-        case.trained().flow,
+        case.trained().estimator,
         drawn_nulls(20, 5),
         model=case.MODEL,
         exact=EXACT,

@@ -25,9 +25,9 @@ rule train:
     input:
         pool=rules.pool.output.pool,
     output:
-        estimator="<results>/{experiment}/estimator.pt",
+        estimator="<results>/{experiment}/estimator.h5",
         training="<results>/{experiment}/training.csv",
-        checkpoints="<results>/{experiment}/checkpoints.pt",
+        checkpoints="<results>/{experiment}/checkpoints.h5",
     log:
         "<results>/logs/train/{experiment}.log",
     wildcard_constraints:

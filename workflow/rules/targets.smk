@@ -133,7 +133,7 @@ def linked_artefacts():
         *(path for path in shown if path.startswith("<results>/figures/")),
         *figures_of(EXPERIMENTS, names_of("experiment"), ["pdf"]),
         *files_of(EXPERIMENTS, "pool.h5", "training.csv"),
-        *files_of(FEATURE_EXPERIMENTS, "estimator.pt", "checkpoints.pt"),
+        *files_of(FEATURE_EXPERIMENTS, "estimator.h5", "checkpoints.h5"),
         *files_of(SPEED_EXPERIMENTS, "flow.h5", "calibration.h5"),
         *files_of([MAIN], "epochs.csv"),
         *files_of(POPULATIONS, "flow.h5", "training.csv", "calibration.h5"),

@@ -1,8 +1,8 @@
 """Reading and writing artefacts: netCDF-compatible HDF5, and JSON.
 
-At the end of an artefact stands its checksum, SHA-256 of every byte before it: neither HDF5 nor torch
-notices a flipped bit in the arrays. HDF5 ignores what follows its own content and a zip archive has room for
-a comment, so files with this line at their end open everywhere, and without this package
+At the end of an artefact stands its checksum, SHA-256 of every byte before it: HDF5 does not notice a flipped
+bit in the arrays. It ignores what follows its own content, so files with this line at their end open
+everywhere, and without this package
 ``head -c -80 FILE | sha256sum`` gives what ``tail -c 80 FILE`` says.
 
 An HDF5 file holds its own data and no more of it than it has bytes: nothing else is read through it.
@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -102,12 +102,8 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
         temporary.write_text(json.dumps(whole, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def check_whole(path: Path, read: Callable[[Path], Provenance] = hdf5_provenance) -> None:
+def check_whole(path: Path) -> None:
     """Compare an artefact with the checksum at its end.
-
-    Args:
-        path: The file.
-        read: Reads the provenance of a file that has no checksum, to tell an older one from a damaged one.
 
     Raises:
         DamagedArtefactError: It differs, has none or is of an older schema version.
@@ -119,7 +115,7 @@ def check_whole(path: Path, read: Callable[[Path], Provenance] = hdf5_provenance
                 return
             fault = CHANGED
         else:
-            fault = _older(path, read) or NO_CHECKSUM
+            fault = _older(path) or NO_CHECKSUM
     except FileNotFoundError as error:
         raise ArtefactError(f"{path}: no such file; make it: {repair_command(path)}") from error
     except OSError as error:
@@ -140,10 +136,10 @@ def check_identity(path: Path, kind: str, provenance: Provenance) -> None:
         raise DamagedArtefactError(path, _of_version(provenance.schema_version))
 
 
-def _older(path: Path, read: Callable[[Path], Provenance]) -> str:
+def _older(path: Path) -> str:
     """Return that a file without a checksum was written when there were none; empty where it was not."""
     try:
-        version = read(path).schema_version
+        version = hdf5_provenance(path).schema_version
     except UNREADABLE:
         return ""
     return _of_version(version) if version < SCHEMA_VERSION else ""

@@ -23,8 +23,8 @@ from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
 from swesbi.measurement.operator import PassiveBaseline
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings
 from swesbi.networks import training_tables
-from swesbi.networks.paper.estimator import Checkpoint, Checkpoints
-from swesbi.networks.paper.maf import draw_candidates, draw_until, losses
+from swesbi.networks.paper.draws import draw_candidates, draw_until, losses
+from swesbi.networks.paper.estimator import Checkpoints, TrainedEstimator
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.training_tables import EpochsTable
@@ -106,7 +106,7 @@ def inference_by_epoch(
     return pd.DataFrame(rows)
 
 
-def _row(net: Checkpoint, quantity: str, **values: object) -> EpochRow:
+def _row(net: TrainedEstimator, quantity: str, **values: object) -> EpochRow:
     """Return one quantity after one epoch.
 
     ``best`` is 1 where the study uses the network of this epoch. The value is NaN where too few draws lie
@@ -117,7 +117,7 @@ def _row(net: Checkpoint, quantity: str, **values: object) -> EpochRow:
     return of | {"value": np.nan, "ci_low": np.nan, "ci_high": np.nan, "n": 0} | values
 
 
-def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: float) -> EpochRow:
+def _fresh_loss(net: TrainedEstimator, truth: FloatArray, z: FloatArray, confidence: float) -> EpochRow:
     """Return the mean loss of synthetic recordings, whose theta no training has seen, with a t interval.
 
     Augmentations of one simulation stand on both sides of the split into training and validation; here
@@ -133,7 +133,7 @@ def _fresh_loss(net: Checkpoint, truth: FloatArray, z: FloatArray, confidence: f
 
 
 def _recovery_rows(
-    net: Checkpoint, truth: FloatArray, z: FloatArray, asked: _CheckpointSettings
+    net: TrainedEstimator, truth: FloatArray, z: FloatArray, asked: _CheckpointSettings
 ) -> Iterator[EpochRow]:
     """Yield the coverage of synthetic recordings at the level of the predictive interval, by parameter."""
     level = asked.predictive.interval
@@ -158,7 +158,7 @@ def _recovery_rows(
 
 
 def _subject_rows(
-    net: Checkpoint,
+    net: TrainedEstimator,
     subject: MeasuredSubject,
     readable: bool,
     z_obs: FloatArray,

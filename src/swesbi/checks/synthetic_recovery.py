@@ -19,8 +19,8 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects, reference_beat
 from swesbi.measurement.operator import PassiveBaseline, PassiveCalibrationError
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings, summary_names
+from swesbi.networks.paper.draws import draw_candidates
 from swesbi.networks.paper.estimator import TrainedEstimator
-from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import Pool, augment, noise_sd, with_context
 from swesbi.networks.settings import ObservationModelSettings
 from swesbi.population.synthetic import Reacquisition

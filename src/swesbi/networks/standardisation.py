@@ -23,8 +23,7 @@ class Standardisation:
 
     def apply(self, values: FloatArray) -> FloatArray:
         """Return (values - mean) / scale for values of shape (..., C)."""
-        standardised: FloatArray = (values - self.mean) / self.scale
-        return standardised
+        return np.asarray((values - self.mean) / self.scale)
 
 
 def fit_standardisation(values: FloatArray) -> Standardisation:

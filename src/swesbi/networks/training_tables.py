@@ -9,6 +9,7 @@ from typing import Annotated, Final
 import pandas as pd
 
 from swesbi.artefacts.csv import Table
+from swesbi.base.progress import Progress
 
 VALIDATION_LOSS: Final = "validation_loss"
 FRESH_LOSS: Final = "fresh_loss"
@@ -40,6 +41,39 @@ class Epoch:
     training_loss: float
     validation_loss: float
     best_so_far: bool
+
+
+@dataclass(frozen=True)
+class FlowEpoch(Epoch):
+    """One epoch of a flow, with the number of batches that were left out."""
+
+    skipped_batches: int
+
+
+class EpochRecord:
+    """Collects the epochs of a training and logs a line for each."""
+
+    def __init__(self, label: str, at_most: int, kind: type[Epoch] = Epoch) -> None:
+        self.epochs: list[Epoch] = []
+        self.best_loss = float("inf")
+        self._kind = kind
+        self._progress = Progress(label, at_most, unit="epoch", every_s=0.0)
+
+    @property
+    def best(self) -> Epoch:
+        """That of the lowest validation loss so far."""
+        return [epoch for epoch in self.epochs if epoch.best_so_far][-1]
+
+    def add(self, training_loss: float, validation_loss: float, seconds: float, **more: int) -> Epoch:
+        """Take in one epoch, with what else its kind has."""
+        improved = validation_loss < self.best_loss
+        epoch = self._kind(len(self.epochs) + 1, training_loss, validation_loss, improved, **more)
+        self.epochs.append(epoch)
+        if improved:
+            self.best_loss = validation_loss
+        losses = f"loss {training_loss:.4f}, validation {validation_loss:.4f}{' (best)' if improved else ''}"
+        self._progress.step(note=f"{losses}, {seconds:.1f} s")
+        return epoch
 
 
 def losses_table(epochs: Sequence[Epoch]) -> pd.DataFrame:

@@ -19,7 +19,7 @@ from swesbi.networks.flow.cells import (
     cell_inputs,
     context_inputs,
 )
-from swesbi.networks.flow.training import FlowParts, FlowTraining, Rows, TrainedWithLosses, fit_flow, single
+from swesbi.networks.flow.training import FlowParts, Rows, TrainedWithLosses, fit_flow, single
 from swesbi.networks.settings import FlowSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.population.conditions import draw_cells
@@ -120,7 +120,7 @@ def _each(values: FloatArray, times: int) -> FloatArray:
 
 def train_population(
     made: PopulationSimulations, maker: RowMaker, settings: FlowSettings, label: str = "training"
-) -> FlowTraining:
+) -> TrainedWithLosses:
     """Fit q(heart | z) on simulations over a population, recordings drawn anew every epoch.
 
     Contexts are split into training and held-out ones; standardisation comes from the training ones; the
@@ -179,4 +179,4 @@ def trained_over_population(
         cells=CellSettings(cells=acquisition.phases, relative_se=conditions.seen_relative_se),
         seed=integer_seed(seed, "population training"),
     )
-    return train_population(shards, maker, estimator, f"training {experiment}").outputs
+    return train_population(shards, maker, estimator, f"training {experiment}")

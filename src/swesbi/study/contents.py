@@ -43,14 +43,14 @@ def read(path: Path) -> Content:
 
 def flatten(plain: object) -> dict[str, str]:
     """Return nested plain data as text by key: ``{"prior": {"low": 2}}`` becomes ``{"prior.low": "2"}``."""
-    leaves = _leaves(plain if isinstance(plain, Mapping) else {"": plain}, ".")
+    leaves = _leaves(plain if isinstance(plain, Mapping) else {"": plain})
     return {key: ", ".join(map(str, one if isinstance(one, list | tuple) else [one])) for key, one in leaves}
 
 
-def _leaves(nested: Mapping[str, Any], joint: str, above: str = "") -> Iterator[tuple[str, Any]]:
+def _leaves(nested: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
     for key, value in nested.items():
         if isinstance(value, Mapping):
-            yield from _leaves(value, joint, f"{above}{key}{joint}")
+            yield from _leaves(value, f"{above}{key}.")
         else:
             yield f"{above}{key}", value
 
@@ -69,18 +69,6 @@ def _hdf5(path: Path) -> Content:
     return _artefact(made), arrays
 
 
-def _weights(path: Path) -> Content:
-    # torch takes seconds to import, and most files need none of it
-    from swesbi.networks.files import METADATA, plain_provenance, read_plain
-
-    files.check_whole(path)
-    provenance = plain_provenance(path)
-    content = read_plain(path, provenance.kind, dict)
-    tensors = _leaves({name: part for name, part in content.items() if name != METADATA}, "/")
-    arrays = {key: Array(tuple(f"d{n}" for n in range(one.ndim)), one.numpy()) for key, one in tensors}
-    return _artefact(provenance), arrays
-
-
 def _table(path: Path) -> Content:
     return {}, {str(name): Array(("row",), column.to_numpy()) for name, column in read_csv(path).items()}
 
@@ -95,7 +83,6 @@ def _plain(path: Path) -> Content:
 
 READERS: Final[Mapping[str, Callable[[Path], Content]]] = {
     ".h5": _hdf5,
-    ".pt": _weights,
     ".csv": _table,
     ".json": _plain,
     ".yaml": _plain,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 DEMO_OUT: Final = "swesbi-demo"
-ARTEFACTS: Final = (".h5", ".pt", ".json")
+ARTEFACTS: Final = (".h5", ".json")
 """Endings of files that have a checksum."""
 LineByLine: Final = partial(argparse.ArgumentParser, formatter_class=argparse.RawDescriptionHelpFormatter)
 """A parser whose help keeps the lines of its texts."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 from typing import NamedTuple
 
+from swesbi.networks.paper.draws import draw_candidates
 from swesbi.networks.paper.estimator import TrainedEstimator
-from swesbi.networks.paper.maf import draw_candidates
 from swesbi.networks.paper.pool import Pool
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.posterior.truncated import Posterior, summarise_posterior

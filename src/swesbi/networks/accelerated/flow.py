@@ -18,7 +18,7 @@ from typing import Final
 import torch
 from torch import Tensor
 
-from swesbi.networks.accelerated.weights import Blocks
+from swesbi.networks.paper.weights import Blocks
 
 SCALE_FLOOR: Final = 1e-3
 """Smallest scale of a transform: nflows adds it to the softplus."""
@@ -69,13 +69,7 @@ class LeanFlow:
     """
 
     def __init__(self, weights: Blocks, rows: int, constant: float = 0.0) -> None:
-        """Allocate the buffers.
-
-        Args:
-            weights: The weights; masked ones are zero.
-            rows: Rows of a batch, B.
-            constant: Log-determinant of the standardisation of theta.
-        """
+        """Allocate buffers for B rows; ``constant`` is the log-determinant of theta's standardisation."""
         self.gradient = weights.like()
         self._weights = weights
         transforms, units, columns = weights.context.shape
@@ -86,12 +80,7 @@ class LeanFlow:
         self._transforms = [self._transform(index) for index in range(transforms)]
 
     def losses(self, theta: Tensor, z: Tensor) -> Tensor:
-        """Return -log q(theta | z) of each row, shape (B,).
-
-        Args:
-            theta: Standardised parameters, shape (D, B).
-            z: Standardised conditioning vectors and a column of ones, shape (B, C + 1).
-        """
+        """Return -log q(theta | z), (B,), of standardised theta (D, B) and of z (B, C + 1), ones last."""
         self._inputs[0, :-1].copy_(theta)
         self._z = z
         transforms, units, rows = self._context.shape

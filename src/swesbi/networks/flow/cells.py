@@ -57,17 +57,11 @@ class CellSettings(Settings):
 
 @dataclass(frozen=True)
 class PooledPoints:
-    """Points of n recordings, gathered in the P cells of each.
+    """Points of n recordings, gathered in the P cells of each; arrays of shape (n, P)."""
 
-    Attributes:
-        measured: Which cells hold a point; shape (n, P).
-        relative_se: Standard error of the weighted mean, 1 where there is none; shape (n, P).
-        offset: Weighted mean instant less the centre of its cell, in widths of a cell; shape (n, P).
-    """
-
-    measured: BoolArray
-    relative_se: FloatArray
-    offset: FloatArray
+    measured: BoolArray  # which cells hold a point
+    relative_se: FloatArray  # of the weighted mean, 1 where there is none
+    offset: FloatArray  # weighted mean instant less the centre of its cell, in widths of a cell
     _cell: IntArray
     _weight: FloatArray
 
@@ -79,15 +73,7 @@ class PooledPoints:
 def pool_points(
     row: IntArray, phase: FloatArray, relative_se: FloatArray, n: int, cells: int
 ) -> PooledPoints:
-    """Gather N points in the cells of their recordings.
-
-    Args:
-        row: Number of each point's recording; shape (N,).
-        phase: Instants in [0, 1); shape (N,).
-        relative_se: Standard errors of their log speeds; shape (N,).
-        n: Number of recordings.
-        cells: P.
-    """
+    """Gather N points of n recordings in their cells: ``row`` is the number of each point's recording."""
     within = cells_of(phase, cells)
     cell, weight = row * cells + within, relative_se**-2.0
     total = np.bincount(cell, weight, minlength=n * cells).reshape(n, cells)
@@ -105,22 +91,13 @@ def _mean(cell: IntArray, weight: FloatArray, values: FloatArray, measured: Bool
 
 @dataclass(frozen=True)
 class SeenCells:
-    """What is seen of n recordings in their cells.
-
-    Attributes:
-        log_speed: Mean log speeds, anything where not measured; shape (n, P).
-        measured: Which cells were measured, at least one a recording; shape (n, P).
-        relative_se: Standard errors, anything positive where not measured; shape (n, P).
-        offset: Mean instant less the centre, in widths of a cell; shape (n, P).
-        errors_log_sd: Prior standard deviation of the log of a factor of all errors, 0 where they are known;
-            shape (n,).
-    """
+    """What is seen of n recordings in their P cells, (n, P); anything where not measured."""
 
     log_speed: FloatArray
-    measured: BoolArray
-    relative_se: FloatArray
-    offset: FloatArray
-    errors_log_sd: FloatArray
+    measured: BoolArray  # at least one cell a recording
+    relative_se: FloatArray  # positive
+    offset: FloatArray  # mean instant less the centre, in widths of a cell
+    errors_log_sd: FloatArray  # of the log of a factor of all errors, 0 where they are known; (n,)
 
 
 def context_inputs(context: Context) -> FloatArray:
@@ -131,10 +108,7 @@ def context_inputs(context: Context) -> FloatArray:
 def cell_inputs(context: FloatArray, seen: SeenCells, settings: CellSettings) -> FloatArray:
     """Return what the network takes of n recordings, before standardisation; shape (n, C).
 
-    Args:
-        context: :func:`context_inputs` of each; shape (n, 3).
-        seen: Their cells.
-        settings: The range of standard errors, to which they are clipped.
+    ``context`` (n, 3) is :func:`context_inputs` of each. Standard errors are clipped to the settings' range.
     """
     low, high = settings.relative_se
     measured = seen.measured
@@ -188,8 +162,7 @@ class CellConditioner:
 
     def condition(self, recording: SpeedRecording) -> FloatArray:
         """Return z of one recording, whatever its instants; shape (C,)."""
-        z: FloatArray = self.standardise(recording_inputs(recording, self.settings))[0]
-        return z
+        return np.asarray(self.standardise(recording_inputs(recording, self.settings))[0])
 
     def standardise(self, inputs: FloatArray) -> FloatArray:
         """Standardise inputs (n, C), within bounds."""

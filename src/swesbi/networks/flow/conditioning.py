@@ -47,11 +47,7 @@ def raw_features(speed_m_s: FloatArray, phase: FloatArray, settings: Conditionin
 
     The speeds pass the same operator as the data: E = 3 rho c^2, the periodic interpolant, S(.). What is
     a stiffness, an area or a slope enters by the logarithm of its size, since its noise is proportional.
-
-    Args:
-        speed_m_s: Speeds at the measured phases; shape (n, p).
-        phase: The phases; shape (p,).
-        settings: Summary, grid and density.
+    Speeds are (n, p) at the measured phases (p,).
     """
     stiffness = youngs_modulus_kpa(speed_m_s, settings.density_kg_m3)
     features = summarise(to_grid(phase, stiffness, settings.grid_points), settings.summary)
@@ -62,17 +58,11 @@ def raw_features(speed_m_s: FloatArray, phase: FloatArray, settings: Conditionin
 
 @dataclass(frozen=True)
 class Conditioner:
-    """Makes conditioning vectors of C components, with the statistics of the training split.
-
-    Attributes:
-        settings: How speeds become features.
-        features: Statistics of the F features over the training rows.
-        context: Statistics of the 7 context values over the subjects trained on.
-    """
+    """Makes conditioning vectors of C components, with the statistics of the training split."""
 
     settings: ConditioningSettings
-    features: Standardisation
-    context: Standardisation
+    features: Standardisation  # F features over the training rows
+    context: Standardisation  # 7 values over the subjects trained on
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -82,8 +72,7 @@ class Conditioner:
     def condition(self, recording: SpeedRecording) -> FloatArray:
         """Return z of one recording; shape (C,)."""
         raw = raw_features(recording.speed_m_s[None], recording.phase, self.settings)
-        z: FloatArray = self.standardise(raw, recording.context)[0]
-        return z
+        return np.asarray(self.standardise(raw, recording.context)[0])
 
     def standardise(self, raw: FloatArray, context: Context) -> FloatArray:
         """Standardise raw features (n, F), within bounds, and put the context behind them; shape (n, C)."""

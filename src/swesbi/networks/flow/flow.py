@@ -14,7 +14,7 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.flow.arrays import ConditionedFlow
+from swesbi.networks.affine_maf import ConditionedFlow, log_normal
 from swesbi.networks.flow.cells import CellConditioner
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.prior import from_logit, log_jacobian, to_logit
@@ -24,11 +24,7 @@ FARTHEST: Final = -30.0  # in the logit: the lower bound of every parameter
 
 @dataclass(frozen=True)
 class FlowProposal:
-    """q(heart | z) of a trained flow for one conditioning vector z of shape (C,).
-
-    Raises:
-        ValueError: z has another number of components than the flow, or holds NaN.
-    """
+    """q(heart | z) of a trained flow for one conditioning vector z of shape (C,)."""
 
     flow: TrainedFlow
     condition: FloatArray
@@ -51,7 +47,7 @@ class FlowProposal:
 
     def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
         """Return log q of hearts that lie at u (n, k) of the base space, as ``place`` gives both; (n,)."""
-        log_q = log_slope - 0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1)
+        log_q = log_slope + log_normal(u)
         return np.where(np.isfinite(log_q), log_q, -np.inf)
 
     def place(self, heart: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -78,8 +74,7 @@ class FlowProposal:
 def flow_proposal(flow: TrainedFlow, recording: SpeedRecording) -> FlowProposal:
     """Return the flow's posterior of a recording as a proposal.
 
-    Raises:
-        ValueError: It is one of pushes, and the flow was trained on recordings of known phases alone.
+    A recording of pushes is refused by a flow that was trained on recordings of known phases.
     """
     if recording.cell is not None and not isinstance(flow.conditioner, CellConditioner):
         raise ValueError("this network knows the phases of its own subjects alone; use one over a population")

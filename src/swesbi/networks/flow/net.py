@@ -10,7 +10,8 @@ from zuko.distributions import NormalizingFlow
 from zuko.flows.autoregressive import MaskedAutoregressiveTransform
 from zuko.nn import MLP, Linear, MaskedLinear
 
-from swesbi.networks.flow.arrays import PARAMETERS, FlowArrays, Layer, MaskedTransform, SingleArray
+from swesbi.networks.affine_maf import Layer, SingleArray
+from swesbi.networks.flow.arrays import FlowArrays, MaskedTransform
 from swesbi.networks.settings import FlowSettings
 
 
@@ -31,15 +32,9 @@ class ConditionalFlow(zuko.flows.Flow):  # type: ignore[misc]  # zuko is not typ
             return condition
         return torch.cat((condition, self.embedding(condition)), dim=-1)
 
-    def of_embedded(self, embedded: Tensor) -> NormalizingFlow:
-        """Return the densities under conditions that are embedded already."""
-        return super().forward(embedded)
-
-    def forward(self, c: Tensor | None = None) -> NormalizingFlow:
+    def forward(self, c: Tensor) -> NormalizingFlow:
         """Return the densities under conditions c (n, C)."""
-        if c is None:
-            raise ValueError("the flow is conditional; give it conditioning vectors")
-        return self.of_embedded(self.embed(c))
+        return super().forward(self.embed(c))
 
 
 def build_net(settings: FlowSettings, parameters: int, components: int) -> ConditionalFlow:
@@ -59,11 +54,7 @@ def build_net(settings: FlowSettings, parameters: int, components: int) -> Condi
 
 
 def arrays_of(net: ConditionalFlow) -> FlowArrays:
-    """Return the net as arrays, copies of its weights.
-
-    Raises:
-        ValueError: A transform is no masked autoregressive one of affine maps with rectified linear units.
-    """
+    """Return the net as arrays, copies of its weights."""
     embedding = () if net.embedding is None else net.embedding.children()
     return FlowArrays(
         embedding=tuple(_layer(part, part.weight) for part in embedding if isinstance(part, Linear)),
@@ -71,13 +62,8 @@ def arrays_of(net: ConditionalFlow) -> FlowArrays:
     )
 
 
-def _masked(transform: torch.nn.Module) -> MaskedTransform:
-    if not isinstance(transform, MaskedAutoregressiveTransform) or transform.total != PARAMETERS:
-        raise ValueError(f"a flow has masked autoregressive transforms of affine maps; found {transform}")
-    layers = [layer for layer in transform.hyper if isinstance(layer, MaskedLinear)]
-    between = [layer for layer in transform.hyper if not isinstance(layer, MaskedLinear)]
-    if not all(isinstance(layer, torch.nn.ReLU) for layer in between):
-        raise ValueError(f"a transform has rectified linear units; found {between}")
+def _masked(transform: MaskedAutoregressiveTransform) -> MaskedTransform:
+    layers = (layer for layer in transform.hyper if isinstance(layer, MaskedLinear))
     order = transform.order.numpy().astype(np.int64)
     return MaskedTransform(order, tuple(_layer(layer, layer.mask * layer.weight) for layer in layers))
 

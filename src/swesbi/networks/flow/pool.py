@@ -26,18 +26,11 @@ LOGGER = logging.getLogger("swesbi")
 
 @dataclass(frozen=True)
 class SubjectSimulations:
-    """n prior simulations of one subject at the p measured phases of its recording.
-
-    Attributes:
-        model: The subject's recording under the experiment's settings.
-        theta: Parameters; shape (n, 3).
-        physiology: Free nuisance parameters of the simulation; shape (n, k).
-        wall: Active stiffness and shortening at the phases.
-    """
+    """n prior simulations of one subject at the p measured phases of its recording."""
 
     model: SpeedModel
-    theta: FloatArray
-    physiology: FloatArray
+    theta: FloatArray  # (n, 3)
+    physiology: FloatArray  # free nuisance parameters of the simulation, (n, k)
     wall: WallPhases
 
     def rows(self, start: int, stop: int) -> SubjectSimulations:
@@ -94,12 +87,7 @@ SCHEMA: Final = artefacts.schema_of(StoredSubject, along="subject")["/"]
 
 @dataclass(frozen=True)
 class SpeedPool(artefacts.Artefact, kind="speed_pool"):
-    """The simulations of every subject at the phases of its own recording.
-
-    Attributes:
-        of_subjects: By subject.
-        nuisance_names: Names of the free physiology.
-    """
+    """The simulations of every subject at the phases of its own recording; names of the free physiology."""
 
     of_subjects: Mapping[str, StoredSubject]
     nuisance_names: tuple[str, ...]
@@ -132,11 +120,7 @@ class SpeedPool(artefacts.Artefact, kind="speed_pool"):
         return cls(dict(zip(names["subject"], rows, strict=True)), names["nuisance"])
 
     def of(self, model: SpeedModel) -> SubjectSimulations:
-        """Return the simulations of one recording's subject, the missing phases left out.
-
-        Raises:
-            UnfitError: The pool lacks the subject.
-        """
+        """Return the simulations of one recording's subject, the missing phases left out."""
         subject = model.recording.subject
         if subject not in self.of_subjects:
             raise artefacts.UnfitError(
@@ -156,13 +140,7 @@ def pool_of_speeds(
     simulations_per_subject: int,
     measurement: MeasurementSettings,
 ) -> SpeedPool:
-    """Take the simulations of every subject at the phases of its recording; NaN at those not measured.
-
-    Args:
-        observations: The recordings.
-        shards: Simulations from the prior of each subject.
-        simulations_per_subject: The first so many of each are taken.
-        measurement: How the active stiffness is measured.
+    """Take the first simulations of every subject at the phases of its recording; NaN at those not measured.
 
     Raises:
         UnfitError: A subject has no simulations, or too few, or other phases than the first.

@@ -22,8 +22,9 @@ from swesbi.artefacts import (
 )
 from swesbi.artefacts.schema import Schema
 from swesbi.measurement.settings import summary_names
+from swesbi.networks.affine_maf import PARAMETERS, Layer, SingleArray
 from swesbi.networks.flow import cells, conditioning
-from swesbi.networks.flow.arrays import PARAMETERS, FlowArrays, Layer, MaskedTransform, SingleArray
+from swesbi.networks.flow.arrays import FlowArrays, MaskedTransform
 from swesbi.networks.settings import FlowSettings
 from swesbi.networks.standardisation import Standardisation
 from swesbi.prior import SimulatedPrior
@@ -50,17 +51,9 @@ SHIPPED_NETWORK: Final = Path(__file__).parents[1] / "population.h5"
 
 @dataclass(frozen=True)
 class TrainedFlow(Artefact, kind="flow"):
-    """A trained flow q(heart | z) and how it was trained.
+    """A trained flow q(heart | z) with the weights of its best epoch, and how it was trained.
 
-    Attributes:
-        net: The flow in standardised eta, with the weights of the best epoch.
-        settings: Architecture and training.
-        prior: The prior of hearts, whose box the logit maps.
-        conditioner: Makes z from recordings.
-        eta: Statistics of eta = logit(heart) over the training rows.
-        best_epoch: Epoch of the lowest validation loss, from 1.
-        epochs_run: Epochs that were trained.
-        best_validation_loss: Mean of -log q(eta | z) over held-out theta at the best epoch, standardised eta.
+    The net is of standardised eta = logit(heart), which maps the box of the prior of hearts.
     """
 
     net: FlowArrays
@@ -111,11 +104,7 @@ class TrainedFlow(Artefact, kind="flow"):
 
     @classmethod
     def read(cls, path: Path) -> TrainedFlow:
-        """Read a flow.
-
-        Raises:
-            ArtefactError: The file is not a flow that this package can read.
-        """
+        """Read a flow; errors are those of every artefact."""
         try:
             return super().read(path)
         except ArtefactError:
@@ -125,11 +114,7 @@ class TrainedFlow(Artefact, kind="flow"):
 
     @classmethod
     def rebuilt(cls, groups: Mapping[str, Group], made: Provenance) -> TrainedFlow:
-        """Return the flow of a file's group.
-
-        Raises:
-            ValueError: Its weights are not those of the net that it describes.
-        """
+        """Return the flow of a file's group; a ValueError says that its weights are of another net."""
         stored = groups["/"]
         settings = FlowSettings.model_validate_json(stored["architecture"].item())
         parameters, components = stored.sizes["heart_parameter"], stored.sizes["component"]
@@ -148,11 +133,7 @@ class TrainedFlow(Artefact, kind="flow"):
 def _from_one_row(
     weight: SingleArray, settings: FlowSettings, parameters: int, components: int
 ) -> FlowArrays:
-    """Return the net of these weights.
-
-    Raises:
-        ValueError: The net of these settings has another number of them.
-    """
+    """Return the net of these weights; a ValueError says that it has another number of them."""
     embedding, context = [components], components
     if (before := settings.embedding) is not None:
         embedding += [before.hidden_features] * before.hidden_layers + [before.outputs]

@@ -14,11 +14,10 @@ import torch
 from torch import Tensor
 
 from swesbi.base.arrays import FloatArray
-from swesbi.base.progress import Progress
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.measurement.settings import SummarySettings
+from swesbi.networks.affine_maf import SingleArray
 from swesbi.networks.determinism import reproducible
-from swesbi.networks.flow.arrays import SingleArray
 from swesbi.networks.flow.cells import AnyConditioner
 from swesbi.networks.flow.conditioning import (
     Conditioner,
@@ -32,7 +31,7 @@ from swesbi.networks.flow.pool import SpeedPool, SubjectSimulations, noisy_speed
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.networks.settings import FlowSettings
 from swesbi.networks.standardisation import Standardisation, fit_standardisation
-from swesbi.networks.training_tables import Epoch, TrainingTable, losses_table
+from swesbi.networks.training_tables import EpochRecord, FlowEpoch, TrainingTable, losses_table
 from swesbi.prior import SimulatedPrior, to_logit
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
@@ -64,9 +63,6 @@ def split_by_theta(
     """Split each subject's simulations into training and held-out theta, the last ones held out.
 
     Draws from the prior come in no order, so the last are as good as any; no theta is on both sides.
-
-    Raises:
-        ValueError: A side would be empty.
     """
     counts = [len(subject.theta) for subject in subjects]
     edges = [n - round(validation_fraction * n) for n in counts]
@@ -121,26 +117,6 @@ class TrainingDivergedError(RuntimeError):
     """Too many batches had no finite loss; the message says what to do."""
 
 
-@dataclass(frozen=True)
-class FlowEpoch(Epoch):
-    """One epoch, with the number of batches that were left out."""
-
-    skipped_batches: int
-
-
-@dataclass(frozen=True)
-class FlowTraining:
-    """The trained flow and every epoch in order."""
-
-    flow: TrainedFlow
-    epochs: tuple[FlowEpoch, ...]
-
-    @property
-    def outputs(self) -> TrainedWithLosses:
-        """The flow and the table of its losses."""
-        return TrainedWithLosses(self.flow, losses_table(self.epochs))
-
-
 class TrainedWithLosses(NamedTuple):
     """A trained flow, and the losses of every epoch."""
 
@@ -159,19 +135,9 @@ def trained_on_subjects(
     experiment: str,
     seed: int,
 ) -> TrainedWithLosses:
-    """Train q(heart | z) on the pool of all subjects.
+    """Train q(heart | z) on the pool of all subjects; ``summary`` says which features the network sees.
 
     Runs on the CPU, on one thread, and repeats exactly.
-
-    Args:
-        pool: Simulations of every subject.
-        observations: Their recordings.
-        noise: Of the cohort.
-        model: Of the recordings.
-        summary: Which features the network sees.
-        estimator: Architecture and schedule.
-        experiment: Its name, in progress lines.
-        seed: Of the study.
 
     Raises:
         UnfitError: The pool lacks a subject.
@@ -184,7 +150,7 @@ def trained_on_subjects(
         estimator,
         integer_seed(seed, "flow training"),
         f"training {experiment}",
-    ).outputs
+    )
 
 
 def train_over_subjects(
@@ -193,22 +159,11 @@ def train_over_subjects(
     settings: FlowSettings,
     seed: int,
     label: str = "training",
-) -> FlowTraining:
+) -> TrainedWithLosses:
     """Fit q(heart | z) on the simulations of all subjects, noise drawn anew every epoch.
 
     Theta are split into training and held-out ones; standardisation comes from the training ones; the
     weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats exactly.
-
-    Args:
-        subjects: Simulations of each subject, under one joint prior.
-        conditioning: How speeds become features.
-        settings: Architecture and schedule.
-        seed: Seed of noise, initial weights and batches.
-        label: Name in progress lines.
-
-    Raises:
-        ValueError: Too few simulations for a split.
-        TrainingDivergedError: The loss was not finite too often.
     """
     training, held_out = split_by_theta(subjects, settings.validation_fraction)
     conditioner, eta = fit_statistics(training, conditioning, seed)
@@ -222,13 +177,7 @@ def train_over_subjects(
 
 @dataclass(frozen=True)
 class FlowParts:
-    """What a flow has beside its net: how it sees recordings, and the parameters that it is a density of.
-
-    Attributes:
-        conditioner: Makes z from recordings.
-        eta: Statistics of eta = logit(heart) over the training rows.
-        prior: The prior of hearts, whose box the logit maps.
-    """
+    """What a flow has beside its net: what makes z, statistics of eta = logit(heart), the prior of hearts."""
 
     conditioner: AnyConditioner
     eta: Standardisation
@@ -243,20 +192,11 @@ def fit_flow(
     settings: FlowSettings,
     seed: int,
     label: str,
-) -> FlowTraining:
+) -> TrainedWithLosses:
     """Fit a flow to fresh rows every epoch and keep the weights of the best epoch on the held-out rows.
 
-    Args:
-        training: Simulations whose rows are drawn anew every epoch.
-        held_out: Simulations whose rows are the same for every epoch.
-        rows_of: Makes rows of a part, by what they are for and a number: as many each time.
-        parts: What the trained flow has beside its net.
-        settings: Architecture and schedule.
-        seed: Seed of initial weights and batches.
-        label: Name in progress lines.
-
-    Raises:
-        TrainingDivergedError: The loss was not finite too often.
+    ``rows_of`` makes rows of a part, by what they are for and a number: as many each time. Rows of training
+    are drawn anew every epoch, those held out are the same for all.
     """
     validation = [rows_of(held_out, "validation", k) for k in range(VALIDATION_COPIES)]
     with reproducible(integer_seed(seed, "flow", "torch")):
@@ -267,8 +207,10 @@ def fit_flow(
             del rows  # else there are two epochs' rows while the next ones are made
             rows = rows_of(training, "epoch", number)
             trainer.run(rows, validation)
-    best = min(trainer.epochs, key=lambda epoch: epoch.validation_loss)
-    LOGGER.info("%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, trainer.best_loss)
+    best = trainer.record.best
+    LOGGER.info(
+        "%s: best epoch %d of %d, loss %.4f", label, best.number, settings.epochs, best.validation_loss
+    )
     flow = TrainedFlow(
         net=arrays_of(trainer.best_net()),
         settings=settings,
@@ -279,15 +221,14 @@ def fit_flow(
         epochs_run=settings.epochs,
         best_validation_loss=best.validation_loss,
     )
-    return FlowTraining(flow, tuple(trainer.epochs))
+    return TrainedWithLosses(flow, losses_table(trainer.record.epochs))
 
 
 class _Trainer:
     """Trains one network: its optimiser, its schedule, and the epochs so far."""
 
     def __init__(self, settings: FlowSettings, rows: Rows, label: str) -> None:
-        self.epochs: list[FlowEpoch] = []
-        self.best_loss = float("inf")
+        self.record = EpochRecord(label, settings.epochs, FlowEpoch)
         self._settings = settings
         self._net = build_net(settings, rows.eta.shape[1], rows.z.shape[1])
         self._best = copy.deepcopy(self._net.state_dict())
@@ -300,19 +241,15 @@ class _Trainer:
             total_steps=settings.epochs * self._batches,
             pct_start=settings.warm_up_fraction,
         )
-        self._progress = Progress(label, settings.epochs, unit="epoch", every_s=0.0)
 
     def run(self, rows: Rows, validation: Sequence[Rows]) -> None:
         """Train one epoch on these rows and judge it on the held-out ones."""
         start = time.monotonic()
         training_loss, skipped = self._pass(torch.from_numpy(rows.eta), torch.from_numpy(rows.z))
         loss = float(np.mean([self._judge(rows_held_out) for rows_held_out in validation]))
-        improved = loss < self.best_loss
-        if improved:
-            self.best_loss, self._best = loss, copy.deepcopy(self._net.state_dict())
-        self.epochs.append(FlowEpoch(len(self.epochs) + 1, training_loss, loss, improved, skipped))
-        note = f"loss {training_loss:.4f}, validation {loss:.4f}{' (best)' if improved else ''}"
-        self._progress.step(note=f"{note}, {time.monotonic() - start:.1f} s")
+        seconds = time.monotonic() - start
+        if self.record.add(training_loss, loss, seconds, skipped_batches=skipped).best_so_far:
+            self._best = copy.deepcopy(self._net.state_dict())
 
     def best_net(self) -> ConditionalFlow:
         """Return the network with the weights of the best epoch."""
@@ -329,8 +266,8 @@ class _Trainer:
         skipped = len(losses) - len(finite)
         if skipped > MAX_BAD_FRACTION * len(losses):
             raise TrainingDivergedError(
-                f"epoch {len(self.epochs) + 1}: {skipped} of {len(losses)} batches had no finite loss; "
-                "lower learning_rate or clip_max_norm"
+                f"epoch {len(self.record.epochs) + 1}: {skipped} of {len(losses)} batches had no finite "
+                "loss; lower learning_rate or clip_max_norm"
             )
         return float(np.mean(finite)), skipped
 

@@ -1,173 +1,148 @@
-"""The trained density estimator q(theta | z) and its earlier epochs: saving, rebuilding.
-
-A saved estimator is a state_dict with plain metadata, so it loads with ``weights_only=True``: nothing in
-the file is executed.
-"""
+"""The trained density estimator q(theta | z) as arrays, after one epoch of its training or several."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final
+from functools import cached_property
+from typing import Annotated, Final
 
-from torch import Tensor
+import numpy as np
 
-from swesbi.artefacts import Provenance
-from swesbi.networks import files
-from swesbi.networks.paper.maf import MaskedFlow
-from swesbi.networks.settings import EstimatorSettings
-from swesbi.parameters import THETA_NAMES
+from swesbi import artefacts
+from swesbi.artefacts.schema import Schema
+from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.networks.affine_maf import (
+    NFLOWS,
+    ConditionedFlow,
+    Layer,
+    Passes,
+    SingleArray,
+    in_order_of_passes,
+    log_normal,
+)
+from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 
-ESTIMATOR: Final = "estimator"
-CHECKPOINTS: Final = "checkpoints"
-
-
-@dataclass(frozen=True)
-class TrainedEstimator:
-    """A trained density estimator and how it was trained.
-
-    Attributes:
-        net: The density estimator, on the CPU, with the weights of the best epoch.
-        settings: Its architecture and training settings.
-        components: The names of its C inputs, in order.
-        best_epoch: Epoch of the lowest validation loss, from 1; ``net`` holds its weights.
-        epochs_run: Epochs that were trained.
-        best_validation_loss: Mean of -log q over the held-out rows at the best epoch.
-    """
-
-    net: MaskedFlow
-    settings: EstimatorSettings
-    components: tuple[str, ...]
-    best_epoch: int
-    epochs_run: int
-    best_validation_loss: float
-
-    @classmethod
-    def read(cls, path: Path) -> TrainedEstimator:
-        """Rebuild an estimator from its file, on the CPU, ready to sample.
-
-        Raises:
-            ArtefactError: The file is not an estimator that this package can read.
-        """
-        return files.read_plain(path, ESTIMATOR, _rebuild)
-
-    def write(self, path: Path, made: Provenance) -> None:
-        """Write the estimator atomically; equal estimators give equal bytes."""
-        metadata = {
-            **made.of(ESTIMATOR).attributes(),
-            **describe_net(self.settings, self.components),
-            "best_epoch": self.best_epoch,
-            "epochs_run": self.epochs_run,
-            "best_validation_loss": self.best_validation_loss,
-        }
-        files.write_plain(path, {"metadata": metadata, "state_dict": dict(self.net.state_dict())})
-
-
-def describe_net(settings: EstimatorSettings, components: tuple[str, ...]) -> dict[str, Any]:
-    """Return the plain metadata from which ``rebuild_net`` knows a net's shapes."""
-    return {
-        "estimator": settings.model_dump_json(),
-        "parameters": list(THETA_NAMES),
-        "components": list(components),
-    }
-
-
-def rebuild_net(metadata: files.NetMetadata, state: Mapping[str, Tensor]) -> MaskedFlow:
-    """Build the net that the metadata describes and give it these weights.
-
-    Raises:
-        ValueError: The metadata describe no estimator, or one larger than the weights.
-        RuntimeError: Names or shapes of the weights are not the net's.
-    """
-    settings = metadata.architecture()
-    files.check_size(settings, state)
-    return MaskedFlow(settings, len(metadata.parameters), len(metadata.components), state)
-
-
-def _rebuild(content: Mapping[str, Any]) -> TrainedEstimator:
-    metadata = files.EstimatorMetadata.from_plain(content["metadata"])
-    return TrainedEstimator(
-        net=rebuild_net(metadata, content["state_dict"]),
-        settings=metadata.architecture(),
-        components=metadata.components,
-        best_epoch=metadata.best_epoch,
-        epochs_run=metadata.epochs_run,
-        best_validation_loss=metadata.best_validation_loss,
-    )
+LABELS: Final = {"parameter": list(THETA_NAMES)}
 
 
 @dataclass(frozen=True)
-class Checkpoint:
-    """The density estimator after one epoch, ready to sample.
+class SbiFlow:
+    """sbi's masked autoregressive flow; every transform takes the parameters in their first order.
 
-    Attributes:
-        epoch: Number of the epoch, from 1.
-        validation_loss: Mean of -log q over the held-out rows after it.
-        best: Its validation loss is the lowest of the whole training: the estimator that the study uses.
-        components: The names of the net's C inputs, in order.
-        net: The density estimator.
+    Weights have the biases as their last columns; masked ones are zero.
     """
 
-    epoch: int
-    validation_loss: float
-    best: bool
-    components: tuple[str, ...]
-    net: MaskedFlow
+    context: Annotated[
+        SingleArray, artefacts.Variable("transform unit component_and_bias", "1", "weights on z")
+    ]
+    first: Annotated[
+        SingleArray, artefacts.Variable("transform unit parameter_and_bias", "1", "weights on theta")
+    ]
+    hidden: Annotated[
+        SingleArray, artefacts.Variable("transform layer unit unit_and_bias", "1", "of the layers between")
+    ]
+    last: Annotated[
+        SingleArray,
+        artefacts.Variable(
+            "transform output unit_and_bias", "1", "raw scales of all parameters, then shifts"
+        ),
+    ]
+    order: Annotated[
+        IntArray, artefacts.Variable("transform parameter", "1", "pass in which the inverse finds each")
+    ]
+    base: Annotated[
+        IntArray, artefacts.Variable("base_parameter", "1", "parameter of each coordinate of the base space")
+    ]
+    theta_mean: Annotated[FloatArray, artefacts.Variable("parameter", THETA_COLUMNS, "of training rows")]
+    theta_scale: Annotated[
+        FloatArray, artefacts.Variable("parameter", THETA_COLUMNS, "standard deviation of training rows")
+    ]
+    z_mean: Annotated[FloatArray, artefacts.Variable("component", "1", "of training rows")]
+    z_scale: Annotated[
+        FloatArray, artefacts.Variable("component", "1", "standard deviation of training rows")
+    ]
+
+    def log_prob(self, theta: FloatArray, z: FloatArray) -> FloatArray:
+        """Return log q(theta | z) of each row, shape (N,); theta (N, D), z (N, C)."""
+        standardised = (theta - self.theta_mean) / self.theta_scale
+        placed = [self.under(each).to_base(row[None]) for row, each in zip(standardised, z, strict=True)]
+        u, log_slope = (np.concatenate(parts) for parts in zip(*placed, strict=True))
+        return np.asarray(log_slope + log_normal(u) - np.log(self.theta_scale).sum())
+
+    def at(self, u: FloatArray, z: FloatArray) -> FloatArray:
+        """Return the theta (n, D) of points u (n, D) of the base space under one z (C,)."""
+        points = np.empty(u.shape)
+        points[:, self.base] = u
+        return self.under(z).from_base(points) * self.theta_scale + self.theta_mean
+
+    def under(self, z: FloatArray) -> ConditionedFlow:
+        """Return the flow of standardised theta under one z (C,)."""
+        inputs = ((z - self.z_mean) / self.z_scale).astype(np.float32)
+        added = np.tanh(self.context[..., :-1] @ inputs + self.context[..., -1]) + self.first[..., -1]
+        return ConditionedFlow(
+            tuple(
+                (passes, sums[passes.units, None]) for passes, sums in zip(self._passes, added, strict=True)
+            )
+        )
+
+    @cached_property
+    def _passes(self) -> tuple[Passes, ...]:
+        parameters = len(self.theta_mean)
+        shift_and_scale = np.arange(2 * parameters).reshape(2, -1)[::-1].T.ravel()
+        weights = zip(self.first, self.hidden, self.last[:, shift_and_scale], strict=True)
+        return tuple(
+            in_order_of_passes(
+                order, [Layer(one[:, :-1], one[:, -1]) for one in (first, *between, last)], NFLOWS
+            )
+            for order, (first, between, last) in zip(self.order, weights, strict=True)
+        )
 
 
 @dataclass(frozen=True)
-class Checkpoints:
-    """The density estimator after several epochs of one training, its best and its last among them.
+class TrainedEstimator(artefacts.Artefact, kind="estimator"):
+    """The density estimator after one epoch of its training."""
 
-    Attributes:
-        settings: Architecture and training settings.
-        of_epochs: In the order of the epochs.
-    """
+    net: Annotated[SbiFlow, artefacts.Part()]
+    components: Annotated[tuple[str, ...], artefacts.Labels("component")]
+    epoch: Annotated[int, artefacts.Variable("", "1", "epoch after which the weights are these, from 1")]
+    validation_loss: Annotated[float, artefacts.Variable("", "1", "mean of -log q over held-out rows")]
+    best: Annotated[bool, artefacts.Variable("", "1", "1 where no epoch of the training has a lower loss")]
 
-    settings: EstimatorSettings
-    of_epochs: tuple[Checkpoint, ...]
+    labels = LABELS
+
+
+SCHEMA: Final = artefacts.schema_of(TrainedEstimator, along="checkpoint")["/"]
+
+
+@dataclass(frozen=True)
+class Checkpoints(artefacts.Artefact, kind="checkpoints"):
+    """The density estimator after several epochs of one training, the best and the last among them."""
+
+    of_epochs: tuple[TrainedEstimator, ...]
 
     @property
-    def best(self) -> Checkpoint:
+    def best(self) -> TrainedEstimator:
         """That of the lowest validation loss."""
         return next(one for one in self.of_epochs if one.best)
 
     @classmethod
-    def read(cls, path: Path) -> Checkpoints:
-        """Rebuild the estimators.
+    def schema(cls) -> Schema:
+        """Return the one group of the file."""
+        return {"/": SCHEMA}
 
-        Raises:
-            ArtefactError: The file does not hold checkpoints that this package can read.
-        """
-        return files.read_plain(path, CHECKPOINTS, _rebuild_checkpoints)
+    @classmethod
+    def required_labels(cls) -> tuple[artefacts.Labels, ...]:
+        """Return the names of parameters and components."""
+        return TrainedEstimator.required_labels()
 
-    def write(self, path: Path, made: Provenance) -> None:
-        """Write the weights of all epochs atomically; equal ones give equal bytes."""
-        metadata = {
-            **made.of(CHECKPOINTS).attributes(),
-            **describe_net(self.settings, self.best.components),
-            "best_epoch": self.best.epoch,
-            "epochs": [one.epoch for one in self.of_epochs],
-            "validation_losses": [one.validation_loss for one in self.of_epochs],
-        }
-        states = {str(one.epoch): dict(one.net.state_dict()) for one in self.of_epochs}
-        files.write_plain(path, {"metadata": metadata, "state_dicts": states})
+    def to_groups(self) -> dict[str, artefacts.Group]:
+        """Return the content of the file."""
+        values = artefacts.stacked_values(self.of_epochs)["/"]
+        labels = {**LABELS, "component": list(self.best.components)}
+        return {"/": artefacts.build_group(SCHEMA, values, labels)}
 
-
-def _rebuild_checkpoints(content: Mapping[str, Any]) -> Checkpoints:
-    metadata, states = files.CheckpointsMetadata.from_plain(content["metadata"]), content["state_dicts"]
-    settings = metadata.architecture()
-    return Checkpoints(
-        settings,
-        tuple(
-            Checkpoint(
-                epoch=epoch,
-                validation_loss=loss,
-                best=epoch == metadata.best_epoch,
-                components=metadata.components,
-                net=rebuild_net(metadata, states[str(epoch)]),
-            )
-            for epoch, loss in zip(metadata.epochs, metadata.validation_losses, strict=True)
-        ),
-    )
+    @classmethod
+    def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> Checkpoints:
+        """Return what the group of a file holds."""
+        return cls(tuple(artefacts.from_rows(TrainedEstimator, groups["/"], "checkpoint")))

@@ -33,11 +33,7 @@ LOGGER = logging.getLogger("swesbi")
 
 
 def noise_sd(names: Sequence[str], feature_noise_sd: Mapping[str, float]) -> FloatArray:
-    """Return the noise's standard deviations of shape (F,), in raw feature units, zero where none is named.
-
-    Raises:
-        ValueError: A named feature is none of ``names``.
-    """
+    """Return the noise's standard deviations (F,), in raw feature units, zero where none is named."""
     if unknown := sorted(set(feature_noise_sd) - set(names)):
         raise ValueError(
             f"feature_noise_sd: {', '.join(unknown)} is not a feature of this experiment's summary; "
@@ -47,16 +43,9 @@ def noise_sd(names: Sequence[str], feature_noise_sd: Mapping[str, float]) -> Flo
 
 
 def augment(features: FloatArray, sd: FloatArray, copies: int, rng: np.random.Generator) -> FloatArray:
-    """Return noisy copies x + epsilon of every feature vector, epsilon ~ N(0, diag(sd^2)) (paper, Eq. 5).
+    """Return N_aug ``copies`` x + epsilon of features (n, F), epsilon ~ N(0, diag(sd^2)) (paper, Eq. 5).
 
-    Args:
-        features: (n, F) noiseless features of n simulations.
-        sd: (F,) standard deviations; only features with a positive one consume random numbers.
-        copies: Number N_aug of copies of each.
-        rng: The stream of one subject.
-
-    Returns:
-        Array of shape (n, copies, F).
+    Shape (n, copies, F). Only features with a positive sd consume random numbers.
     """
     noisy = np.flatnonzero(sd > 0.0)
     copied = np.repeat(features[:, None, :], copies, axis=1)
@@ -66,21 +55,13 @@ def augment(features: FloatArray, sd: FloatArray, copies: int, rng: np.random.Ge
 
 @dataclass(frozen=True)
 class SubjectFeatures:
-    """One subject's context, prior draws with their noiseless features, and observed features.
-
-    Attributes:
-        context: The subject's context c_d.
-        draw_index: (n,) numbers of the prior draws.
-        theta: (n, 3) parameters of the prior draws.
-        features: (n, F) noiseless features x_{d,n}, in raw feature units.
-        observed: (F,) features x_obs,d of the recording.
-    """
+    """One subject's context c_d, prior draws with their noiseless features, and observed features, raw."""
 
     context: Context
     draw_index: IntArray
-    theta: FloatArray
-    features: FloatArray
-    observed: FloatArray
+    theta: FloatArray  # (n, 3)
+    features: FloatArray  # x_{d,n}, (n, F)
+    observed: FloatArray  # x_obs,d, (F,)
 
 
 @dataclass(frozen=True)
@@ -136,26 +117,13 @@ class Pool(artefacts.Artefact, kind="pool"):
         return self.standardisation.apply(self.observed)
 
     def observed_z(self, subject: str) -> FloatArray:
-        """Return one subject's z_obs of shape (C,).
-
-        Raises:
-            KeyError: The pool holds no such subject.
-        """
+        """Return one subject's z_obs of shape (C,)."""
         if subject not in self.subjects:
             raise KeyError(f"the pool holds no subject {subject!r}; it holds {', '.join(self.subjects)}")
-        z: FloatArray = self.z_obs[self.subjects.index(subject)]
-        return z
+        return np.asarray(self.z_obs[self.subjects.index(subject)])
 
     def check_components(self, names: tuple[str, ...], given: str) -> None:
-        """Refuse a network that was trained on other components.
-
-        Args:
-            names: Of the network's inputs, in order.
-            given: The name under which the network is given.
-
-        Raises:
-            UnfitError: Names or order of the components differ.
-        """
+        """Refuse a network whose inputs have other names or another order; it is ``given`` under a name."""
         if names != self.components.names:
             known = ", ".join(self.components.names)
             raise artefacts.UnfitError(
@@ -184,9 +152,6 @@ def build_pool(
 
     Rows run over subjects, then draws, then augmentations. The noise of one subject comes from a
     stream of its own, so it depends neither on the other subjects nor on how draws were sharded.
-
-    Raises:
-        ValueError: A feature or observation is not finite, or a noise is named for an unknown feature.
     """
     sd = noise_sd(components.features, settings.feature_noise_sd)
     for subject in subjects:
@@ -237,19 +202,11 @@ def pool_of_features(
 ) -> Pool:
     """Pool the noise-augmented, standardised features and contexts of all subjects (paper, Eq. 7).
 
-    Args:
-        observations: The recordings.
-        passives: The passive baseline of each subject.
-        shards: Simulations from the prior of each.
-        simulations_per_subject: The first so many of each are taken.
-        measurement: The measurement operator.
-        summary: Which features.
-        observation_model: Their noise, and how often each simulation is augmented.
-        seed: Of the noise.
+    The first simulations of each subject are taken.
 
     Raises:
         UnfitError: A subject lacks a passive baseline or enough simulations.
-        ValueError: As of ``build_pool``.
+        ValueError: A feature is not finite, or a noise is named for an unknown one.
     """
     subjects = measured_subjects(observations, passives, measurement)
     components = components_of(summary_names(summary), summary_units(summary))
