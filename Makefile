@@ -75,7 +75,7 @@ report: study # Snakemake's own report of the finished study, in one file
 
 full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
 	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks
-	$(BIN)/python -m swesbi.study.model_version results-full/*/*.csv
+	$(BIN)/python -m tools.model_version results-full/*/*.csv
 	$(BIN)/python -m tools.docs --stored
 
 verify: $(INSTALLED) ## numbers of README, tables of pages and versions of stored tables, beside settings, code and the study where it is finished

@@ -37,7 +37,7 @@ from swesbi.persons.cohort.infer import CohortResult, infer_population, of_ratio
 from swesbi.persons.planning.effect import log_factor  # noqa: E402
 from swesbi.persons.planning.likelihoods import StudyAnalysis, likelihoods_of  # noqa: E402
 from swesbi.persons.planning.power import PowerCurve, power_curve  # noqa: E402
-from swesbi.persons.planning.settings import GROUPS, PAIRED  # noqa: E402
+from swesbi.persons.settings import GROUPS, PAIRED  # noqa: E402
 
 OF_TRIALS: Final = 50_000
 """Seeds of trials begin here, those of the bank below."""

@@ -18,9 +18,9 @@ from typing import Final
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.networks.flow.trained import SHIPPED_NETWORK, TrainedFlow
-from swesbi.study.model_version import MODEL_VERSION
 from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.settings import SHIPPED_NULLS
+from tools.model_version import MODEL_VERSION
 
 VERSION: Final = "model_version"
 """Key of the settings of the shipped files."""

@@ -18,9 +18,8 @@ from swesbi.measurement.operator import passive_shape
 from swesbi.population.contexts import draw_one
 from swesbi.population.settings import PopulationSettings
 from swesbi.seeds import generator
-from swesbi.virtual.echocardiography import with_own_lvesv
 from swesbi.virtual.generated import PHYSIOLOGY
-from swesbi.virtual.volunteers import designed_scale
+from swesbi.virtual.volunteers import designed_scale, with_own_lvesv
 
 LOGGER = logging.getLogger("swesbi")
 MAX_ATTEMPTS: Final = 100

@@ -41,14 +41,16 @@ from swesbi.virtual.trial.settings import (
     CONTROL,
     GROUPS,
     LOADING,
+    MECHANICS,
     POPULATION,
     SPEED_SCALE,
     STREAM,
     TREATED,
     TRIAL,
     TrialSettings,
+    TrialSource,
+    narrowed,
 )
-from swesbi.virtual.trial.source import MECHANICS, TrialSource, narrowed
 
 ORIGIN: Final = "a virtual trial, simulated by swesbi.virtual.trial"
 COLUMNS: Final = 6

@@ -24,8 +24,7 @@ from swesbi.base.ending import (
     ended_by_signals,
     print_to_nobody,
 )
-from swesbi.base.environment import of_another_folder
-from swesbi.base.extras import missing
+from swesbi.base.environment import missing, of_another_folder
 from swesbi.base.terminal import terminal
 
 

@@ -19,19 +19,11 @@ RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 class SubjectVariable:
     """One column of ``subjects.csv``: a component of the context vector, or what else is known of a subject.
 
-    Attributes:
-        name: Name in artefacts and tables; it ends in the unit.
-        unit: Its unit; none of a text.
-        words: What the page calls it.
-        short: What an axis calls it.
-        asked: What the template of ``subjects.csv`` asks for.
-        example: What a row of it may say.
-        asked_unit: Its unit there, in words; none of a choice.
-        shown_unit: Its unit on the page and along an axis.
-        digits: Digits behind the point on the page.
-        bounds: Lowest and highest value that is taken, which catch wrong units; none of a choice.
-        simulated: Whether the forward model takes it, and is declared within the bounds.
-        entered: Column of ``subjects.csv``, where it is not the name.
+    Artefacts and tables say ``name``, which ends in the unit, the page ``words``, an axis ``short``; the
+    template asks for ``asked``, in the unit ``asked_unit``, with an ``example``. ``bounds``, which catch
+    wrong units, are the lowest and highest value that is taken, none of a choice; ``simulated`` is what the
+    forward model takes, declared within them. ``entered`` is the column of ``subjects.csv`` where it is not
+    the name.
     """
 
     name: str
@@ -152,24 +144,24 @@ class Context:
         return np.array([float(self.sex == "M"), *(getattr(self, name) for name in CONTEXT_NAMES[1:])])
 
 
-def check_bounds(values: Mapping[str, Any], bounds: Mapping[str, tuple[float, float]]) -> None:
-    """Refuse a value outside its bounds; what is not there, or None, has none.
+def outside(values: Mapping[str, Any], bounds: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Say which values are outside their bounds; what is not there, or None, has none."""
+    known = [(name, values[name], bounds[name]) for name in bounds if values.get(name) is not None]
+    return [
+        f"{name} = {value:g} is outside [{low:g}, {high:g}]"
+        for name, value, (low, high) in known
+        if not low <= value <= high
+    ]
 
-    Raises:
-        ValueError: The first such value.
-    """
-    for name, (low, high) in bounds.items():
-        value = values.get(name)
-        if value is not None and not low <= value <= high:
-            raise ValueError(f"{name} = {value:g} is outside [{low:g}, {high:g}]")
+
+def check_bounds(values: Mapping[str, Any], bounds: Mapping[str, tuple[float, float]]) -> None:
+    """Raise a ``ValueError`` of the first value outside its bounds."""
+    if problems := outside(values, bounds):
+        raise ValueError(problems[0])
 
 
 def check_ranges(context: Context) -> None:
-    """Refuse a context outside the ranges in which the forward model is declared.
-
-    Raises:
-        ValueError: Heart rate, end-diastolic volume, septal thickness or the wall's relative thickness.
-    """
+    """Raise a ``ValueError`` of a context outside the ranges in which the forward model is declared."""
     try:
         check_bounds(vars(context), CONTEXT_RANGES)
     except ValueError as error:

@@ -39,12 +39,7 @@ def effective_draws(weight: FloatArray) -> float:
 def resampled_rows(weight: FloatArray, draws: int, rng: np.random.Generator) -> NDArray[np.int_]:
     """Return the rows of equally weighted draws, (draws,), by systematic resampling (Kitagawa 1996).
 
-    Each row is taken as often as its weight says, rounded up or down.
-
-    Args:
-        weight: Weights, up to a factor; shape (n,).
-        draws: Number of rows.
-        rng: Source of the one random number.
+    Each row is taken as often as its weight (n,), known up to a factor, says, rounded up or down.
     """
     levels = (np.arange(draws) + rng.random()) / draws
     edges = np.cumsum(weight)

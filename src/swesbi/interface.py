@@ -16,9 +16,9 @@ from pydantic import ValidationError
 
 from swesbi.answers.answer import answered
 from swesbi.answers.files import RecordingRequest
-from swesbi.answers.folder import Folder, observe
+from swesbi.answers.recording import Folder, observe
 from swesbi.base.arrays import FloatArray, IntArray
-from swesbi.base.extras import missing
+from swesbi.base.environment import missing
 from swesbi.config.cohort import Cohort
 from swesbi.config.read import found_configuration, parse_config, read_merged
 from swesbi.config.study import Study, load_study
@@ -222,9 +222,15 @@ def recording_from_arrays(
     Raises:
         ValueError: As of :func:`recording_from_table`, or arrays differ in length.
     """
-    arrays = {"time_ms": time_ms, "rr_ms": rr_ms, "beat": beat, SPEED: speed_m_s, "se_m_s": se_m_s}
-    table = table_of_arrays(arrays | {"fit_r2": fit_r2}, IN_MEMORY)
-    return _in_memory(table, context, described, from_prior)
+    arrays = {
+        "time_ms": time_ms,
+        "rr_ms": rr_ms,
+        "beat": beat,
+        SPEED: speed_m_s,
+        "se_m_s": se_m_s,
+        "fit_r2": fit_r2,
+    }
+    return _in_memory(table_of_arrays(arrays, IN_MEMORY), context, described, from_prior)
 
 
 def _in_memory(
@@ -278,7 +284,6 @@ def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.Data
     chosen = request.made.seed if seed is None else seed
     answer = answered(request.recording, request.knowledge, request.settings, chosen)
     exact, verdict = answer.posterior, answer.verdict
-    certificate: dict[str, object] = {name: getattr(exact, name) for name in CERTIFICATE}
     return _answer_tree(
         {
             "posterior": {**answer.reported, **dict(zip(recording.names, exact.phi.T, strict=True))},
@@ -287,7 +292,7 @@ def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.Data
         {"speed_m_s": ("phase", speeds.speed_m_s), "relative_se": ("phase", speeds.relative_se)},
         {"phase": speeds.phase},
         {"subject": speeds.context.subject, "status": str(verdict.status), "sentence": verdict.sentence}
-        | certificate,
+        | {name: getattr(exact, name) for name in CERTIFICATE},
     )
 
 

@@ -20,18 +20,12 @@ data know best of k_0 and k_ATP."""
 
 @dataclass(frozen=True)
 class Parameter:
-    """One inferred parameter.
+    """One inferred parameter; its name, in configuration, artefacts and tables, ends in the unit.
 
-    Attributes:
-        name: Name in configuration, artefacts and tables; it ends in the unit.
-        unit: Unit in plain text.
-        meaning: What it is, in words, before its symbol.
-        tex: Symbol in TeX, for figures and LaTeX tables.
-        html: Symbol in HTML, for the page.
-        text: Symbol in plain text, for Markdown and the terminal.
-        si: What a value is multiplied by for SI units.
-        declared: Range in which the forward model is declared, in ``unit``; a prior lies within.
-        title: What figures call it before its symbol, if anything.
+    Its meaning stands in words before its symbol. ``tex`` is for figures and LaTeX, ``html`` for the page,
+    ``text`` for Markdown and the terminal. ``si`` is what a value is multiplied by for SI units,
+    ``declared`` the range in which the forward model is declared, in ``unit``; a prior lies within.
+    ``title`` is what figures call it before its symbol, if anything.
     """
 
     name: str
@@ -47,18 +41,21 @@ class Parameter:
     @property
     def label(self) -> str:
         """Title, symbol and unit in TeX, for an axis or a row."""
-        unit = f"{self.unit.removeprefix('1/')}$^{{-1}}$" if self.unit.startswith("1/") else self.unit
-        return f"{self.title} {self.tex} ({unit})".strip()
+        return f"{self.title} {self.tex} ({self._unit('$^{-1}$')})".strip()
 
     @property
     def cf_unit(self) -> str:
         """The unit as artefacts say it, by the CF conventions: a reciprocal as a power."""
-        return f"{self.unit.removeprefix('1/')}-1" if self.unit.startswith("1/") else self.unit
+        return self._unit("-1")
 
     @property
     def html_unit(self) -> str:
         """The unit on the page: a reciprocal as a power."""
-        return f"{self.unit.removeprefix('1/')}⁻¹" if self.unit.startswith("1/") else self.unit
+        return self._unit("⁻¹")
+
+    def _unit(self, power: str) -> str:
+        """Return the unit, a reciprocal by this power."""
+        return f"{self.unit.removeprefix('1/')}{power}" if self.unit.startswith("1/") else self.unit
 
 
 # Declared ranges: an order of magnitude beyond published parameters of myocardium (Marchesseau et al. 2013;
@@ -215,7 +212,6 @@ REPORTED: Final = tuple(
 REPORTED_NAMES: Final = tuple(quantity.name for quantity in REPORTED)
 
 THETA_NAMES: Final = tuple(parameter.name for parameter in THETA)
-THETA_UNITS: Final = tuple(parameter.unit for parameter in THETA)
 THETA_LABELS: Final = tuple(parameter.label for parameter in THETA)
 THETA_SYMBOLS: Final = tuple(parameter.tex for parameter in THETA)
 THETA_SI: Final = tuple(parameter.si for parameter in THETA)

@@ -365,8 +365,7 @@ def level(theta: FloatArray, prior: BoxPrior) -> FloatArray:
 def log_of_scores(scores: FloatArray, prior: BoxPrior) -> tuple[FloatArray, FloatArray]:
     """Return the logarithms of parameters of normal scores (n, d), under which the prior is N(0, I).
 
-    Returns:
-        log F^-1(Phi(scores)), and its slope along each score; (n, d) each.
+    They are log F^-1(Phi(scores)); their slopes along each score come with them, (n, d) each.
     """
     from scipy.special import ndtr, ndtri
 
@@ -422,8 +421,7 @@ def log_density(theta: FloatArray, prior: BoxPrior) -> FloatArray:
 def in_bounds(theta: FloatArray, prior: BoxPrior) -> BoolArray:
     """Tell for each row of shape (n, d) whether it lies within the prior's hard bounds."""
     low, high = bounds(prior)
-    inside: BoolArray = np.all((theta >= low) & (theta <= high), axis=1)
-    return inside
+    return np.asarray(np.all((theta >= low) & (theta <= high), axis=1))
 
 
 def to_logit(phi: FloatArray, prior: BoxPrior) -> FloatArray:

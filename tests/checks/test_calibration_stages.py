@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 import speed_case
 from calibration_case import JUDGEMENT, Sampler, prior_variances, simulate
-from comparison_case import CONFIG, observation
-from figure_text import assert_text_apart, text_boxes
+from comparison_case import observation
+from figure_text import assert_text_apart
 from study_copy import ROOT
 
-from swesbi.artefacts import ArtefactError, Provenance
-from swesbi.artefacts.typed import read_as
+from swesbi.artefacts import Provenance
 from swesbi.base.arrays import rows_of
-from swesbi.checks.calibration.alarms import DOUBTFUL_OR_WORSE
 from swesbi.checks.calibration.dataset import (
     Calibration,
     CalibrationLocal,
@@ -30,11 +28,9 @@ from swesbi.checks.calibration.dataset import (
 from swesbi.checks.calibration.known import acquisition_of
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, RankedRecordings
 from swesbi.checks.calibration.scores import CohortCalibration, by_stratum, calibration_of_cohort
-from swesbi.checks.calibration.table import COLUMNS, POOLED, CalibrationTable
+from swesbi.checks.calibration.table import DOUBTFUL_OR_WORSE, POOLED
 from swesbi.config.read import ConfigError, parse_config, read_merged
-from swesbi.measurement.settings import MeasurementSettings
 from swesbi.recording.acquisition_settings import ACQUISITION
-from swesbi.recording.settings import RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.calibration import draw_calibration
 from swesbi.verdict.misfits import WITH_STRIPS, Misfits
@@ -82,10 +78,8 @@ def results() -> CohortCalibration:
     narrow, recordings, local_parts = Sampler(noise_factor=0.6), [], []
     for index, subject in enumerate(SUBJECTS):
         own, acquired = (
-            InferredRecordings(
-                ranked(subject, narrow, 10 * index + shift), diagnostics(), misfits(SURPRISING)
-            )
-            for shift in range(2)
+            InferredRecordings(ranked(subject, narrow, seed), diagnostics(), misfits(SURPRISING))
+            for seed in (10 * index, 10 * index + 1)
         )
         recordings.append(CalibrationRecordings(own, acquired))
         accuracy, draws = np.array([[0.6, 0.51, np.nan]]), np.full((1, 3), 5000.0)
@@ -103,21 +97,17 @@ def results() -> CohortCalibration:
     )
 
 
-def test_recordings_of_all_subjects_are_kept(results: CohortCalibration, tmp_path: Path) -> None:
+def test_recordings_of_all_subjects_are_kept_in_their_order(
+    results: CohortCalibration, tmp_path: Path
+) -> None:
     results.calibration.write(tmp_path / "calibration.h5", Provenance(""))
     read = Calibration.read(tmp_path / "calibration.h5")
-    assert read.model_noise.ranked.subject.tolist() == ["A"] * RECORDINGS + ["B"] * RECORDINGS
-    second = ranked("B", Sampler(noise_factor=0.6), 10)
-    for name in ("level", "tarp", "mean", "sd"):
-        for sampler in ("proposal", "weighted"):
-            of_both = getattr(
-                rows_of(read.model_noise.ranked, read.model_noise.ranked.subject == "B").of(sampler), name
-            )
-            np.testing.assert_array_equal(of_both, getattr(second.of(sampler), name))
-    found, made = read.model_noise.diagnostics, diagnostics()
-    np.testing.assert_array_equal(found.k_hat[:RECORDINGS], made.k_hat)
-    assert found.by_mcmc.dtype == bool and found.by_mcmc.sum() == 2
     assert read.two_samples.subject == SUBJECTS
+    of_second = rows_of(read.model_noise.ranked, read.model_noise.ranked.subject == "B")
+    second = ranked("B", Sampler(noise_factor=0.6), 10)
+    np.testing.assert_array_equal(of_second.network.level, second.network.level)
+    np.testing.assert_array_equal(of_second.weighted.tarp, second.weighted.tarp)
+    np.testing.assert_array_equal(read.model_noise.diagnostics.k_hat[RECORDINGS:], diagnostics().k_hat)
 
 
 def test_a_subject_without_long_chains_is_not_compared_with_them() -> None:
@@ -136,9 +126,6 @@ def test_recovery_is_that_of_the_weighted_posterior(results: CohortCalibration) 
         (results.recovery, whole.model_noise),
         (results.recovery_acquisition, whole.sample_by_sample),
     ):
-        assert list(table.columns) == [
-            "parameter", "nominal", "coverage", "ci_low", "ci_high", "n", "bias", "contraction",
-        ]  # fmt: skip
         assert len(table) == 3 * len(JUDGEMENT.nominal_levels)
         assert (table["n"] == 2 * RECORDINGS).all()
         level = of.ranked.weighted.level
@@ -176,11 +163,8 @@ def test_alarms_are_counted_by_test_and_kind_of_recordings(results: CohortCalibr
         assert (table.loc[kind, "ci_low"] <= rate).all() and (rate <= table.loc[kind, "ci_high"]).all()
 
 
-def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(
-    results: CohortCalibration,
-) -> None:
+def test_the_table_flags_the_narrow_network_alone(results: CohortCalibration) -> None:
     table = results.table
-    assert list(table.columns) == list(COLUMNS)
     pooled = table[(table["subject"] == POOLED) & (table["recordings"] == "model_noise")]
     narrow = pooled[(pooled["sampler"] == "proposal") & (pooled["test"] == "coverage")]
     assert narrow["flagged"].sum() >= 3
@@ -188,28 +172,20 @@ def test_the_table_flags_the_narrow_network_and_not_the_weighted_posterior(
     assert (pooled["n"] == 2 * RECORDINGS).all()
 
 
-def test_limits_are_shared_where_several_are_looked_at(results: CohortCalibration) -> None:
+def test_limits_are_shared_and_a_second_recording_need_only_contract_some(results: CohortCalibration) -> None:
     table = results.table
     sbc = table[table["test"] == "sbc"]
     pooled = sbc["subject"] == POOLED
     assert sbc[pooled]["limit"].unique() == pytest.approx([0.05 / 6])
     assert sbc[~pooled]["limit"].unique() == pytest.approx([0.05 / 12])
     assert not ((table["recordings"] == "local") & (table["subject"] == POOLED)).any()
-
-
-def test_contraction_by_a_second_recording_need_only_be_some(results: CohortCalibration) -> None:
-    table = results.table
-    limits = table[table["test"] == "contraction"].groupby("recordings")["limit"].unique()
-    assert {name: list(values) for name, values in limits.items()} == {
-        "model_noise": [0.2],
-        "sample_by_sample": [0.2],
-        "local": [0.0],
-    }
+    least = table[table["test"] == "contraction"].groupby("recordings")["limit"].agg(["min", "max"])
+    assert least.loc["local"].tolist() == [0.0, 0.0]
+    assert (least.drop("local") == 0.2).all(axis=None)
 
 
 def test_a_classifier_that_finds_a_difference_or_nothing_is_flagged(results: CohortCalibration) -> None:
-    table = results.table
-    c2st = table[table["test"] == "c2st"].set_index(["subject", "sampler"])["flagged"]
+    c2st = results.table[results.table["test"] == "c2st"].set_index(["subject", "sampler"])["flagged"]
     for subject in SUBJECTS:
         assert c2st.loc[subject].to_dict() == {"proposal mcmc": 1, "weighted mcmc": 0, "proposal weighted": 1}
 
@@ -226,54 +202,28 @@ def test_more_draws_than_a_posterior_keeps_are_refused(key: str, value: int, num
         parse_config(plain)
 
 
-def test_the_figure_shows_every_quantity_and_the_levels_that_are_set(results: CohortCalibration) -> None:
-    asked = JUDGEMENT.model_copy(update={"alpha": 0.1, "confidence": 0.8})
+def test_coverage_of_all_recordings_is_drawn_with_an_interval(results: CohortCalibration) -> None:
+    """Of n recordings that are all covered the interval reaches down to a^(1/n), with a half of the rest."""
     figure = draw_calibration(
         results.calibration,
-        results.table,
-        judgement=asked,
+        results.table.assign(coverage_90=1.0),
+        judgement=JUDGEMENT.model_copy(update={"confidence": 0.8}),
         max_k_hat=0.7,
         experiment="calibrated",
         cohort_title="virtual volunteers",
     )
     assert_text_apart(figure)
-    texts = [text for text, _ in text_boxes(figure)]
-    for expected in (
-        "240 recordings",
-        "band, left by chance in 10 %",
-        "coverage (80 % Clopper-Pearson intervals)",
-    ):
-        assert any(expected in text for text in texts)
-    ranks, covered = figure.axes
-    assert len(ranks.get_lines()) == 1 + len(QUANTITY_NAMES)
-    assert len(covered.get_yticks()) == 1 + len(QUANTITY_NAMES)
-
-
-def test_coverage_of_all_recordings_is_drawn_with_an_interval(results: CohortCalibration) -> None:
-    """Of n recordings that are all covered the interval reaches down to a^(1/n), with a half of the rest."""
-    whole = results.table.assign(coverage_90=1.0)
-    figure = draw_calibration(
-        results.calibration, whole, judgement=JUDGEMENT, max_k_hat=0.7, experiment="", cohort_title=""
-    )
     lines = [line for part in figure.axes[1].collections for line in part.get_segments()]
-    lowest = 0.025 ** (1.0 / (2 * RECORDINGS))
+    lowest = 0.1 ** (1.0 / (2 * RECORDINGS))
     np.testing.assert_allclose([line[:, 0] for line in lines], [[lowest, 1.0]] * len(lines))
     assert len(lines) == 4 * (1 + len(QUANTITY_NAMES))
 
 
-def test_a_table_without_its_columns_is_refused(results: CohortCalibration, tmp_path: Path) -> None:
-    results.table.drop(columns="limit").to_csv(tmp_path / "table.csv")
-    with pytest.raises(ArtefactError, match="lacks the columns limit"):
-        read_as(CalibrationTable, [tmp_path / "table.csv"], "table")
-
-
 def test_recordings_like_a_subject_s_have_the_errors_of_its_group() -> None:
     """Those of ``acquisition`` are another laboratory's: errors told by the group would be wrong for them."""
-    quality = RecordingSettings.from_plain(CONFIG["recording"])
-    measurement = MeasurementSettings.from_plain(CONFIG["measurement"])
-    quiet = NoiseComponents(0.004, 0.06, 0.002)
-    found = acquisition_of(observation("A"), quiet, ACQUISITION, quality, measurement)
+    config, quiet = speed_case.shipped(), NoiseComponents(0.004, 0.06, 0.002)
+    found = acquisition_of(observation("A"), quiet, ACQUISITION, config.recording, config.measurement)
     made = found.settings
     assert (made.repeat_sd_fraction, made.sample_sd_fraction, made.sweep_fraction) == (0.004, 0.06, 0.002)
-    assert found.noise is quiet and found.missing_phases == (7,)
+    assert found.noise is quiet and made.missing_phases == (7,)
     assert made.failed_fraction == ACQUISITION.failed_fraction

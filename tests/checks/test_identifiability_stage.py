@@ -5,22 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 import speed_case
+from comparison_case import observation
+from evaluation_study import noise_of
 
 from swesbi.artefacts import ArtefactError
-from swesbi.checks.identifiability.cohort import Identified, drawn, identifiability_of_cohort, identified
-from swesbi.checks.identifiability.more_repeats import TIMES
+from swesbi.checks.identifiability.cohort import Identified, identifiability_of_cohort, identified
+from swesbi.checks.identifiability.information import TIMES
 from swesbi.checks.identifiability.quantities import QUANTITY_NAMES
-from swesbi.checks.identifiability.settings import IdentifiabilitySettings
-from swesbi.recording.noise.cohort import CohortNoise, GroupNoise, NoiseEstimate
-from swesbi.recording.noise.components import ComponentEstimate
+from swesbi.checks.settings import IdentifiabilitySettings
 from swesbi.recording.observation import Observation
-from swesbi.recording.samples import REASONS
-from swesbi.recording.speed import NoiseComponents
 
 SETTINGS = IdentifiabilitySettings(difference_step=0.02, information_draws=6, repeats_draws=6)
 SD = np.array([0.1, 0.2, 0.07, 0.03])
@@ -32,33 +29,19 @@ def phi(seed: int = 1, count: int = 300) -> np.ndarray:
     return np.asarray(speed_case.PHI * np.exp(np.random.default_rng(seed).normal(0.0, SD, (count, 4))))
 
 
-def observation(subject: str) -> Observation:
-    recording = speed_case.model().recording
-    return Observation(
-        context=replace(recording.context, subject=subject),
-        phase=recording.phase,
-        phase_index=np.arange(20),
-        cell=np.arange(20),
-        measured=np.arange(20) != MISSING,
-        speed_m_s=recording.speed_m_s,
-        speed_se_m_s=0.03 * recording.speed_m_s,
-        stiffness_kpa=3.0 * recording.speed_m_s**2,
-        stiffness_se_kpa=0.18 * recording.speed_m_s**2,
-        samples_accepted=np.full(20, 36),
-        samples_by_repeat=np.full((20, 3), 12),
-        samples_rejected=np.zeros((len(REASONS), 20), dtype=np.int64),
-        noise=NoiseComponents(0.04, 0.08),
-    )
+def recorded(subject: str) -> Observation:
+    speed_m_s = speed_case.model().recording.speed_m_s
+    return replace(observation(subject), phase=(np.arange(20) + 0.5) / 20.0, speed_m_s=speed_m_s)
 
 
 def cohort(posteriors: dict[str, np.ndarray]) -> Identified:
-    parts = [ComponentEstimate(size, 0.001, 0.9 * size, 1.1 * size) for size in (0.04, 0.08)]
-    estimate = NoiseEstimate(*parts, repeats=330, samples=3700)
-    noise = CohortNoise({"all": GroupNoise(estimate, dict.fromkeys(posteriors, estimate), 0.6)}, 0.9)
-    draws: Any = {name: SimpleNamespace(phi=each) for name, each in posteriors.items()}
-    observations = tuple(observation(name) for name in posteriors)
     return identifiability_of_cohort(
-        draws, observations, noise, model=speed_case.settings(), identifiability=SETTINGS, seed=1
+        {name: SimpleNamespace(phi=each) for name, each in posteriors.items()},  # type: ignore[arg-type]
+        tuple(map(recorded, posteriors)),
+        noise_of(posteriors),
+        model=speed_case.settings(),
+        identifiability=SETTINGS,
+        seed=1,
     )
 
 
@@ -74,14 +57,6 @@ def test_a_cohort_without_subjects_or_draws_is_refused() -> None:
         cohort({"A": phi()[:0]})
 
 
-def test_draws_depend_on_seed_and_subject_alone() -> None:
-    one = drawn(phi(), 9, 1, "A")
-    np.testing.assert_array_equal(one, drawn(phi(), 9, 1, "A"))
-    for other in (drawn(phi(), 9, 2, "A"), drawn(phi(), 9, 1, "B")):
-        assert not np.array_equal(one, other)
-    assert len(drawn(phi(), 1000, 1, "A")) == 300
-
-
 def test_a_missing_phase_has_no_row() -> None:
     table = found().information
     assert len(table) == 2 * 19 * len(QUANTITY_NAMES)
@@ -95,6 +70,9 @@ def test_the_summary_is_of_the_posterior_that_is_given() -> None:
     table = found().summary.set_index(["subject", "quantity"])
     assert len(table) == 2 * len(QUANTITY_NAMES)
     np.testing.assert_allclose(table.loc["A", "sd_log"].iloc[:4], SD, rtol=0.1)
+    prior_sd = np.array([part.log_sd for part in speed_case.settings().prior.parameters])
+    narrowed = 1.0 - (SD / prior_sd) ** 2
+    np.testing.assert_allclose(table.loc["A", "contraction_log"].iloc[:4], narrowed, atol=0.05)
     np.testing.assert_allclose(table["expected_over_found"], table["expected_sd_log"] / table["sd_log"])
     widths = table[[f"width_{times:g}" for times in TIMES]].to_numpy()
     assert (np.diff(widths, axis=1) < 0.0).all() and (widths < 1.0).all()

@@ -8,7 +8,6 @@ from pathlib import Path
 import exact_case
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from population_case import EXPERIMENT, FRESH, trained
 from scipy.stats import kstest
 from speed_case import shipped
@@ -19,7 +18,6 @@ from swesbi.base.arrays import rows_of
 from swesbi.checks.calibration.dataset import PushesCalibration
 from swesbi.checks.calibration.known import PUSHES_STREAM, pushes_on_fresh
 from swesbi.checks.calibration.scores import scores_on_pushes
-from swesbi.measurement.likelihood import SpeedModel
 from swesbi.population.recordings import record_pushes
 from swesbi.posterior.settings import asking
 from swesbi.verdict.null_recordings import NullRecordings
@@ -27,10 +25,6 @@ from swesbi.verdict.null_recordings import NullRecordings
 BASE = shipped().speed_experiments["calibrated"]
 SIZES = BASE.calibration.recordings.model_copy(update={"network_draws": 99, "effective_draws": 40})
 SMALL = asking(exact_case.SETTINGS, 40).model_copy(update={"draws": 400})
-
-
-def recorded(number: int, pushes: int) -> tuple[SpeedModel, NDArray[np.float64]]:
-    return record_pushes(number, (pushes, pushes), FRESH, 11, PUSHES_STREAM, pushes)
 
 
 @pytest.fixture(scope="module")
@@ -49,31 +43,21 @@ def inferred() -> PushesCalibration:
 
 def test_recordings_have_the_errors_that_their_model_says() -> None:
     """Residuals at the true phi are standard normal where the errors are known, and wider where declared."""
-    made = [recorded(number, 30) for number in range(60)]
+    made = [record_pushes(number, (30, 30), FRESH, 11, PUSHES_STREAM, 30) for number in range(60)]
     known = [model.standardised(phi[None])[0] for model, phi in made if not model.recording.errors_log_sd]
     assert 20 <= len(known) <= 40
     assert kstest(np.concatenate(known), "norm").pvalue > 0.01
     assert all(0.0 <= model.recording.errors_log_sd <= 0.5 for model, _ in made)
 
 
-def test_a_recording_depends_on_its_own_number_alone() -> None:
-    one, phi = recorded(5, 30)
-    recorded(4, 30)
-    other, again = recorded(5, 30)
-    np.testing.assert_array_equal(phi, again)
-    np.testing.assert_array_equal(one.recording.speed_m_s, other.recording.speed_m_s)
-    assert one.recording.context != recorded(5, 3)[0].recording.context
-
-
 def test_parts_are_read_as_one(inferred: PushesCalibration, tmp_path: Path) -> None:
-    for number in range(2):
-        inferred.write(tmp_path / f"{number}.h5", Provenance(""))
-    read = read_as(PushesCalibration, [tmp_path / "0.h5", tmp_path / "1.h5"], "parts")
-    assert read.pushes.inferred.misfits.points.tolist() == [3, 20, 3, 20] * 2
-    np.testing.assert_array_equal(
-        read.pushes.inferred.ranked.truth[:4], inferred.pushes.inferred.ranked.truth
-    )
-    assert read.pushes.contexts[:4] == inferred.pushes.contexts
+    paths = [tmp_path / "0.h5", tmp_path / "1.h5"]
+    for path in paths:
+        inferred.write(path, Provenance(""))
+    read, made = read_as(PushesCalibration, paths, "parts").pushes, inferred.pushes
+    assert read.inferred.misfits.points.tolist() == [3, 20, 3, 20] * 2
+    np.testing.assert_array_equal(read.inferred.ranked.truth[4:], made.inferred.ranked.truth)
+    assert read.contexts == 2 * made.contexts
 
 
 def test_coverage_is_told_by_the_number_of_pushes(inferred: PushesCalibration) -> None:

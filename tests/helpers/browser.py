@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import shutil
@@ -58,13 +57,8 @@ class Browser:
 
     def open(self, page: Path, width_px: int, height_px: int = 900) -> None:
         """Open a local page in a window of this size and wait until it has loaded."""
-        self.call(
-            "Emulation.setDeviceMetricsOverride",
-            width=width_px,
-            height=height_px,
-            deviceScaleFactor=1,
-            mobile=False,
-        )
+        size = {"width": width_px, "height": height_px, "deviceScaleFactor": 1, "mobile": False}
+        self.call("Emulation.setDeviceMetricsOverride", **size)
         self.complaints.clear()
         self.requests.clear()
         self.call("Page.navigate", url=page.resolve().as_uri())
@@ -74,21 +68,14 @@ class Browser:
 
     def settle(self) -> None:
         """Wait until scripts that are due and the frame after them have run."""
-        frames = (
-            "new Promise(r => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(r)), 200))"
-        )
-        self.evaluate(frames)
+        two_frames = "requestAnimationFrame(() => requestAnimationFrame(done))"
+        self.evaluate(f"new Promise(done => setTimeout(() => {two_frames}, 200))")
 
     def evaluate(self, expression: str) -> Any:  # noqa: ANN401
         """Return the value of a JavaScript expression, awaited if it is a promise."""
         done = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in done, done["exceptionDetails"]
         return done["result"].get("value")
-
-    def screenshot(self, path: Path) -> None:
-        """Save what the whole page looks like as PNG."""
-        shot = self.call("Page.captureScreenshot", captureBeyondViewport=True)
-        path.write_bytes(base64.b64decode(shot["data"]))
 
     def close(self) -> None:
         """Close the browser."""
@@ -105,13 +92,12 @@ class Browser:
         """Keep what the page asks for, and every error that it or the browser reports."""
         if event == "Network.requestWillBeSent":
             self.requests.append(content["request"]["url"])
-        elif event == "Runtime.exceptionThrown":
-            self.complaints.append(json.dumps(content["exceptionDetails"]))
-        elif event == "Runtime.consoleAPICalled" and content["type"] in {"error", "assert"}:
-            self.complaints.append(json.dumps(content["args"]))
-        elif event == "Log.entryAdded" and content["entry"]["level"] == "error":
-            self.complaints.append(json.dumps(content["entry"]))
-        elif event == "Network.loadingFailed" and not content.get("canceled"):
+        elif (
+            event == "Runtime.exceptionThrown"
+            or (event == "Runtime.consoleAPICalled" and content["type"] in {"error", "assert"})
+            or (event == "Log.entryAdded" and content["entry"]["level"] == "error")
+            or (event == "Network.loadingFailed" and not content.get("canceled"))
+        ):
             self.complaints.append(json.dumps(content))
 
 
@@ -147,8 +133,11 @@ def browser() -> Iterator[Browser]:
                 yield page
             finally:
                 page.close()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(timeout=10)
         finally:
-            _end(process)
+            process.kill()
+            process.wait()
 
 
 def _page_address(file: Path, process: subprocess.Popen[bytes]) -> str:
@@ -170,11 +159,3 @@ def _first_page(port: int, path: str) -> str:
     connection.close()
     page = next(target for target in targets if target["type"] == "page")
     return f"{root}/devtools/page/{page['targetId']}"
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    try:
-        process.wait(timeout=10)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()

@@ -1,8 +1,6 @@
-"""A linear-Gaussian stand-in with a known posterior, shared by the tests of calibration.
+"""A linear-Gaussian stand-in with a known posterior: x = log(phi / centre) / log_sd, data A x + noise."""
 
-x = log(phi / centre) / log_sd is standard normal (the prior's bounds lie 6 standard deviations away), the
-data are y = A x + noise, so the posterior of x is normal and known, and so is each way of getting it wrong.
-"""
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,8 +19,8 @@ from swesbi.checks.calibration.ranks import (
     rank,
     reference_points,
 )
-from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import judge, long_table
+from swesbi.checks.settings import JudgementSettings
 from swesbi.draws import equal_weights
 from swesbi.prior import JointPriorSettings
 
@@ -42,20 +40,15 @@ MIXING = np.array(
 )
 
 
-def _wide(centre: float, log_sd: float) -> dict[str, float]:
-    reach = float(np.exp(6.0 * log_sd))
-    return {"centre": centre, "log_sd": log_sd, "low": centre / reach, "high": centre * reach}
-
-
-_PARTS = [_wide(float(c), float(s)) for c, s in zip(CENTRE, LOG_SD, strict=True)]
+REACH = np.exp(6.0 * LOG_SD)
+PARTS = {"centre": CENTRE, "log_sd": LOG_SD, "low": CENTRE / REACH, "high": CENTRE * REACH}
+K_0, K_ATP, K_SR, PASSIVE = ({name: float(part[j]) for name, part in PARTS.items()} for j in range(4))
 PRIOR = JointPriorSettings.from_plain(
     {
-        "theta": dict(zip(("k0_kpa", "k_atp_per_s", "k_sr_per_s"), _PARTS[:3], strict=True)),
-        "passive_stiffness_kpa": _PARTS[3],
+        "theta": {"k0_kpa": K_0, "k_atp_per_s": K_ATP, "k_sr_per_s": K_SR},
+        "passive_stiffness_kpa": PASSIVE,
     }
 )
-
-
 JUDGEMENT = JudgementSettings(
     alpha=0.05, least_contraction=0.2, max_c2st=0.53, nominal_levels=(0.5, 0.9), confidence=0.95
 )
@@ -66,7 +59,6 @@ def checks_of(
     prior_variance: FloatArray | None = None,
     names: Sequence[str] = QUANTITY_NAMES,
     kind: str = "model_noise",
-    judgement: JudgementSettings = JUDGEMENT,
 ) -> pd.DataFrame:
     """Return the checks of recordings of one subject under one sampler."""
     count = len(scores.tarp)
@@ -74,7 +66,7 @@ def checks_of(
     truth = np.ones((count, len(names)))
     ranked = RankedRecordings(tuple(names), np.full(count, "A"), truth, variance, scores, scores)
     rows = long_table({kind: ranked})
-    return judge(rows[rows["sampler"] == WEIGHTED], judgement)
+    return judge(rows[rows["sampler"] == WEIGHTED], JUDGEMENT)
 
 
 def flagged(checks: pd.DataFrame, *tests: str) -> set[str]:
@@ -106,12 +98,9 @@ class Sampler:
         return np.asarray(rng.multivariate_normal(centre, covariance, draws, method="cholesky"))
 
 
-def log_likelihood(x: FloatArray, y: FloatArray) -> FloatArray:
-    return np.asarray(-0.5 * (((y - x @ MIXING.T) / NOISE_SD) ** 2).sum(axis=1))
-
-
 def quantities_of(x: FloatArray, y: FloatArray) -> FloatArray:
-    return quantities(phi_of(x), log_likelihood(x, y), DURATION_S)
+    log_likelihood = -0.5 * (((y - x @ MIXING.T) / NOISE_SD) ** 2).sum(axis=1)
+    return quantities(phi_of(x), log_likelihood, DURATION_S)
 
 
 def prior_variances(recordings: int) -> FloatArray:

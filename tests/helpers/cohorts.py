@@ -33,13 +33,13 @@ def recording(seed: int = 0, phases: int = 20) -> pd.DataFrame:
     return table
 
 
-def write_cohort(folder: Path, phases: int = 20) -> Path:
+def write_cohort(folder: Path) -> Path:
     """A good cohort of two subjects in CSV."""
     (folder / "swe").mkdir(parents=True)
     (folder / "subjects.csv").write_text("\n".join([HEADER, *ROWS.values()]) + "\n", encoding="utf-8")
-    (folder / "recording.yaml").write_text(PROTOCOL.replace("20", str(phases)), encoding="utf-8")
+    (folder / "recording.yaml").write_text(PROTOCOL, encoding="utf-8")
     for seed, subject in enumerate(ROWS):
-        recording(seed, phases).to_csv(folder / "swe" / f"{subject}.csv", index=False)
+        recording(seed).to_csv(folder / "swe" / f"{subject}.csv", index=False)
     return folder
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,12 +14,13 @@ from swesbi.checks.cmaes import CmaesFit
 from swesbi.config.read import read_merged
 from swesbi.context import Context
 from swesbi.measurement.settings import SUMMARY_NAMES
+from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.settings import PosteriorSettings
-from swesbi.posterior.truncated import Posterior, summarise_posterior
+from swesbi.posterior.truncated import summarise_posterior
 from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.paper.design import fits_of_study, pool_sizes, recordings_of_study, settings_of_study
+from swesbi.report.paper.study import fits_of_study, pool_sizes, recordings_of_study, settings_of_study
 from swesbi.report.paper.study_values import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 
@@ -29,15 +29,11 @@ SUBJECTS = "ABCDEF"
 EXCLUDED = "EF"
 
 
-def context(subject: str = "A") -> Context:
-    return Context(subject, "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74)
-
-
 def observation(subject: str) -> Observation:
     speed = np.linspace(1.0, 4.0, 20)
     stiffness = 3.0 * speed**2
     return Observation(
-        context=context(subject),
+        context=Context(subject, "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74),
         phase=np.arange(20) / 20.0,
         phase_index=np.arange(20),
         cell=np.arange(20),
@@ -53,54 +49,30 @@ def observation(subject: str) -> Observation:
     )
 
 
-def posterior(subject: str, supported: bool = True) -> Posterior:
-    settings = PosteriorSettings(draws=1000, unfiltered_draws=200, interval=INTERVAL)
-    draws = posterior_theta(subject, 2000 if supported else 0)
-    return summarise_posterior(draws, np.array([0.5, 1.2]), ("maximum_kpa", "hr_bpm"), PRIOR, settings)
-
-
-@cache
-def case(experiment: str, subject: str, supported: bool) -> Case:
-    return Case(
-        experiment,
-        subject,
-        check(subject, supported),
-        posterior(subject, supported),
-        verdict(subject, supported),
-        fitted(subject),
-    )
-
-
 @cache
 def fitted(subject: str) -> CmaesFit:
     return fit(subject, cmaes_settings(generations=15))
 
 
+@cache
+def case(experiment: str, subject: str, supported: bool) -> Case:
+    settings = PosteriorSettings(draws=1000, unfiltered_draws=200, interval=INTERVAL)
+    draws, condition = posterior_theta(subject, 2000 if supported else 0), np.array([0.5, 1.2])
+    posterior = summarise_posterior(draws, condition, ("maximum_kpa", "hr_bpm"), PRIOR, settings)
+    judged = (check(subject, supported), posterior, verdict(subject, supported))
+    return Case(experiment, subject, *judged, fitted(subject))
+
+
 def cases(
     *experiments: str, subjects: Sequence[str] = SUBJECTS, excluded: Sequence[str] = EXCLUDED
 ) -> list[Case]:
-    return [
-        case(experiment, subject, subject not in excluded)
-        for experiment in experiments
-        for subject in subjects
-    ]
+    return [case(of, subject, subject not in excluded) for of in experiments for subject in subjects]
 
 
-def settings() -> dict[str, Any]:
-    paper = CONFIG["experiments"]["paper"]
-    prior = CONFIG["priors"]["paper"]
-    return {
-        "experiment": paper | {"prior": prior},
-        "cmaes": CONFIG["cmaes"]["search"],
-        "recording": CONFIG["recording"],
-    }
-
-
-def recovery(*coverage: float, scored: int = 400) -> pd.DataFrame:
-    names = ("k0_kpa", "k_atp_per_s", "k_sr_per_s")
+def recovery(*coverage: float) -> pd.DataFrame:
     rows = [
-        (name, 0.9, value, value - 0.03, value + 0.03, scored)
-        for name, value in zip(names, coverage, strict=True)
+        (name, 0.9, value, value - 0.03, value + 0.03, 400)
+        for name, value in zip(THETA_NAMES, coverage, strict=True)
     ]
     return pd.DataFrame(rows, columns=["parameter", "nominal", "coverage", "ci_low", "ci_high", "n"])
 
@@ -111,8 +83,9 @@ def study(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED)
     main = [case for case in all_cases if case.experiment == named[0]]
     epochs = np.arange(1, 31)
     training = pd.DataFrame({"epoch": epochs, "validation_loss": (epochs - 20.0) ** 2})
-    plain = settings()
-    density = plain["recording"]["density_kg_m3"]
+    experiment = CONFIG["experiments"]["paper"] | {"prior": CONFIG["priors"]["paper"]}
+    search, recording = CONFIG["cmaes"]["search"], CONFIG["recording"]
+    plain = {"experiment": experiment, "cmaes": search, "recording": recording}
     return Findings(
         cohort_title=TITLE,
         main=named[0],
@@ -125,7 +98,9 @@ def study(*experiments: str, subjects: str = SUBJECTS, excluded: str = EXCLUDED)
             **settings_of_study(plain, training),
             "protocol": {"push_frequency_mhz": 4.0, "push_duration_us": 300.0, "push_f_number": 1.0},
             "pool": pool_sizes(len(subjects), SUMMARY_NAMES, 120_000, (1000,) * len(subjects), TITLE),
-            "recordings": recordings_of_study([observation(subject) for subject in subjects], density),
-            "fits": fits_of_study({case.subject: case.fit for case in main}, plain["cmaes"]),
+            "recordings": recordings_of_study(
+                [observation(subject) for subject in subjects], recording["density_kg_m3"]
+            ),
+            "fits": fits_of_study({case.subject: case.fit for case in main}, search),
         },
     )

@@ -1,7 +1,4 @@
-"""Synthetic subjects for the tests of scores, fits, figures and tables: a closed-form stand-in for the heart.
-
-Active stiffness rises as k_0 (1 - exp(-k_ATP t)) during activation and falls as exp(-k_SR t) after it.
-"""
+"""Synthetic subjects by a closed-form stand-in: stiffness rises with k_0 and k_ATP, and falls with k_SR."""
 
 from __future__ import annotations
 
@@ -20,6 +17,7 @@ from swesbi.verdict.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 100)
+PHASE = (np.arange(20) + 0.3) / 20.0
 PERIOD_S = 0.9
 FEATURES = ("maximum_kpa", "auc_kpa", "time_to_peak_cycle")
 FEATURE_NOISE_SD = np.array([1.0, 0.5, 0.03])
@@ -33,10 +31,9 @@ PRIOR = PriorSettings.from_plain(
         "k_sr_per_s": {"centre": 30.0, "log_sd": 0.45, "low": 2.0, "high": 60.0},
     }
 )
-TRUE_THETA = {"A": (58, 6, 28), "B": (78, 6.5, 30), "C": (82, 7, 33), "D": (86, 5.5, 18)} | {
-    "E": (58, 38, 30),
-    "F": (60, 80, 30),
-}
+TRUE_THETA = dict(
+    A=(58, 6, 28), B=(78, 6.5, 30), C=(82, 7, 33), D=(86, 5.5, 18), E=(58, 38, 30), F=(60, 80, 30)
+)
 
 
 def curves(theta: FloatArray, phase: FloatArray = GRID) -> FloatArray:
@@ -51,19 +48,17 @@ def draws(theta: FloatArray) -> Draws:
     curve = curves(theta)
     features = np.stack([curve.max(axis=1), curve.mean(axis=1), GRID[curve.argmax(axis=1)]], axis=1)
     volumes = (np.full(len(theta), 100.0), np.full(len(theta), 40.0))
-    return Draws(theta, curve, curves(theta, _phases()), features, *volumes, theta[:, 0], 0)
+    return Draws(theta, curve, curves(theta, PHASE), features, *volumes, theta[:, 0], 0)
 
 
 def target(subject: str = "A", noise: float = 0.05) -> Target:
     truth = np.array([TRUE_THETA.get(subject, TRUE_THETA["B"])], float)
-    phase, rng = _phases(), np.random.default_rng(sum(map(ord, subject)))
-    stiffness = curves(truth, phase)[0] * (1.0 + noise * rng.standard_normal(phase.size))
-    measured = np.ones(phase.size, dtype=bool)
-    measured[7] = False
-    stiffness[7] = np.nan
-    curve = np.interp(GRID, phase[measured], stiffness[measured], period=1.0)
+    rng, measured = np.random.default_rng(sum(map(ord, subject))), np.arange(20) != 7
+    factor = 1.0 + noise * rng.standard_normal(PHASE.size)
+    stiffness = np.where(measured, curves(truth, PHASE)[0] * factor, np.nan)
+    curve = np.interp(GRID, PHASE[measured], stiffness[measured], period=1.0)
     observed = np.array([curve.max(), curve.mean(), GRID[curve.argmax()]])
-    recorded = (GRID, curve, phase, measured, stiffness, 0.05 * stiffness)
+    recorded = (GRID, curve, PHASE, measured, stiffness, 0.05 * stiffness)
     return Target(*recorded, observed, FEATURES, FEATURE_NOISE_SD, lvedv_ml=105.0, lvesv_ml=40.0)
 
 
@@ -126,7 +121,3 @@ def posterior_panels(subjects: str = "ABCDEF", excluded: str = "EF") -> list[Pos
         PosteriorPanel(s, verdict(s, s not in excluded), posterior_theta(s, 2000), INTERVAL, fit(s).theta)
         for s in subjects
     ]
-
-
-def _phases() -> FloatArray:
-    return (np.arange(20) + 0.3) / 20.0

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import evaluation_cases
 import numpy as np
 from numpy.typing import NDArray
 from posterior_case import exact_of
 
-from swesbi.artefacts import Provenance
 from swesbi.checks.predictive import PredictiveCheck, withheld
 from swesbi.posterior.result import ExactPosterior
-from swesbi.posterior.settings import ExactSettings
-from swesbi.prior import JointPriorSettings
+from swesbi.prior import JointPriorSettings, bounds
 from swesbi.report.figures.posterior import PosteriorPanel
 from swesbi.report.figures.predictive import PredictivePanel
 from swesbi.verdict.misfits import TESTS
@@ -28,33 +25,7 @@ PRIOR = JointPriorSettings.from_plain(
     }
 )
 STATUS = {"D": "doubtful", "E": "contradicted", "F": "contradicted"}
-FLAGGED = {
-    "D": ("residuals",),
-    "E": ("boundary_mass",),
-    "F": ("residuals", "boundary_mass"),
-}
-SETTINGS = ExactSettings.from_plain(
-    {
-        "first_draws": 100,
-        "prior_fraction": 0.1,
-        "round_draws": 100,
-        "max_rounds": 1,
-        "effective_draws": 10,
-        "min_effective_draws": 10,
-        "max_k_hat": 0.7,
-        "draws": 400,
-        "interval": 0.9,
-        "mcmc": {
-            "ensembles": 4,
-            "walkers": 16,
-            "steps": 40,
-            "max_steps": 40,
-            "warm_up_fraction": 0.25,
-            "max_r_hat": 1.01,
-            "min_effective_draws": 1,
-        },
-    }
-)
+FLAGGED = {"D": ("residuals",), "E": ("boundary_mass",), "F": ("residuals", "boundary_mass")}
 
 
 def phi(subject: str, n: int, width: float = 1.0, seed: int = 11) -> FloatArray:
@@ -63,9 +34,8 @@ def phi(subject: str, n: int, width: float = 1.0, seed: int = 11) -> FloatArray:
     theta = evaluation_cases.posterior_theta(subject, n)
     spread = np.exp(0.05 * width * rng.standard_normal((n, 4)))
     joint = np.column_stack([theta, np.full(n, 2.1)]) * spread
-    low = [part.low for part in PRIOR.parameters]
-    high = [part.high for part in PRIOR.parameters]
-    return np.clip(joint, 1.001 * np.array(low), 0.999 * np.array(high))
+    low, high = bounds(PRIOR)
+    return np.clip(joint, 1.001 * low, 0.999 * high)
 
 
 def verdict(subject: str) -> Verdict:
@@ -96,9 +66,8 @@ def result(subject: str, n: int = 800) -> ExactPosterior:
 
 
 def panel(subject: str, truth: bool = True) -> PosteriorPanel:
-    true_theta = np.array(evaluation_cases.TRUE_THETA.get(subject, (70.0, 6.0, 29.0)), float)
     fit = evaluation_cases.fit(subject).theta
-    true = true_theta if truth else None
+    true = np.array(evaluation_cases.TRUE_THETA[subject], float) if truth else None
     return PosteriorPanel.of_speeds(subject, result(subject), verdict(subject), fit, true)
 
 
@@ -112,9 +81,3 @@ def check(subject: str) -> PredictiveCheck:
 
 def predictive_panel(subject: str) -> PredictivePanel:
     return PredictivePanel(subject, check(subject), evaluation_cases.fit(subject), verdict(subject))
-
-
-def write_posterior(path: Path, draws: FloatArray, subject: str) -> None:
-    """Write ``posterior.h5`` of an experiment on speeds."""
-    exact = replace(exact_of(draws, k_hat=0.2, efficiency=0.8), parameters=PRIOR.names)
-    exact.write(path, Provenance("", subject, 7, SETTINGS.to_plain()))

@@ -45,17 +45,15 @@ def curve_m_s(phase: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(1.25 + 3.0 * np.exp(-0.5 * ((phase - 0.3) / 0.1) ** 2))
 
 
-def train(
-    seed: int = 0, rr_ms: float = 1000.0, beats: float = 1.8, lost: float = 0.46, cv: float = 0.1
-) -> pd.DataFrame:
+def train(seed: int = 0, beats: float = 1.8, lost: float = 0.46) -> pd.DataFrame:
     """Return a push train, a row a push, with a lost push as a row without speed."""
     rng = np.random.default_rng(seed)
-    lengths = rr_ms * (1.0 + 0.05 * rng.standard_normal(int(np.ceil(beats)) + 1))
+    lengths = 1000.0 * (1.0 + 0.05 * rng.standard_normal(int(np.ceil(beats)) + 1))
     starts = np.concatenate([[0.0], np.cumsum(lengths)])
-    at = np.arange(0.0, beats * rr_ms, 1e3 / PUSHES_PER_S)
+    at = np.arange(0.0, beats * 1000.0, 1e3 / PUSHES_PER_S)
     beat = np.searchsorted(starts, at, side="right") - 1
     time, rr = at - starts[beat], lengths[beat]
-    speed = curve_m_s(time / rr) * (1.0 + cv * rng.standard_normal(len(at)))
+    speed = curve_m_s(time / rr) * (1.0 + 0.1 * rng.standard_normal(len(at)))
     gone = rng.random(len(at)) < lost
     return pd.DataFrame(
         {
@@ -71,8 +69,7 @@ def train(
 def write_free_cohort(folder: Path, rows: dict[str, pd.DataFrame], noise: str = NOISE) -> Path:
     """Write a cohort of free-running recordings in CSV, all of one heart of 60 beats a minute."""
     (folder / "swe").mkdir(parents=True)
-    header = "subject,sex,age_years,bsa_m2,hr_bpm,lvedv_ml,lvesv_ml,ivsd_cm"
-    lines = [header, *(f"{name},F,25,1.7,60,90,34,0.8" for name in rows)]
+    lines = [cohorts.HEADER, *(f"{name},F,25,1.7,60,90,34,0.8" for name in rows)]
     (folder / "subjects.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (folder / "recording.yaml").write_text(f"origin: virtual recordings of a test\n{noise}", encoding="utf-8")
     for name, table in rows.items():

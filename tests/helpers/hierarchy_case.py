@@ -8,29 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
+import exact_case
 import numpy as np
-from numpy.typing import NDArray
+import speed_case
 from scipy.stats import norm, truncnorm
 
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
-from swesbi.persons.cohort.cohort import Design, Member, make_member
-from swesbi.persons.cohort.hyperprior import in_rows
+from swesbi.persons.cohort.cohort import Design, Hyperprior, Member, hyperprior_of, in_rows, make_member
 from swesbi.persons.cohort.infer import CohortResult, Redraw, infer_population, of_theta
-from swesbi.persons.cohort.model import RecycledDraws, population_law
-from swesbi.persons.cohort.ratio import log_normal_mass
-from swesbi.persons.cohort.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
-from swesbi.posterior.settings import ExactSettings, McmcSettings
-from swesbi.prior import PriorSettings, bounds
+from swesbi.persons.cohort.model import RecycledDraws, log_normal_mass, population_law
+from swesbi.persons.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
+from swesbi.prior import BoxPrior, ParameterPrior, PriorSettings, bounds
 
-FloatArray = NDArray[np.float64]
-THETA_PRIOR = PriorSettings.from_plain(
-    {
-        "k0_kpa": {"centre": 45.0, "log_sd": 0.5, "low": 10.0, "high": 200.0},
-        "k_atp_per_s": {"centre": 5.0, "log_sd": 0.6, "low": 2.0, "high": 30.0},
-        "k_sr_per_s": {"centre": 30.0, "log_sd": 0.45, "low": 2.0, "high": 60.0},
-    }
-)
+THETA_PRIOR = speed_case.shipped().priors["paper"]
 ERROR_SD = np.array([0.12, 0.25, 0.3])
 """Of a measurement of log theta: about the widths of the volunteers' posteriors."""
 HYPERPRIOR = HyperpriorSettings.from_plain(
@@ -43,25 +36,14 @@ HYPERPRIOR = HyperpriorSettings.from_plain(
     }
 )
 OUTLIERS = OutlierSettings(not_contradicted=0.02, doubtful=0.2, contradicted=0.9)
-EXACT = ExactSettings(
-    first_draws=1000,
-    prior_fraction=0.1,
-    round_draws=1500,
-    max_rounds=20,
-    effective_draws=1200,
-    min_effective_draws=400,
-    max_k_hat=0.7,
-    draws=2000,
-    interval=0.9,
-    mcmc=McmcSettings(
-        ensembles=4,
-        walkers=64,
-        steps=200,
-        max_steps=4000,
-        warm_up_fraction=0.25,
-        max_r_hat=1.01,
-        min_effective_draws=1000,
-    ),
+EXACT = exact_case.SETTINGS.model_copy(
+    update={
+        "max_rounds": 20,
+        "effective_draws": 1200,
+        "min_effective_draws": 400,
+        "draws": 2000,
+        "mcmc": exact_case.MCMC.model_copy(update={"walkers": 64, "steps": 200}),
+    }
 )
 SETTINGS = HierarchySettings(
     draws=1000,
@@ -76,6 +58,19 @@ SETTINGS = HierarchySettings(
 )
 
 
+class Priors(NamedTuple):
+    """Independent priors of anything."""
+
+    parameters: tuple[ParameterPrior, ...]
+
+
+def law_of(prior: BoxPrior) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return centre, standard deviation, lower and upper bound of the logarithms, (k,) each."""
+    low, high = (np.log(limit) for limit in bounds(prior))
+    sd = np.array([parameter.log_sd for parameter in prior.parameters])
+    return np.log([parameter.centre for parameter in prior.parameters]), sd, low, high
+
+
 @dataclass(frozen=True)
 class Measured:
     """Measured log theta of d subjects, (d, 3), with errors of these standard deviations, (d, 3)."""
@@ -85,23 +80,16 @@ class Measured:
 
     def posterior(self, subject: int, prior: PriorSettings, draws: int, seed: int) -> FloatArray:
         """Return theta (draws, 3) of a subject's posterior under a prior."""
-        mean, sd = self.law(subject, prior)
-        low, high = (np.log(limit) for limit in bounds(prior))
-        levels = np.random.default_rng(seed).random((draws, 3))
-        log_theta = truncnorm.ppf(levels, (low - mean) / sd, (high - mean) / sd, mean, sd)
+        centre, prior_sd, low, high = law_of(prior)
+        precision = 1.0 / prior_sd**2 + 1.0 / self.error_sd[subject] ** 2
+        mean = (centre / prior_sd**2 + self.log_theta[subject] / self.error_sd[subject] ** 2) / precision
+        sd = np.tile(1.0 / np.sqrt(precision), (draws, 1))
+        log_theta = truncated(mean, sd, low, high, np.random.default_rng(seed))
         return np.asarray(np.exp(np.clip(log_theta, low + 1e-9, high - 1e-9)))
 
-    def law(self, subject: int, prior: PriorSettings) -> tuple[FloatArray, FloatArray]:
-        """Return mean and standard deviation, (3,), of the normal that the posterior truncates."""
-        centre = np.log([parameter.centre for parameter in prior.parameters])
-        prior_sd = np.array([parameter.log_sd for parameter in prior.parameters])
-        precision = 1.0 / prior_sd**2 + 1.0 / self.error_sd[subject] ** 2
-        mean = centre / prior_sd**2 + self.log_theta[subject] / self.error_sd[subject] ** 2
-        return mean / precision, 1.0 / np.sqrt(precision)
-
-    def log_evidence(self, mean: FloatArray, spread: FloatArray, prior: PriorSettings) -> FloatArray:
+    def log_evidence(self, mean: FloatArray, spread: FloatArray, prior: BoxPrior) -> FloatArray:
         """Return log p(measured | truncated normal), (m, d), of mean (m, d, 3) and spread (m, 3)."""
-        low, high = (np.log(limit) for limit in bounds(prior))
+        _, _, low, high = law_of(prior)
         width = np.broadcast_to(spread[:, None], mean.shape)
         precision = 1.0 / width**2 + 1.0 / self.error_sd**2
         posterior = (mean / width**2 + self.log_theta / self.error_sd**2) / precision
@@ -111,6 +99,13 @@ class Measured:
         return np.asarray(
             (together + inside - log_normal_mass((low - mean) / width, (high - mean) / width)).sum(axis=-1)
         )
+
+
+def truncated(
+    mean: FloatArray, sd: FloatArray, low: FloatArray, high: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Draw from truncated normals of the shape of their standard deviations."""
+    return np.asarray(truncnorm.ppf(rng.random(sd.shape), (low - mean) / sd, (high - mean) / sd, mean, sd))
 
 
 def contexts(count: int, rng: np.random.Generator, sexes: str = "FM") -> list[Context]:
@@ -130,52 +125,60 @@ def contexts(count: int, rng: np.random.Generator, sexes: str = "FM") -> list[Co
     ]
 
 
-def draw_members(
-    eta: FloatArray, design: Design, outlier: FloatArray, rng: np.random.Generator
-) -> tuple[FloatArray, Measured]:
-    """Draw true theta (d, 3) of a population of eta (k,), outliers from the prior, and measure it."""
+def blank(cohort: Sequence[Context], groups: Sequence[str] | None = None) -> list[Member]:
+    """Return subjects without draws, for what depends on who they are alone."""
+    none = np.empty((0, 3))
+    named = groups or [""] * len(cohort)
+    return [
+        Member(context, "not contradicted", group.strip(), none, none)
+        for context, group in zip(cohort, named, strict=True)
+    ]
+
+
+def hyperprior(design: Design) -> Hyperprior:
+    return hyperprior_of(design, THETA_PRIOR.parameters, HYPERPRIOR)
+
+
+def draw_members(eta: FloatArray, design: Design, outlier: FloatArray, rng: np.random.Generator) -> Measured:
+    """Draw theta (d, 3) of a population of eta (k,), outliers from the prior, and measure it."""
     mean, spread = population_law(np.log(in_rows(eta))[None], design.matrix)
-    low, high = (np.log(limit) for limit in bounds(THETA_PRIOR))
+    centre, prior_sd, low, high = law_of(THETA_PRIOR)
     own = truncated(mean[0], np.broadcast_to(spread, mean[0].shape), low, high, rng)
-    centre = np.log([parameter.centre for parameter in THETA_PRIOR.parameters])
-    prior_sd = np.array([parameter.log_sd for parameter in THETA_PRIOR.parameters])
-    of_prior = truncated(
-        np.broadcast_to(centre, own.shape), np.broadcast_to(prior_sd, own.shape), low, high, rng
-    )
+    of_prior = truncated(centre, np.broadcast_to(prior_sd, own.shape), low, high, rng)
     log_theta = np.where((rng.random(len(own)) < outlier)[:, None], of_prior, own)
     error_sd = np.broadcast_to(ERROR_SD, log_theta.shape)
-    measured = log_theta + error_sd * rng.standard_normal(log_theta.shape)
-    return np.exp(log_theta), Measured(measured, error_sd)
-
-
-def truncated(
-    mean: FloatArray, sd: FloatArray, low: FloatArray, high: FloatArray, rng: np.random.Generator
-) -> FloatArray:
-    levels = rng.random(mean.shape)
-    return np.asarray(truncnorm.ppf(levels, (low - mean) / sd, (high - mean) / sd, mean, sd))
+    return Measured(log_theta + error_sd * rng.standard_normal(log_theta.shape), error_sd)
 
 
 def members_of(
     measured: Measured,
     cohort: Sequence[Context],
-    statuses: Sequence[str],
-    groups: Sequence[str],
-    draws: int,
+    statuses: Sequence[str] | None = None,
+    groups: Sequence[str] | None = None,
+    draws: int = 4000,
     recycled: int = SETTINGS.draws,
 ) -> list[Member]:
     """Return the subjects with draws of their posteriors."""
     weight, sizes = np.full(draws, 1.0 / draws), (recycled, EXACT.interval)
+    named = zip(
+        cohort, statuses or ["not contradicted"] * len(cohort), groups or [""] * len(cohort), strict=True
+    )
     return [
         make_member(
             context, status, group, (measured.posterior(number, THETA_PRIOR, draws, number), weight), sizes, 1
         )
-        for number, (context, status, group) in enumerate(zip(cohort, statuses, groups, strict=True))
+        for number, (context, status, group) in enumerate(named)
     ]
 
 
 def equal_draws(theta: Sequence[FloatArray]) -> tuple[RecycledDraws, ...]:
     """Return equally weighted draws (n, 3) of each subject as what is recycled."""
     return tuple(RecycledDraws(each, np.full(len(each), -np.log(len(each)))) for each in theta)
+
+
+def redraw_of(measured: Measured, draws: int = SETTINGS.draws) -> Redraw:
+    """Return what draws a measured subject anew under a narrower prior."""
+    return lambda subject, prior, seed: measured.posterior(int(subject[1:]), prior, draws, seed)
 
 
 def infer(

@@ -7,6 +7,7 @@ x = A log theta + b plus Gaussian noise, so the posterior of log theta is normal
 from dataclasses import dataclass
 
 import numpy as np
+import speed_case
 from numpy.typing import NDArray
 
 from swesbi.artefacts import values_of
@@ -34,13 +35,7 @@ WIDE_PRIOR = PriorSettings.from_plain(
         for name, centre in (("k0_kpa", 45.0), ("k_atp_per_s", 5.0), ("k_sr_per_s", 30.0))
     }
 )
-PAPER_PRIOR = PriorSettings.from_plain(
-    {
-        "k0_kpa": {"centre": 45.0, "log_sd": 0.5, "low": 10.0, "high": 200.0},
-        "k_atp_per_s": {"centre": 5.0, "log_sd": 0.6, "low": 2.0, "high": 30.0},
-        "k_sr_per_s": {"centre": 30.0, "log_sd": 0.45, "low": 2.0, "high": 60.0},
-    }
-)
+PAPER_PRIOR = speed_case.shipped().priors["paper"]
 OBSERVATION_MODEL = ObservationModelSettings(
     feature_noise_sd=dict(zip(FEATURES, NOISE_SD, strict=True)), augmentations=2
 )
@@ -84,19 +79,7 @@ def components() -> Components:
 
 
 def estimator_settings(**changes: object) -> EstimatorSettings:
-    plain = {
-        "model": "maf",
-        "procedure": "sbi",
-        "transforms": 2,
-        "hidden_features": 16,
-        "blocks": 2,
-        "z_score_theta": "independent",
-        "z_score_x": "independent",
-        "batch_size": 50,
-        "learning_rate": 5e-4,
-        "max_num_epochs": 2,
-        "stop_after_epochs": 20,
-        "validation_fraction": 0.1,
-        "clip_max_norm": 5.0,
-    }
-    return EstimatorSettings.from_plain({**plain, **changes})
+    """Return the paper's estimator, small, with changes."""
+    shipped = speed_case.shipped().experiments["paper"].estimator.to_plain()
+    small = {"transforms": 2, "hidden_features": 16, "batch_size": 50, "max_num_epochs": 2}
+    return EstimatorSettings.from_plain(shipped | small | {"procedure": "sbi"} | changes)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+import speed_case
 from forward_model_cases import SETTINGS as FORWARD_MODEL
 from inference_case import CONTEXTS, PAPER_PRIOR, estimator_settings
 from recordings import PHASES, RECORDING, make_samples, nominal_phase
@@ -18,12 +19,11 @@ from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import PassiveBaseline, calibrate_passive, passive_shape
-from swesbi.measurement.settings import MeasurementSettings, PassiveSettings, SummarySettings
+from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.paper import pool as pools
 from swesbi.networks.paper import training
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import TrainedNetwork
-from swesbi.networks.settings import ObservationModelSettings
 from swesbi.networks.training_tables import TRAINING
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import log_centre
@@ -36,19 +36,10 @@ from swesbi.verdict.settings import SupportSettings
 
 DRAWS = 60
 TRUTH = np.array([[58.0, 6.0, 28.0]])
-MEASUREMENT = MeasurementSettings(grid_points=100, active_stiffness_map="identity")
+SHIPPED = speed_case.shipped()
+MEASUREMENT, PASSIVE = SHIPPED.measurement, SHIPPED.passive
 SUMMARY = SummarySettings(baseline_window=(0.8, 0.97), trajectory_points=30, use_trajectory=True)
-PASSIVE = PassiveSettings(exponent_b=3.0, late_diastolic_window=(0.8, 0.97))
-NOISE = ObservationModelSettings(
-    feature_noise_sd={
-        "maximum_kpa": 1.0,
-        "auc_kpa": 0.5,
-        "post_peak_auc_kpa": 0.5,
-        "decay_slope_kpa_per_cycle": 5.0,
-        "time_to_peak_cycle": 0.03,
-    },
-    augmentations=3,
-)
+NOISE = SHIPPED.experiments["paper"].observation_model.model_copy(update={"augmentations": 3})
 SEED = 9
 OBSERVED = {"measurement": MEASUREMENT, "summary": SUMMARY, "observation_model": NOISE}
 POOL = OBSERVED | {"simulations_per_subject": DRAWS, "seed": SEED}

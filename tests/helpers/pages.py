@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import math
-import os
 import re
 import shlex
 import subprocess
@@ -24,15 +23,12 @@ FENCE = re.compile(
 )
 NUMBER = re.compile(r"(?<![A-Za-z_])-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 OF_PROCESSORS = 0.03
-"""By which share a printed number may differ from the page's, beside its last digit."""
+"""Share by which a printed number may differ from the page's, beside its last digit."""
 INTERVAL = re.compile(r"^\s*\w+\s+(?P<median>[\d.]+)\s+\[(?P<lower>[\d.]+), (?P<upper>[\d.]+)\](?P<rest>.*)$")
 """A parameter's median and 90 % interval, with what stands behind them."""
 OF_INTERVAL = 0.2
-"""By which share of its width, in the logarithm, an interval's ends and median may differ.
-
-Another processor draws another sample. Of 400 effective draws an end has a standard error of 3 % of the
-width, the difference of two 4 %, and twice that where the posterior has a long tail.
-"""
+"""Share of its width, in the logarithm, by which an interval's ends and median may differ: of 400 effective
+draws an end has a standard error of 3 %, the difference of two 4 %, twice that where the tail is long."""
 OF_K_HAT = 0.3
 """By how much a Pareto shape may differ: it is estimated from the 200 largest weights, to .08."""
 OF_EFFICIENCY = 0.35
@@ -87,12 +83,8 @@ def typed(commands: str, study: StudyCopy, place: str = "") -> str:
     binaries = shlex.quote(str(Path(sys.executable).parent))
     done = subprocess.run(
         ["bash", "-ec", commands.replace(".venv/bin", binaries)],
-        cwd=study.folder,
-        env={**os.environ, **study.environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+        cwd=study.folder, env=study.environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, f"{place}: {commands}\n{done.stdout}{done.stderr}"
     return done.stdout
 
@@ -111,9 +103,8 @@ def alike(line: str, other: str) -> bool:
     """Tell whether two lines have the same words, and numbers that differ by as little as processors do."""
     shown, printed = INTERVAL.match(line), INTERVAL.match(other)
     if shown and printed:
-        return (
-            line.split()[0] == other.split()[0] and shown["rest"] == printed["rest"] and _near(shown, printed)
-        )
+        same_words = line.split()[0] == other.split()[0] and shown["rest"] == printed["rest"]
+        return same_words and _near(shown, printed)
     if NUMBER.sub("#", line).split() != NUMBER.sub("#", other).split():
         return False
     pairs = zip(NUMBER.finditer(line), NUMBER.findall(other), strict=True)
@@ -134,10 +125,6 @@ def _tolerance(before: str, number: str) -> float:
     if before.rstrip().endswith("k-hat"):
         return OF_K_HAT
     share = OF_EFFICIENCY if before.rstrip().endswith("efficiency") else OF_PROCESSORS
-    return last_digit(number) + share * abs(float(number))
-
-
-def last_digit(number: str) -> float:
-    """Return what one more in the last printed digit is worth."""
     digits, _, power = number.partition("e")
-    return float(10.0 ** (int(power or 0) - len(digits.partition(".")[2])))
+    last_digit = 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
+    return float(last_digit + share * abs(float(number)))

@@ -10,8 +10,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.persons.planning.bank import ARMS, Bank
 from swesbi.persons.planning.effect import Effect, log_factor
 from swesbi.persons.planning.likelihoods import StudyAnalysis
-from swesbi.persons.planning.settings import PAIRED, PlannedStudiesSettings
-from swesbi.prior import bounds
+from swesbi.persons.settings import PAIRED, PlannedStudiesSettings
 
 EFFECT = Effect("k_sr_per_s", -0.12)
 VISIT_SPREAD = np.array([0.06, 0.1, 0.07])
@@ -34,10 +33,9 @@ def log_ratios(number: int, effect: float, rng: np.random.Generator) -> FloatArr
 
 def log_levels(number: int, effect: float, rng: np.random.Generator) -> FloatArray:
     """Draw true log theta (number, 3) about the prior's centre, moved by an effect, or none."""
-    centre = np.log([each.centre for each in case.THETA_PRIOR.parameters])
-    mean = np.tile(centre, (number, 1))
-    low, high = (np.log(limit) for limit in bounds(case.THETA_PRIOR))
-    return case.truncated(mean, BETWEEN + 0.0 * mean, low, high, rng) + responses(number, effect, rng)
+    centre, _, low, high = case.law_of(case.THETA_PRIOR)
+    own = case.truncated(centre, np.tile(BETWEEN, (number, 1)), low, high, rng)
+    return own + responses(number, effect, rng)
 
 
 def responses(number: int, effect: float, rng: np.random.Generator) -> FloatArray:
@@ -50,30 +48,23 @@ def responses(number: int, effect: float, rng: np.random.Generator) -> FloatArra
 
 def ratio_draws(delta: FloatArray, errors: FloatArray, draws: int, seed: int) -> FloatArray:
     """Return draws (d, draws, 3) of the ratio of persons measured twice with errors (2, d, 3) in sd."""
-    both = ratio_case.visits(delta, np.random.default_rng(seed))
-    error_sd = ratio_case.ERROR_SD + 0.0 * delta
-    earlier, later = (
-        case.Measured(log_theta + error_sd * error, error_sd)
-        for log_theta, error in zip(both, errors, strict=True)
-    )
+    both = zip(ratio_case.visits(delta, np.random.default_rng(seed)), errors, strict=True)
+    visits = [ratio_case.with_errors(*each) for each in both]
+    streams = 10_000_000 * seed + 2 * np.arange(len(delta))
     return np.stack(
         [
-            later.posterior(d, case.THETA_PRIOR, draws, 10_000_000 * seed + 2 * d)
-            / earlier.posterior(d, case.THETA_PRIOR, draws, 10_000_000 * seed + 2 * d + 1)
-            for d in range(len(delta))
+            ratio_case.ratio_draws(visits, d, draws, (stream + 1, stream))
+            for d, stream in enumerate(streams.tolist())
         ]
     )
 
 
 def level_draws(log_theta: FloatArray, errors: FloatArray, draws: int, seed: int) -> FloatArray:
     """Return draws (d, draws, 3) of theta of persons measured once with errors (d, 3) in sd."""
-    error_sd = np.broadcast_to(case.ERROR_SD, log_theta.shape)
-    measured = case.Measured(log_theta + error_sd * errors, error_sd)
+    measured = ratio_case.with_errors(log_theta, errors, case.ERROR_SD)
+    stream = 100_000 + 1000 * seed
     return np.stack(
-        [
-            measured.posterior(d, case.THETA_PRIOR, draws, 100_000 + 1000 * seed + d)
-            for d in range(len(log_theta))
-        ]
+        [measured.posterior(d, case.THETA_PRIOR, draws, stream + d) for d in range(len(log_theta))]
     )
 
 
@@ -99,22 +90,17 @@ def bank(number: int, design: str, seed: int, draws: int = DRAWS) -> Bank:
 
 def bank_of_draws(values: FloatArray, truth: FloatArray, design: str) -> Bank:
     """Return the bank of persons with draws (2, N, n, 3) and true values (2, N, 3)."""
-    log_values, number = np.log(values), values.shape[1]
-    called = np.full(truth.shape, np.nan)
-    if design == PAIRED:
-        called = (values < 1.0 / 1.1).mean(axis=2)
+    log_values, number = np.log(values).swapaxes(0, 1), values.shape[1]
     about = log_values - log_values.mean(axis=2, keepdims=True)
-    covariance = np.einsum("andi,andj->anij", about, about) / (values.shape[2] - 1)
-    mean, covariance, true, fallen = (
-        each.swapaxes(0, 1) for each in (log_values.mean(axis=2), covariance, truth, called)
-    )
+    below = (values < 1.0 / 1.1).mean(axis=2).swapaxes(0, 1)
+    fallen = below if design == PAIRED else np.full_like(below, np.nan)
     ones = np.ones((number, len(ARMS)))
     return Bank(
         arm=ARMS,
         number=np.arange(float(number)),
-        mean=mean,
-        covariance=covariance,
-        truth=true,
+        mean=log_values.mean(axis=2),
+        covariance=np.einsum("nadi,nadj->naij", about, about) / (values.shape[2] - 1),
+        truth=truth.swapaxes(0, 1),
         risen=0.0 * fallen,
         fallen=fallen,
         detectable=fallen,

@@ -8,10 +8,9 @@ import speed_case
 
 from swesbi.config.experiments import PopulationExperimentSettings
 from swesbi.networks.flow.cells import CellSettings
-from swesbi.networks.flow.conditioning import ConditioningSettings
 from swesbi.networks.flow.training import TrainedWithLosses
 from swesbi.population.recordings import FreshSettings
-from swesbi.population.simulations import PopulationSimulations, simulate_population
+from swesbi.population.simulations import PopulationSimulations, shard_of_population
 from swesbi.population.training import RowMaker, train_population
 
 CONFIG = speed_case.shipped()
@@ -24,9 +23,6 @@ FRESH = FreshSettings(
     acquisition=CONFIG.acquisition,
     recording=CONFIG.recording,
     model=MODEL,
-)
-CONDITIONING = ConditioningSettings(
-    summary=CONFIG.speed_experiments[EXPERIMENT.base].summary, grid_points=100, density_kg_m3=1000.0
 )
 TINY = EXPERIMENT.estimator.model_copy(
     update={"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "epochs": 4, "batch_size": 64}
@@ -41,10 +37,21 @@ def maker(prior: str = "paper") -> RowMaker:
 MAKER = maker()
 
 
+def shard(first: int, stop: int, draws: int, prior: str = "paper") -> PopulationSimulations:
+    return shard_of_population(
+        context_numbers=(first, stop),
+        draws_per_context=draws,
+        phases=20,
+        population=EXPERIMENT.population,
+        model=speed_case.settings(prior),
+        experiment="amortised",
+        seed=5,
+    )
+
+
 @cache
 def made(contexts: int = 60, draws: int = 20, prior: str = "paper") -> PopulationSimulations:
-    model = speed_case.settings(prior)
-    return simulate_population(range(contexts), draws, EXPERIMENT.population, 20, model, seed=5)
+    return shard(0, contexts, draws, prior)
 
 
 @cache

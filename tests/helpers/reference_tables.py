@@ -18,7 +18,6 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -72,16 +71,10 @@ COUNTED: Final = Tolerance(0.0, 2.0)  # two draws of thousands on the other side
 SHARE: Final = Tolerance(0.0, 0.05)  # one recording of 24, a few draws of 100 on the other side of a limit
 
 
-@dataclass(frozen=True)
-class Source:
-    """What is taken from one artefact.
+class Source(NamedTuple):
+    """What ``read`` takes from one artefact of experiments or the cohort, and whose.
 
-    Attributes:
-        experiments: Those that have it, or the cohort.
-        path: Its path below the results, with ``{experiment}`` and ``{subject}``.
-        read: Yields the name of each number within the artefact, and the number or word.
-        tolerances: By the beginning of that name; the longest that fits holds.
-        subjects: Those of whom it is compared.
+    Names of numbers are looked up in ``tolerances`` by what they begin with; the longest that fits holds.
     """
 
     experiments: tuple[str, ...]
@@ -97,17 +90,14 @@ class Source:
         return path.parts[0] if path.parts[0] in {"cmaes", "simulations"} else path.stem
 
     def numbers(self, results: Path) -> Iterator[Number]:
-        """Yield its numbers of every experiment and subject.
-
-        Raises:
-            FileNotFoundError: The results lack an artefact.
-        """
+        """Yield its numbers of every experiment and subject."""
         for experiment in self.experiments:
             for subject in self._subjects(experiment):
                 path = results / self.path.format(experiment=experiment, subject=subject)
                 for name, value, error in self.read(path):
                     quantity, told = f"{self.name}/{name}", _text(error) if error else ""
-                    yield Number(experiment, subject, quantity, _text(value), told, self._of(name))
+                    tolerance = self.tolerances[max(filter(name.startswith, self.tolerances), key=len)]
+                    yield Number(experiment, subject, quantity, _text(value), told, tolerance)
 
     def _subjects(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects that have this artefact; one of the experiment or the cohort has no subject."""
@@ -115,9 +105,6 @@ class Source:
             return ("",)
         of_paper = experiment in FEATURES or self.path.startswith("simulations/paper/")
         return tuple(name for name in self.subjects if name in OF_PAPER or not of_paper)
-
-    def _of(self, name: str) -> Tolerance:
-        return self.tolerances[max((key for key in self.tolerances if name.startswith(key)), key=len)]
 
 
 class Number(NamedTuple):
@@ -229,22 +216,20 @@ def network_means(path: Path) -> Numbers:
             yield Found(name, mean, float(error))
 
 
-def verdict(path: Path) -> Numbers:
-    """Yield the verdict on a subject, which rests on draws of the posterior too."""
-    content = json.loads(path.read_text(encoding="utf-8"))
-    yield Found("status", content.get("status"))
+def verdict(*names: str) -> Callable[[Path], Numbers]:
+    """Return the reader of what a verdict states."""
+
+    def read(path: Path) -> Numbers:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        yield from (Found(name, content.get(name)) for name in names)
+
+    return read
 
 
 def network_medians(path: Path) -> Numbers:
     """Yield the medians of the network's draws."""
     medians = json.loads(path.read_text(encoding="utf-8"))["unfiltered_median"].items()
     yield from (Found(f"unfiltered_median[{name}]", value) for name, value in medians)
-
-
-def farthest_feature(path: Path) -> Numbers:
-    """Yield which feature lies farthest from the prior's; of speeds it is told at one draw of a sampler."""
-    content = json.loads(path.read_text(encoding="utf-8"))
-    yield from (Found(name, content.get(name)) for name in ("max_abs_z", "worst_component"))
 
 
 def tests_without_draws(path: Path) -> Numbers:
@@ -265,16 +250,18 @@ SCORES: Final = (
 )  # fmt: skip
 CHECKED: Final = ("feature_median", "feature_low", "feature_high")
 ENDS: Final = {"low": 0.05, "median": 0.5, "high": 0.95}
-WITHOUT_DRAWS: Final = {
-    "noise", "context_leave_one_out", "context_ranges",
-}  # fmt: skip
+WITHOUT_DRAWS: Final = {"noise", "context_leave_one_out", "context_ranges"}
+COVERED: Final = {"": TRAINED, "posterior/phases_coverage": SHARE, "posterior/coverage": SHARE}
 SUBJECT: Final = "{experiment}/subjects/{subject}"
+VERDICT: Final = f"{SUBJECT}/verdict.json"
+PREDICTIVE: Final = f"{SUBJECT}/predictive.h5"
 RECORDING: Final = datasets(
     "stiffness_kpa", "stiffness_se_kpa", "repeat_noise_fraction", "sample_noise_fraction"
 )
 PASSIVE: Final = datasets("scale_kpa", "late_diastolic_observed_kpa", "late_diastolic_active_kpa")
 NOISE: Final = datasets("fraction", "standard_error", "low", "high", "homogeneity_p")
 CMAES: Final = datasets("theta", "loss", "rmse_kpa", "run_loss")
+POSTERIOR: Final = datasets("median", "interval", "correlation")
 
 SOURCES: Final = (
     Source((COHORT,), "cohort/{subject}/observation.h5", RECORDING, {"": ROUNDED}),
@@ -284,52 +271,24 @@ SOURCES: Final = (
     Source((COHORT,), "cmaes/{subject}.h5", CMAES, {"": SEARCHED}),
     Source(FEATURES, "{experiment}/pool.h5", datasets("mean", "scale", "observed"), {"": ROUNDED}),
     Source(EVERY, "{experiment}/training.csv", last_epoch, {"": LOSS}),
-    Source(
-        FEATURES,
-        f"{SUBJECT}/posterior.h5",
-        datasets("median", "interval", "correlation"),
-        {"": TRAINED},
-    ),
+    Source(FEATURES, f"{SUBJECT}/posterior.h5", POSTERIOR, {"": TRAINED}),
     Source(SPEEDS, f"{SUBJECT}/posterior.h5", exact_draws, {"": TRAINED}, KNOWN),
-    Source(FEATURES, f"{SUBJECT}/verdict.json", verdict, {"": TRAINED}),
-    Source(SPEEDS, f"{SUBJECT}/verdict.json", verdict, {"": TRAINED}, KNOWN),
-    Source(FEATURES, f"{SUBJECT}/verdict.json", network_medians, {"": TRAINED}),
-    Source(FEATURES, f"{SUBJECT}/verdict.json", farthest_feature, {"": TRAINED}),
-    Source(
-        EVERY,
-        f"{SUBJECT}/verdict.json",
-        tests_without_draws,
-        {"": TRAINED, "in_prior_draws": COUNTED, "p_value": SHARE},
-    ),
-    Source(
-        EVERY,
-        f"{SUBJECT}/predictive.h5",
-        datasets(*SCORES, *CHECKED, group="prior"),
-        {"": ROUNDED},
-    ),
-    Source(
-        FEATURES,
-        f"{SUBJECT}/predictive.h5",
-        datasets(*SCORES, *CHECKED, group="posterior"),
-        {"": TRAINED, "posterior/phases_coverage": SHARE, "posterior/coverage": SHARE},
-    ),
+    Source(FEATURES, VERDICT, verdict("status"), {"": TRAINED}),
+    Source(SPEEDS, VERDICT, verdict("status"), {"": TRAINED}, KNOWN),
+    Source(FEATURES, VERDICT, network_medians, {"": TRAINED}),
+    # of speeds it is told at one draw of a sampler
+    Source(FEATURES, VERDICT, verdict("max_abs_z", "worst_component"), {"": TRAINED}),
+    Source(EVERY, VERDICT, tests_without_draws, {"": TRAINED, "in_prior_draws": COUNTED, "p_value": SHARE}),
+    Source(EVERY, PREDICTIVE, datasets(*SCORES, *CHECKED, group="prior"), {"": ROUNDED}),
+    Source(FEATURES, PREDICTIVE, datasets(*SCORES, *CHECKED, group="posterior"), COVERED),
     Source(FEATURES, "{experiment}/recovery.csv", RECOVERY, RECOVERED),
     Source(FEATURES, "{experiment}/recovery_acquisition.csv", RECOVERY, RECOVERED),
-    Source(
-        ("calibrated",),
-        f"{SUBJECT}/calibration_recordings.h5",
-        network_means,
-        {"": TRAINED},
-    ),
+    Source(("calibrated",), f"{SUBJECT}/calibration_recordings.h5", network_means, {"": TRAINED}),
 )
 
 
 def small_study(results: Path) -> pd.DataFrame:
-    """Return every number of a finished small study, with the fields of ``Number`` as columns.
-
-    Raises:
-        FileNotFoundError: The results lack an artefact.
-    """
+    """Return every number of a finished small study, with the fields of ``Number`` as columns."""
     rows = [number for source in SOURCES for number in source.numbers(results)]
     return pd.DataFrame(rows, columns=list(Number._fields))
 

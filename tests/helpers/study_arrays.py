@@ -12,21 +12,16 @@ def arrays(file: Path) -> dict[str, np.ndarray]:
     """Return every array of an artefact, as text or numbers; of other files, the bytes."""
     if file.suffix == ".h5":
         with h5py.File(file) as content:
-            found: dict[str, np.ndarray] = {}
-            content.visititems(
-                lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-            )
-            return found
+            names: list[str] = []
+            content.visit(names.append)
+            return {name: content[name][()] for name in names if isinstance(content[name], h5py.Dataset)}
     return {"bytes": np.frombuffer(file.read_bytes(), dtype=np.uint8)}
 
 
 def artefacts(results: Path) -> list[Path]:
     """Return every result but logs and timings, relative to the results folder; hidden files count."""
-    return sorted(
-        path.relative_to(results)
-        for path in results.rglob("*")
-        if path.is_file() and path.relative_to(results).parts[0] != "logs"
-    )
+    files = (path.relative_to(results) for path in results.rglob("*") if path.is_file())
+    return sorted(path for path in files if path.parts[0] != "logs")
 
 
 def assert_equal_results(one: Path, two: Path) -> int:

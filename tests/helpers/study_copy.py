@@ -16,11 +16,7 @@ PARTS = ("Snakefile", "config.yaml", "config", "profiles", "workflow", "src", "d
 RESULTS = "results-smoke"
 OF_OTHERS = shutil.ignore_patterns("explorer.*", "studies")  # results of packages that a copy does not have
 KNOWN = ".snakemake/metadata"  # what Snakemake knows of results: the inputs, params and code that made them
-COMPILED = {
-    ".pyc",
-    ".nbi",
-    ".nbc",
-}  # by Python and Numba, valid wherever the source has the same time
+COMPILED = {".pyc", ".nbi", ".nbc"}  # valid wherever the source has the same time
 
 
 class Job(NamedTuple):
@@ -113,10 +109,7 @@ def copy_study(folder: Path) -> StudyCopy:
 
 
 def run_side_study(study: StudyCopy, name: str) -> Path:
-    """Run a side study in its small sizes on a finished copy; return the folder of its results.
-
-    A second run finds nothing to do.
-    """
+    """Run a side study in its small sizes on a finished copy, where a second run finds nothing to do."""
     copy_tree(ROOT / "studies", study.folder / "studies")  # one side study may take code of another
     snakemake = ("-m", "snakemake", "--snakefile", f"studies/{name}/Snakefile", "--cores", "2")
     given = ("--configfile", study.config, f"studies/{name}/small.yaml")

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
-
 import numpy as np
 import pytest
 import speed_case
 from scipy.special import ndtr
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.change.one_person import NormalVisit, judge_one_person
-from swesbi.persons.change.proposal import JoinedSpace
-from swesbi.persons.change.ratios import log_ratios, smallest_detectable, summarise_ratios
-from swesbi.persons.change.settings import ChangeRuleSettings
+from swesbi.persons.change.joint import JoinedSpace
+from swesbi.persons.change.ratios import (
+    NormalVisit,
+    judge_one_person,
+    log_ratios,
+    smallest_detectable,
+    summarise_ratios,
+)
 from swesbi.persons.change.visits import Coupling
+from swesbi.persons.settings import ChangeRuleSettings
 from swesbi.posterior.space import LogitSpace
-from swesbi.prior import JointPriorSettings, draw_prior
+from swesbi.prior import draw_prior
 
 RULE = ChangeRuleSettings(threshold=0.1, probability=0.95, power=0.8, one_person_level=0.05, null_draws=1000)
 SIZE = 6
@@ -68,71 +70,54 @@ def test_draws_without_a_beat_are_left_out() -> None:
         log_ratios([first, second])
 
 
-@dataclass(frozen=True)
-class Recorder:
-    """Recordings that measure some directions of the scores, with noise of their own."""
-
-    data: FloatArray
-
-    def posterior(self, z: FloatArray, rng: np.random.Generator) -> NormalVisit:
-        covariance = np.asarray(np.linalg.inv(np.eye(SIZE) + self.data.T @ self.data))
-        observed = self.data @ z + rng.standard_normal(len(self.data))
-        return NormalVisit(covariance @ self.data.T @ observed, covariance, 1e9)
+DATA = 5.0 * np.random.default_rng(3).standard_normal((5, SIZE))
+"""Recordings measure some directions of the scores, with noise of their own."""
 
 
-@cache
-def recorder() -> Recorder:
-    return Recorder(5.0 * np.random.default_rng(3).standard_normal((5, SIZE)))
+def posterior(z: FloatArray, rng: np.random.Generator) -> NormalVisit:
+    covariance = np.asarray(np.linalg.inv(np.eye(SIZE) + DATA.T @ DATA))
+    observed = DATA @ z + rng.standard_normal(len(DATA))
+    return NormalVisit(covariance @ DATA.T @ observed, covariance, 1e9)
 
 
 def p_values(number: int, one_person: bool) -> FloatArray:
     rng = np.random.default_rng(4)
     found = []
     for _ in range(number):
-        first = rng.standard_normal(SIZE)
-        second = rng.standard_normal(SIZE)
+        first, second = rng.standard_normal((2, SIZE))
         if one_person:
             second = SHARES * first + np.sqrt(1.0 - SHARES**2) * second
-        visits = [recorder().posterior(z, rng) for z in (first, second)]
+        visits = [posterior(z, rng) for z in (first, second)]
         judged = judge_one_person(visits, SHARES, 0.0, 0.05, 400, rng)
         assert judged.flagged == (judged.p_value <= 0.05)
         found.append(judged.p_value)
     return np.array(found)
 
 
-def test_recordings_of_one_person_are_flagged_as_often_as_the_level_says() -> None:
+def test_recordings_of_one_person_are_flagged_at_the_level_and_those_of_two_far_more_often() -> None:
     flagged = (p_values(600, one_person=True) <= 0.05).mean()
     assert flagged == pytest.approx(0.05, abs=0.027)  # three standard errors
-
-
-def test_recordings_of_two_persons_are_flagged_far_more_often() -> None:
     assert (p_values(200, one_person=False) <= 0.05).mean() > 0.5
 
 
 def test_where_nothing_is_shared_nothing_is_flagged() -> None:
     rng = np.random.default_rng(5)
-    visits = [recorder().posterior(3.0 * sign * np.ones(SIZE), rng) for sign in (-1.0, 1.0)]
+    visits = [posterior(3.0 * sign * np.ones(SIZE), rng) for sign in (-1.0, 1.0)]
     judged = judge_one_person(visits, np.zeros(SIZE), 0.0, 0.05, 200, rng)
     assert not judged.flagged
     assert judged.distance == 0.0
 
 
-def prior() -> JointPriorSettings:
-    chosen: JointPriorSettings = speed_case.settings("calibrated").prior
-    return chosen
-
-
 def test_the_joined_space_goes_there_and_back_with_its_slope() -> None:
-    names = prior().names
-    shares = np.array([0.7 if name in ("passive_ratio", "speed_scale") else 0.0 for name in names])
-    coupling = Coupling(prior(), shares, 2)
-    space = JoinedSpace((LogitSpace(prior()), LogitSpace(prior())), coupling)
+    prior = speed_case.settings("calibrated").prior
+    shares = np.array([0.7 if name in ("passive_ratio", "speed_scale") else 0.0 for name in prior.names])
+    coupling = Coupling(prior, shares, 2)
+    space = JoinedSpace((LogitSpace(prior), LogitSpace(prior)), coupling)
     psi = draw_prior(coupling.joint, 5, np.random.default_rng(6))
     u, log_slope = space.place(psi)
     np.testing.assert_allclose(space.at(u), psi, rtol=1e-6)
-    for row in range(len(psi)):
-        step = 1e-5 * psi[row]
-        moved = np.concatenate([psi[row] + np.diag(step), psi[row] - np.diag(step)])
-        both = space.place(moved)[0]
-        jacobian = (both[: len(step)] - both[len(step) :]) / (2.0 * step[:, None])
-        assert np.linalg.slogdet(jacobian)[1] == pytest.approx(log_slope[row], abs=1e-3)
+    for one, slope in zip(psi, log_slope, strict=True):
+        step = 1e-5 * one
+        moved = space.place(one + np.diag(step))[0] - space.place(one - np.diag(step))[0]
+        jacobian = moved / (2.0 * step[:, None])
+        assert np.linalg.slogdet(jacobian)[1] == pytest.approx(slope, abs=1e-3)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 import shutil
 import signal
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, cast
+from typing import Any
 
 import free_case
 import numpy as np
@@ -28,8 +29,7 @@ from swesbi.checks.scores import Band
 from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
-from swesbi.persons.change.one_person import OnePerson
-from swesbi.persons.change.ratios import QUANTITIES, Ratios
+from swesbi.persons.change.ratios import QUANTITIES, OnePerson, Ratios
 from swesbi.persons.change.stored import StoredChange, change_table
 from swesbi.persons.change.words import change_lines
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
@@ -38,25 +38,29 @@ from swesbi.study.answerer import Answerer
 from swesbi.study.other_network import OtherNetworkError
 from swesbi.study.results import Results, experiment_files, population_files
 
-if TYPE_CHECKING:
-    from swesbi.recording.observation import Observation
-    from swesbi.verdict.verdict import Verdict
-
 TRIAL = ROOT / "data" / "virtual_trial"
+VOLUNTEERS = ROOT / "data" / "virtual_volunteers"
 OTHER_MODEL = "forward_model: {maximum_step_s: 2.6e-3}"  # than that of what comes with the package
 
 
 @pytest.fixture(scope="module")
 def trial() -> Study:
-    raw = read_merged(ROOT / "config.yaml") | {"cohort": str(ROOT / "data" / "virtual_volunteers")}
+    raw = read_merged(ROOT / "config.yaml") | {"cohort": str(VOLUNTEERS)}
     return load_study(raw, new_cohort=TRIAL)
 
 
-def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(trial: Study) -> None:
-    pair = visit_pair(trial, "P01")
-    assert (pair.visits, pair.subjects) == (("before", "after"), ("P01-before", "P01-after"))
-    assert visit_pair(trial, "P01", "after", "before").subjects == ("P01-after", "P01-before")
-    assert len(pairs_of(trial)) == 24
+@pytest.fixture
+def cohort(tmp_path: Path) -> Path:
+    """A copy of the trial to edit."""
+    return Path(shutil.copytree(TRIAL, tmp_path / "trial"))
+
+
+def subjects(cohort: Path) -> pd.DataFrame:
+    return pd.read_csv(cohort / "subjects.csv", dtype=str)
+
+
+def keep(table: pd.DataFrame, cohort: Path) -> None:
+    table.to_csv(cohort / "subjects.csv", index=False)
 
 
 def test_the_network_of_the_package_compares_where_no_study_has_been_run(tmp_path: Path) -> None:
@@ -70,43 +74,22 @@ def test_the_network_of_the_package_compares_where_no_study_has_been_run(tmp_pat
     assert command.experiment_with_network(study, None) == "calibrated"
 
 
-@pytest.mark.parametrize(
-    ("chosen", "words"),
-    [
-        (("Nobody",), "person = 'Nobody': "),
-        (("P01", "never"), "visit = 'never': person 'P01' has before, after"),
-        (("P01", "after"), "visit = 'after': given as both visits of 'P01'"),
-    ],
-)
-def test_a_person_or_a_visit_that_is_not_there_is_named(
-    trial: Study, chosen: tuple[str, ...], words: str
-) -> None:
-    with pytest.raises(ConfigError, match=words):
-        visit_pair(trial, *chosen)
+def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(trial: Study) -> None:
+    pair = visit_pair(trial, "P01")
+    assert (pair.visits, pair.subjects) == (("before", "after"), ("P01-before", "P01-after"))
+    assert visit_pair(trial, "P01", "after", "before").subjects == ("P01-after", "P01-before")
+    with pytest.raises(ConfigError, match="visit = 'never': person 'P01' has before, after"):
+        visit_pair(trial, "P01", "never")
+    with pytest.raises(ConfigError, match="visit = 'after': given as both visits of 'P01'"):
+        visit_pair(trial, "P01", "after")
 
 
-def test_a_person_who_came_once_has_not_changed(trial: Study) -> None:
-    rows = dict(trial.outside.declared_visits)
-    once = {name: visit for name, visit in rows.items() if name != "P02-after"}
-    contexts = {name: row for name, row in trial.outside.rows.items() if name != "P02-after"}
-    alone = Study(trial.config, trial.cohort, replace(trial.outside, rows=contexts, declared_visits=once))
+def test_a_person_who_came_once_has_not_changed(trial: Study, cohort: Path) -> None:
+    table = subjects(cohort)
+    keep(table[table["subject"] != "P02-after"], cohort)
+    study = load_study(trial.config.to_plain(), new_cohort=cohort)
     with pytest.raises(ConfigError, match="has one visit in .*, 'before', and a change needs two"):
-        visit_pair(alone, "P02")
-    assert "P02" not in {pair.person for pair in pairs_of(alone)}
-
-
-def overlay(folder: Path) -> Path:
-    path = folder / "overlay.yaml"
-    path.write_text(f"results: {folder / 'results'}\n{OTHER_MODEL}\n", encoding="utf-8")
-    return path
-
-
-def finish(results: Path) -> None:
-    """Make empty files of what answers: the study's own network and null recordings."""
-    null = results / "amortised" / "null.h5"
-    null.parent.mkdir(parents=True)
-    for path in (*population_files(Results(results), "amortised", null).files, null):
-        path.touch()
+        visit_pair(study, "P02")
 
 
 @pytest.fixture
@@ -114,53 +97,53 @@ def typed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., str]:
     """Run the command on the virtual trial, refused in part at least, and return what it says."""
+    overlay = tmp_path / "overlay.yaml"
+    overlay.write_text(f"results: {tmp_path / 'results'}\n{OTHER_MODEL}\n", encoding="utf-8")
 
-    def run(*arguments: str, cohort: Path = TRIAL) -> str:
+    def run(*arguments: str, cohort: Path = TRIAL, code: int = 2) -> str:
         monkeypatch.chdir(ROOT)
         chosen = ("--cohort", str(cohort), "--experiment", "amortised", *arguments)
-        code = main(["compare", "--overlay", str(overlay(tmp_path)), *chosen])
-        assert code == 2
+        assert main(["compare", "--overlay", str(overlay), *chosen]) == code
         return "".join(capsys.readouterr())
 
     return run
 
 
-def test_mistakes_are_told_before_anything_runs(typed: Callable[..., str], tmp_path: Path) -> None:
-    assert "person = 'Nobody'" in typed("--person", "Nobody")
-    assert "visit = 'never'" in typed("--person", "P01", "--from", "never")
-    assert "has not been run this far" in typed("--person", "P01")
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("--person Nobody", "person = 'Nobody'"),
+        ("--person P01 --from never", "visit = 'never'"),
+        ("--person P01", "has not been run this far"),
+        ("--person P01 --reference control", "names a group, which --all compares"),
+        ("--all", "has not been run this far"),
+        ("--all --from before", "name visits of one person; leave them out"),
+        (f"--all --cohort {VOLUNTEERS}", "no person has two visits; its subjects.csv needs"),
+        ("--all --reference placebo", "no person is of it; the groups are treated, control"),
+    ],
+)
+def test_mistakes_are_told_before_anything_runs(
+    typed: Callable[..., str], tmp_path: Path, arguments: str, words: str
+) -> None:
+    assert words in typed(*arguments.split())
     assert not (tmp_path / "results").exists()
 
 
 def test_what_is_wrong_with_a_person_s_visit_stops_that_person_alone(
-    typed: Callable[..., str], tmp_path: Path
+    typed: Callable[..., str], cohort: Path
 ) -> None:
     """A recording that is not there and a heart that cannot be, of two persons: a third is answered."""
-    cohort = tmp_path / "trial"
-    shutil.copytree(TRIAL, cohort)
     (cohort / "swe" / "P01-before.csv").unlink()
-    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
+    table = subjects(cohort)
     table.loc[table["subject"] == "P03-after", "ivsd_cm"] = "9.5"
-    table.to_csv(cohort / "subjects.csv", index=False)
+    keep(table, cohort)
     assert "there is no file P01-before.csv" in typed("--person", "P01", cohort=cohort)
     assert "column 'ivsd_cm': '9.5'" in typed("--person", "P03", cohort=cohort)
     assert "has not been run this far" in typed("--person", "P02", cohort=cohort)
     table.loc[table["subject"] == "P03-after", ["person", "visit", "group"]] = ""  # whose it is, nobody knows
-    table.to_csv(cohort / "subjects.csv", index=False)
-    assert "column 'ivsd_cm': '9.5'" in typed("--person", "P02", cohort=cohort)
-
-
-def test_a_refused_visit_is_named_and_nothing_is_written(
-    typed: Callable[..., str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    finish(tmp_path / "results")
-    instead = Instead()
-    instead.raised = {"P01-after": ValueError("hr_bpm = 250 lies outside 40 to 130")}
-    monkeypatch.setattr(Answerer, "request", lambda _, subject: instead.request(subject))
-    made = sorted(tmp_path.rglob("*"))
-    said = typed("--person", "P01", "--out", str(tmp_path / "out"))
-    assert "visit 'after' of 'P01' (recording P01-after): hr_bpm = 250 lies outside 40 to 130" in said
-    assert set(tmp_path.rglob("*")) == {*made, tmp_path / "overlay.yaml"}
+    keep(table, cohort)
+    for asked in (("--person", "P02"), ("--all",)):
+        assert "column 'ivsd_cm': '9.5'" in typed(*asked, cohort=cohort)
 
 
 def _touched(folder: Path) -> tuple[None, None]:
@@ -207,7 +190,11 @@ class Instead:
 
 @pytest.fixture
 def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
-    finish(tmp_path / "results")
+    """Nothing is inferred; the study's own network and null recordings are empty files."""
+    null = tmp_path / "results" / "amortised" / "null.h5"
+    null.parent.mkdir(parents=True)
+    for path in (*population_files(Results(tmp_path / "results"), "amortised", null).files, null):
+        path.touch()
     made = Instead()
     monkeypatch.setattr(Answerer, "request", lambda _, subject: made.request(subject))
     monkeypatch.setattr(command, "save_change", made.save_change)
@@ -217,27 +204,37 @@ def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
     return made
 
 
-def test_all_who_came_twice_are_compared_and_the_others_named(
+def names_in(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_a_refused_visit_is_named_and_nothing_is_written(
     typed: Callable[..., str], instead: Instead, tmp_path: Path
 ) -> None:
-    cohort, out = tmp_path / "trial", tmp_path / "out"
-    shutil.copytree(TRIAL, cohort)
-    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
+    instead.raised = {"P01-after": ValueError("hr_bpm = 250 lies outside 40 to 130")}
+    made = sorted(tmp_path.rglob("*"))
+    said = typed("--person", "P01", "--out", str(tmp_path / "out"))
+    assert "visit 'after' of 'P01' (recording P01-after): hr_bpm = 250 lies outside 40 to 130" in said
+    assert sorted(tmp_path.rglob("*")) == made
+
+
+def test_all_who_came_twice_are_compared_and_the_others_named(
+    typed: Callable[..., str], instead: Instead, cohort: Path, tmp_path: Path
+) -> None:
+    out, table = tmp_path / "out", subjects(cohort)
     table.loc[table["person"] == "P02", "ivsd_cm"] = "2.2"  # a heart that the network does not know
-    table[table["subject"] != "P05-after"].to_csv(cohort / "subjects.csv", index=False)
+    keep(table[table["subject"] != "P05-after"], cohort)
     (cohort / "swe" / "P03-before.csv").unlink()
     instead.raised = {"P04-after": ValueError("its recording\nis too short")}
     shown = typed("--all", "--out", str(out), cohort=cohort)
     assert "20 compared, 3 refused" in shown
     assert "refused: P02: visit 'before' (recording P02-before) is refused, ivsd_cm = 2.2" in shown
     persons = [f"P{number:02d}" for number in (1, *range(6, 25))]
-    files = {command.ALL_CHANGES, *command.GROUP_OUTPUTS}
-    assert {path.name for path in out.iterdir()} == {*persons, *files}
+    assert names_in(out) == {*persons, command.ALL_CHANGES, *command.GROUP_OUTPUTS}
     changes = pd.read_csv(out / command.ALL_CHANGES)
     assert list(changes) == ["experiment", *change_table(stored())]
     assert set(changes["experiment"]) == {"amortised"}
-    assert list(changes["person"].unique()) == persons
-    assert instead.changes == persons
+    assert list(changes["person"].unique()) == instead.changes == persons
     first = [out / person / f"{person}-before" / "observation.h5" for person in persons]
     assert instead.observations == first
     said = "\n".join(instead.left_out)
@@ -248,14 +245,12 @@ def test_all_who_came_twice_are_compared_and_the_others_named(
 
 
 def test_a_person_whose_name_or_folder_is_wrong_is_refused_alone(
-    typed: Callable[..., str], instead: Instead, tmp_path: Path
+    typed: Callable[..., str], instead: Instead, cohort: Path, tmp_path: Path
 ) -> None:
     """Names that pandas takes for missing cells or numbers are names; nobody is in their way."""
-    cohort, out = tmp_path / "trial", tmp_path / "out"
-    shutil.copytree(TRIAL, cohort)
+    out, table = tmp_path / "out", subjects(cohort)
     names = {"P01": "NA", "P02": "007", "P03": "2024/001", "P05": "nan"}
-    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
-    table[table["person"] <= "P05"].replace({"person": names}).to_csv(cohort / "subjects.csv", index=False)
+    keep(table[table["person"] <= "P05"].replace({"person": names}), cohort)
     out.mkdir()
     (out / "P04").touch()
     shown = typed("--all", "--out", str(out), cohort=cohort)
@@ -265,16 +260,17 @@ def test_a_person_whose_name_or_folder_is_wrong_is_refused_alone(
     assert list(read_csv(out / command.ALL_CHANGES)["person"].unique()) == ["NA", "007", "nan"]
 
 
-def test_groups_that_fail_lose_no_person(typed: Callable[..., str], instead: Instead, tmp_path: Path) -> None:
-    out, instead.failing = tmp_path / "out", True
+def test_groups_that_fail_lose_no_person(
+    typed: Callable[..., str], instead: Instead, cohort: Path, tmp_path: Path
+) -> None:
+    out, instead.failing, table = tmp_path / "out", True, subjects(cohort)
+    keep(table[table["person"] <= "P03"], cohort)
     out.mkdir()
     (out / command.GROUP_OUTPUTS[1]).write_text("of an earlier run")
-    shown = typed("--all", "--out", str(out))
-    assert "24 compared, 0 refused" in shown
+    shown = typed("--all", "--out", str(out), cohort=cohort)
+    assert "3 compared, 0 refused" in shown
     assert shown.endswith("no change in groups: their draws lie nowhere\n")
-    persons = [f"P{number:02d}" for number in range(1, 25)]
-    assert {path.name for path in out.iterdir()} == {*persons, command.ALL_CHANGES}
-    assert list(read_csv(out / command.ALL_CHANGES)["person"].unique()) == persons
+    assert names_in(out) == {"P01", "P02", "P03", command.ALL_CHANGES}
 
 
 def test_what_is_wrong_with_the_network_or_nobody_compared_writes_no_table(
@@ -282,9 +278,8 @@ def test_what_is_wrong_with_the_network_or_nobody_compared_writes_no_table(
 ) -> None:
     out = tmp_path / "out"
     instead.raised = {"P02-before": OtherNetworkError("was trained with another prior")}
-    shown = typed("--all", "--out", str(out))
-    assert "swesbi: was trained with another prior" in shown
-    assert {path.name for path in out.iterdir()} == {"P01"}  # who was compared before stays
+    assert "swesbi: was trained with another prior" in typed("--all", "--out", str(out))
+    assert names_in(out) == {"P01"}  # who was compared before stays
     shutil.rmtree(out)
     instead.raised = {pair.subjects[0]: ValueError("is too short") for pair in pairs_of(trial)}
     shown = typed("--all", "--out", str(out))
@@ -293,36 +288,17 @@ def test_what_is_wrong_with_the_network_or_nobody_compared_writes_no_table(
 
 
 def test_stopped_among_all_it_leaves_those_who_were_compared(
-    instead: Instead, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    typed: Callable[..., str], instead: Instead, tmp_path: Path
 ) -> None:
-    monkeypatch.chdir(ROOT)
     instead.raised = {"P03-after": InterruptedBySignal(signal.SIGINT)}
-    given = ("--cohort", str(TRIAL), "--experiment", "amortised", "--out", str(tmp_path / "out"))
-    assert main(["compare", "--overlay", str(overlay(tmp_path)), *given, "--all"]) == 130
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"P01", "P02"}
-    assert {path.name for path in tmp_path.iterdir()} == {"overlay.yaml", "out", "results"}
-
-
-def test_a_folder_that_cannot_be_asked_as_a_whole_is_told_so(
-    typed: Callable[..., str], tmp_path: Path
-) -> None:
-    assert "name visits of one person; leave them out" in typed("--all", "--from", "before")
-    assert "has not been run this far" in typed("--all")
-    volunteers = ROOT / "data" / "virtual_volunteers"
-    assert "no person has two visits; its subjects.csv needs" in typed("--all", cohort=volunteers)
-    cohort = tmp_path / "trial"
-    shutil.copytree(TRIAL, cohort)
-    table = pd.read_csv(cohort / "subjects.csv", dtype=str)
-    of_nobody = table["subject"] == "P03-after"
-    table.loc[of_nobody, ["ivsd_cm", "person", "visit", "group"]] = ["9.5", "", "", ""]
-    table.to_csv(cohort / "subjects.csv", index=False)
-    assert "column 'ivsd_cm': '9.5'" in typed("--all", cohort=cohort)
+    typed("--all", "--out", str(tmp_path / "out"), code=130)
+    assert names_in(tmp_path / "out") == {"P01", "P02"}
+    assert names_in(tmp_path) == {"overlay.yaml", "out", "results"}
 
 
 def test_visits_of_different_protocols_are_refused(tmp_path: Path) -> None:
     """Only the numbers of phases are looked at, and whether there are any."""
-    made = [SimpleNamespace(phase=np.arange(number), is_gated=True) for number in (20, 12)]
-    visits = [cast("Observation", each) for each in made]
+    visits: list[Any] = [SimpleNamespace(phase=np.arange(number), is_gated=True) for number in (20, 12)]
     check_protocols(visits[:1] * 2, ("before", "after"))
     with pytest.raises(ValueError, match="gated phases by visit: 'before' 20, 'after' 12; .* same protocol"):
         check_protocols(visits, ("before", "after"))
@@ -335,50 +311,25 @@ def test_visits_of_different_protocols_are_refused(tmp_path: Path) -> None:
 def stored(p_value: float = 0.5, changed: float = 0.99) -> StoredChange:
     """A change of made-up numbers."""
     rng = np.random.default_rng(1)
-    one = np.ones(4)
-    ratios = Ratios(
-        1.2 * one,
-        1.1 * one,
-        1.3 * one,
-        0.99 * one,
-        changed * one,
-        0.0 * one,
-        0.05 * one,
-        0.3 * one,
-        0.4 * one,
-    )
+    ratios = np.outer([1.2, 1.1, 1.3, 0.99, changed, 0.0, 0.05, 0.3, 0.4], np.ones(4))
     return StoredChange(
         visit=("before", "after"), quantity=QUANTITIES, parameter=("a", "b"), share=("speed_scale",),
         person="P", subject=np.array(["P1", "P2"]), verdict=np.array(["not contradicted", "doubtful"]),
         phi=rng.random((2, 50, 2)), quantities=1.0 + rng.random((2, 50, 4)), shares=np.array([0.8]),
-        ratios=ratios, one_person=OnePerson(2.0, 1.0, p_value, 0.05, 0.7), sampler="importance",
+        ratios=Ratios(*ratios), one_person=OnePerson(2.0, 1.0, p_value, 0.05, 0.7), sampler="importance",
         converged=True, reasons="", k_hat=0.3, k_hat_limit=0.7, efficiency=0.1, weighted_draws=1000,
         log_evidence=50.0, log_evidence_se=0.1, interval_mass=0.9, threshold=0.1, probability=0.95,
     )  # fmt: skip
 
 
-def test_a_change_is_read_as_it_was_written(tmp_path: Path) -> None:
-    written, path = stored(), tmp_path / "change.h5"
-    written.write(path, Provenance("", "P"))
-    read = StoredChange.read(path)
-    assert (read.visit, read.quantity, read.person, read.converged) == (
-        written.visit, written.quantity, "P", True,
-    )  # fmt: skip
-    np.testing.assert_array_equal(read.phi, written.phi)
-    np.testing.assert_array_equal(read.ratios.low, written.ratios.low)
-    assert list(read.verdict) == ["not contradicted", "doubtful"]
-    assert read.one_person == written.one_person
-
-
 def test_names_with_dollar_signs_are_drawn_as_they_are() -> None:
     at = np.arange(3.0) / 3.0
-    observed = SimpleNamespace(
+    observed: Any = SimpleNamespace(
         phase=at, measured=at > 0.0, stiffness_kpa=at, stiffness_se_kpa=at, samples_accepted=at,
         samples_rejected=at, context=SimpleNamespace(hr_bpm=60.0),
     )  # fmt: skip
-    visit = ShownVisit(
-        cast("Observation", observed), cast("Verdict", SimpleNamespace(reasons=())), at, Band(at, at, at)
-    )
+    verdict: Any = SimpleNamespace(reasons=())
+    visit = ShownVisit(observed, verdict, at, Band(at, at, at))
     named = replace(stored(), person=r"$\person$", visit=(r"_$\first$", r"$\second$"))
     for draw in (draw_change, draw_change_sheet):
         figure = draw(named, [visit, visit], r"$\title$")
@@ -387,52 +338,37 @@ def test_names_with_dollar_signs_are_drawn_as_they_are() -> None:
         assert any(text.startswith(r" _\$\first\$: median") for text in shown)
 
 
-def test_the_table_has_a_row_a_quantity_with_what_was_decided() -> None:
-    table = change_table(stored())
-    assert list(table["quantity"]) == list(QUANTITIES)
-    assert table["changed"].all()
-    assert table["one_person"].all()
-    assert not change_table(stored(changed=0.9))["changed"].any()
+CHANGED = "changed by more than 10% in one direction with probability above 0.95: active stiffness scale k_0"
 
 
-def test_the_answer_says_what_changed_and_what_it_is_conditional_on() -> None:
-    said = "\n".join(change_lines(stored()))
-    assert "after (P2): doubtful by itself" in said
-    assert "can be of one person" in said
-    rule = "changed by more than 10% in one direction with probability above 0.95"
-    assert f"{rule}: active stiffness scale k_0" in said
-    assert "scale of all speeds 0.8" in said
-    other = "\n".join(change_lines(stored(p_value=0.01, changed=0.2)))
-    assert "NOT of one person" in other
-    assert "nothing has changed by more than 10%" in other
-
-
-def test_the_change_in_groups_has_groups_hyperpriors_and_who_is_left_out(trial: Study) -> None:
-    parts = command.groups_settings(trial, "amortised", {"P01": "is too\nshort"})
-    assert set(parts["groups"].values()) == {"control", "treated"}
-    assert len(parts["groups"]) == 24
-    assert parts["left_out"] == ["P01 is left out: is too short"]
-    assert parts["change_groups"] == trial.config.change_groups.to_plain()
-    rows = {name: row.hr_bpm for name, row in trial.outside.rows.items()}
-    slowest = min(rows, key=lambda name: rows[name])
-    plain = trial.config.to_plain()
-    population = plain["population_experiments"]["amortised"]["population"]
-    population["declared_range"]["hr_bpm"] = [rows[slowest] + 0.5, 130.0]
-    refusing = command.groups_settings(load_study(plain, new_cohort=TRIAL), "amortised", {})
-    sentences = refusing["left_out"]
-    assert any(f"(recording {slowest}) is refused, hr_bpm = " in sentence for sentence in sentences)
-    assert slowest.split("-")[0] not in refusing["groups"]
-
-
-def test_the_reference_group_is_the_users_and_one_that_is_there(
-    trial: Study, typed: Callable[..., str], tmp_path: Path
+@pytest.mark.parametrize(
+    ("p_value", "changed", "one_person", "words"),
+    [
+        (0.5, 0.99, "can be of one person", CHANGED),
+        (0.01, 0.2, "NOT of one person", "nothing has changed by more than 10%"),
+    ],
+)
+def test_table_and_answer_say_what_was_decided(
+    p_value: float, changed: float, one_person: str, words: str
 ) -> None:
-    parts = command.groups_settings(trial, "amortised", {}, "control")
+    change = stored(p_value, changed)
+    table, said = change_table(change), "\n".join(change_lines(change))
+    assert list(table["quantity"]) == list(QUANTITIES)
+    assert set(table["changed"]) == {changed > 0.95}
+    assert set(table["one_person"]) == {p_value > 0.05}
+    assert one_person in said and words in said
+    assert "after (P2): doubtful by itself" in said
+    assert "scale of all speeds 0.8" in said
+
+
+def test_the_change_in_groups_has_groups_and_who_is_left_out(trial: Study) -> None:
+    parts = command.groups_settings(trial, "amortised", {"P01": "is too\nshort"}, "control")
+    assert Counter(parts["groups"].values()) == {"control": 12, "treated": 12}
+    assert parts["left_out"] == ["P01 is left out: is too short"]
     assert parts["cohort_posterior"]["reference_group"] == "control"
-    said = typed("--all", "--reference", "placebo")
-    assert "reference group 'placebo': no person is of it; the groups are treated, control" in said
-    assert "names a group, which --all compares" in typed("--person", "P01", "--reference", "control")
-    assert not (tmp_path / "results").exists()
+
+
+def test_a_reference_group_of_the_configuration_is_one_that_is_there(trial: Study) -> None:
     plain = trial.config.to_plain() | {"cohort": str(TRIAL)}
     plain["cohort_posterior"]["reference_group"] = "placebo"
     with pytest.raises(ConfigError, match="cohort_posterior.reference_group: reference group 'placebo'"):
@@ -448,10 +384,3 @@ def test_true_ratios_are_those_of_a_generated_cohort_alone(trial: Study, tmp_pat
     assert command.true_ratios(tmp_path, pairs) is None
     (tmp_path / "truth.csv").write_text("subject,what\nP01-before,7\n", encoding="utf-8")
     assert command.true_ratios(tmp_path, pairs) is None
-
-
-def test_those_who_came_once_are_named(trial: Study) -> None:
-    volunteers = ROOT / "data" / "virtual_volunteers"
-    study = load_study(trial.config.to_plain(), new_cohort=volunteers)
-    (left,) = command.groups_settings(study, "amortised", {})["left_out"]
-    assert left == "left out with one visit, since a change needs two: A, B, C, D, E, F, G, H"

@@ -12,13 +12,13 @@ import speed_case
 
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
-from swesbi.persons.change.joint import Change, OwnPosterior, infer_change
-from swesbi.persons.change.proposal import DEGREES_OF_FREEDOM, joined_proposal
-from swesbi.persons.change.settings import ChangeRuleSettings, ChangeSettings, SharesSettings
+from swesbi.persons.change.joint import DEGREES_OF_FREEDOM, Change, infer_change, joined_proposal
 from swesbi.persons.change.visits import visits_model
+from swesbi.persons.settings import ChangeRuleSettings, ChangeSettings, SharesSettings
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.hearts import HeartModel
+from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import LogitSpace
 from swesbi.posterior.student import WIDENING, StudentProposal
 
@@ -27,12 +27,6 @@ RULE = ChangeRuleSettings(threshold=0.1, probability=0.95, power=0.8, one_person
 PHASES = 20
 FACTOR = 1.15  # of all speeds of the later visit
 TIMING = 0.015
-
-
-def settings(**shares: float) -> ChangeSettings:
-    return ChangeSettings(
-        shares=SharesSettings.from_plain(NOTHING | shares), rule=RULE, exact=exact_case.SETTINGS
-    )
 
 
 @cache
@@ -45,25 +39,28 @@ def models(timing_cycle: float = TIMING) -> tuple[SpeedModel, SpeedModel]:
 
 
 @cache
-def own(timing_cycle: float = TIMING) -> tuple[OwnPosterior, ...]:
+def own(timing_cycle: float = TIMING) -> tuple[ExactPosterior, ...]:
     found = []
     starts = (speed_case.PHI, speed_case.PHI * [FACTOR**2, 1.0, 1.0, FACTOR**2])
     for model, start in zip(models(timing_cycle), starts, strict=True):
         heart = HeartModel(model)
         exact, _ = exact_posterior(heart, exact_case.fitted(heart, start), exact_case.SETTINGS, 1)
         assert exact.sampler == "importance"
-        effective = exact.efficiency * len(exact.weighted.phi)
-        space = LogitSpace(heart.settings.prior)
-        found.append(OwnPosterior(exact.phi, effective, exact.log_evidence, space))
+        found.append(exact)
     return tuple(found)
+
+
+def space() -> LogitSpace:
+    return LogitSpace(HeartModel(models()[0]).settings.prior)
 
 
 @cache
 def change(discrepancy: float) -> Change:
-    chosen = settings(discrepancy=discrepancy)
+    shares = SharesSettings.from_plain(NOTHING | {"discrepancy": discrepancy})
+    chosen = ChangeSettings(shares=shares, rule=RULE, exact=exact_case.SETTINGS)
     index = [np.arange(PHASES)] * 2
     both = visits_model(models(), index, chosen.shares.of(models()[0].settings.prior.names), discrepancy)
-    return infer_change(both, own(), chosen, 3, "person")
+    return infer_change(both, own(), [space()] * 2, chosen, 3, "person")
 
 
 def test_where_nothing_is_shared_both_posteriors_are_as_they_were() -> None:
@@ -82,19 +79,17 @@ def test_where_nothing_is_shared_both_posteriors_are_as_they_were() -> None:
 
 def test_an_error_that_both_share_narrows_the_ratios_and_a_change_of_all_speeds_is_found() -> None:
     found, apart = change(1.0), change(0.0)
-    stiffer = FACTOR**2
-    shown = -1
-    assert found.ratios.low[shown] < stiffer < found.ratios.high[shown]
-    assert found.ratios.risen[shown] > RULE.probability
+    assert found.ratios.low[-1] < FACTOR**2 < found.ratios.high[-1]
+    assert found.ratios.risen[-1] > RULE.probability
     assert (found.ratios.sd_log < apart.ratios.sd_log).all()
 
 
-def alone(model: SpeedModel, posterior: OwnPosterior) -> float:
+def alone(model: SpeedModel, posterior: ExactPosterior) -> float:
     """Return the effective share of the draws of a proposal fitted to the posterior of one visit."""
     heart = HeartModel(model)
-    u, _ = posterior.space.place(heart.points(posterior.phi))
+    u, _ = space().place(heart.points(posterior.phi))
     student = StudentProposal(u.mean(axis=0), WIDENING * np.cov(u.T), DEGREES_OF_FREEDOM)
-    return exact_case.weigh(heart, FittedProposal(student, posterior.space), 2000, 0.1, 1).efficiency
+    return exact_case.weigh(heart, FittedProposal(student, space()), 2000, 0.1, 1).efficiency
 
 
 @pytest.mark.parametrize(
@@ -107,18 +102,11 @@ def test_the_first_proposal_of_both_is_as_good_as_those_of_each(
     pair, posteriors = models(0.0), own(0.0)
     shares = np.array([tied.get(name, 0.0) for name in pair[0].settings.prior.names])
     both = visits_model(pair, [np.arange(PHASES)] * 2, shares, discrepancy)
-    first = joined_proposal(both, [each.phi for each in posteriors], [each.space for each in posteriors])
+    first = joined_proposal(both, [each.phi for each in posteriors], [space()] * 2)
     found = exact_case.weigh(both, first, 2000, 0.1, 1).efficiency
     independent = np.prod([alone(*each) for each in zip(pair, posteriors, strict=True)])
     assert independent > 0.4
     assert found > 0.8 * independent
-
-
-def test_three_visits_are_no_pair_to_compare() -> None:
-    chosen = settings()
-    three = visits_model([*models(), models()[0]], [np.arange(PHASES)] * 3, np.zeros(4), 0.0)
-    with pytest.raises(ValueError, match="3 visits: a change is between two"):
-        infer_change(three, own(), chosen, 1)
 
 
 def test_shares_are_of_the_parameters_named_and_zero_of_all_others() -> None:

@@ -9,8 +9,7 @@ import numpy as np
 import speed_case
 
 from swesbi.parameters import OF_THETA, THETA_NAMES
-from swesbi.persons.cohort.refresh import redraw_theta
-from swesbi.prior import ParameterPrior
+from swesbi.persons.cohort.infer import redraw_theta
 
 NARROW = 0.15
 FACTORS = np.array([1.2, 0.8, 1.2])
@@ -21,12 +20,11 @@ def test_draws_follow_the_likelihood_under_the_other_prior() -> None:
     """Nothing is integrated out of what they are compared with."""
     model = speed_case.model()
     joint = model.settings.prior
+    own = zip(THETA_NAMES, joint.theta.parameters, FACTORS, strict=True)
     narrower = joint.theta.model_copy(
         update={
-            name: ParameterPrior(
-                centre=before.centre * factor, log_sd=NARROW, low=before.low, high=before.high
-            )
-            for name, before, factor in zip(THETA_NAMES, joint.theta.parameters, FACTORS, strict=True)
+            name: one.model_copy(update={"centre": one.centre * factor, "log_sd": NARROW})
+            for name, one, factor in own
         }
     )
     changed = model.settings.model_copy(update={"prior": joint.model_copy(update={"theta": narrower})})

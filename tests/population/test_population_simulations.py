@@ -11,33 +11,25 @@ import speed_case
 
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.typed import read_as
-from swesbi.population.simulations import PopulationSimulations, simulate_population
+from swesbi.population.simulations import PopulationSimulations
 from swesbi.population.training import split_by_context
 from swesbi.prior import from_logit, log_density
 
 PROVENANCE = Provenance("", "", 1, {}, "0" * 16)
-ARRAYS = (
-    "theta",
-    "physiology",
-    "active_stiffness_kpa",
-    "active_slope_kpa",
-    "shortening",
-    "shortening_slope",
-    "failures",
-)
 
 
 @pytest.mark.parametrize("prior", ["paper", "calibrated"])
 def test_shards_hold_what_one_run_would(tmp_path: Path, prior: str) -> None:
     whole, model = case.made(12, 5, prior), speed_case.settings(prior)
-    for name, index in {"shard-1": range(7, 12), "shard-0": range(7)}.items():
-        part = simulate_population(index, 5, case.EXPERIMENT.population, 20, model, seed=5)
-        part.write(tmp_path / f"{name}.h5", PROVENANCE)
+    for name, numbers in {"shard-1": (7, 12), "shard-0": (0, 7)}.items():
+        case.shard(*numbers, 5, prior).write(tmp_path / f"{name}.h5", PROVENANCE)
     read = read_as(PopulationSimulations, [tmp_path / "shard-1.h5", tmp_path / "shard-0.h5"], "shards")
     assert read.contexts == whole.contexts
     assert read.nuisance_names == whole.nuisance_names == model.prior.theta.physiology_names
     assert whole.physiology.shape == (12, 5, len(whole.nuisance_names))
-    for name in ARRAYS:
+    arrays = [name for name, value in vars(whole).items() if isinstance(value, np.ndarray)]
+    assert {"theta", "physiology", "active_stiffness_kpa", "shortening", "failures"} <= set(arrays)
+    for name in arrays:
         assert np.array_equal(getattr(read, name), getattr(whole, name)), name
 
 
@@ -82,10 +74,6 @@ def test_the_noise_of_rows_is_that_of_their_standard_error_and_the_discrepancy()
     assert np.nanmedian(spread[1][:, 5] / spread[0][:, 5]) > 1.1
 
 
-def test_training_repeats_to_the_bit_and_learns() -> None:
-    first, second = case.trained(), case.train_population(case.made(), case.MAKER, case.TINY)
-    nets = [one.estimator.net for one in (first, second)]
-    for one, other in zip(*(net.transforms[0].layers for net in nets), strict=True):
-        np.testing.assert_array_equal(one.weight, other.weight)
-    losses = first.training["validation_loss"]
+def test_training_learns() -> None:
+    losses = case.trained().training["validation_loss"]
     assert losses.iloc[-1] < losses.iloc[0] - 0.3

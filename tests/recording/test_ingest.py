@@ -19,7 +19,6 @@ from swesbi.recording.cohort.observed import observed_curve
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import locate_phases
-from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import rejection
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, REASONS, Samples
@@ -37,8 +36,7 @@ def without_phases(samples: Samples, *indices: int) -> Samples:
 
 
 def rows(samples: Samples, keep: NDArray[np.bool_]) -> Samples:
-    columns = ("gate", "time_ms", "rr_ms", "repeat", "sample")
-    columns += ("speed_m_s", "fit_r2", "status")
+    columns = ("gate", "time_ms", "rr_ms", "repeat", "sample", "speed_m_s", "fit_r2", "status")
     return replace(samples, **{name: getattr(samples, name)[keep] for name in columns})
 
 
@@ -82,20 +80,15 @@ def test_speeds_are_averaged_before_they_are_squared() -> None:
 
 def test_every_sample_is_accepted_or_rejected_for_one_reason() -> None:
     samples = make_samples(sample_sd=0.05, seed=1)
-    status, speed, r2, rr = (
-        samples.status.copy(),
-        samples.speed_m_s.copy(),
-        samples.fit_r2.copy(),
-        samples.rr_ms.copy(),
-    )
+    names = ("status", "speed_m_s", "fit_r2", "rr_ms")
+    status, speed, r2, rr = (getattr(samples, name).copy() for name in names)
     status[0:4] = ["no_wave", "motion", "low_r2", "bound_hit"]
     speed[4] = np.nan
     r2[5], r2[6] = 0.2, np.nan
     rr[36:48] = 600.0
     speed[80], speed[90] = 3.0 * speed[80], 0.2 * speed[90]
-    observed = ingest(
-        replace(samples, status=status, speed_m_s=speed, fit_r2=r2, rr_ms=rr), CONTEXT, RECORDING, 100
-    )
+    changed = dict(zip(names, (status, speed, r2, rr), strict=True))
+    observed = ingest(replace(samples, **changed), CONTEXT, RECORDING, 100)
     expected = dict.fromkeys(REASONS, 0) | {"no_wave": 1, "motion": 1, "low_r2": 1, "bound_hit": 1}
     expected |= {"empty_speed": 1, "low_fit_r2": 2, "ectopic_rr": 12, "outlier": 2}
     assert observed.rejected == expected
@@ -156,14 +149,8 @@ def test_variance_components_are_told_apart() -> None:
 def test_beats_of_different_length_are_not_mistaken_for_noise() -> None:
     cycle = np.arange(400) / 400
     steep = TruthCurve(cycle, 4.0 + 50.0 * np.exp(-0.5 * ((cycle - 0.4) / 0.08) ** 2))
-    settings = ACQUISITION.model_copy(
-        update={
-            "rr_sd_fraction": 0.015,
-            "sweep_fraction": 0.0,
-            "failed_fraction": 0.0,
-            "outlier_fraction": 0.0,
-        }
-    )
+    nothing_else = dict.fromkeys(("sweep_fraction", "failed_fraction", "outlier_fraction"), 0.0)
+    settings = ACQUISITION.model_copy(update={"rr_sd_fraction": 0.015} | nothing_else)
     variances = []
     for seed in range(30):
         samples = acquire(steep, CONTEXT, settings, generator(seed, "test"))
@@ -208,75 +195,30 @@ def test_a_phase_with_too_few_samples_counts_as_missing() -> None:
     assert observed.rejected["sparse_phase"] == 5
 
 
-@pytest.mark.parametrize(
-    ("missing", "message"),
-    [
-        ((1, 4, 7, 10, 13), "25% of the phases are missing, limit 20%"),
-        ((8, 9, 10), "no phase was measured for 0.200 of the cycle after 0.375"),
-        ((16, 17), "1 phases were measured in late diastole"),
-    ],
-)
-def test_incomplete_recordings_are_refused(missing: tuple[int, ...], message: str) -> None:
-    with pytest.raises(RecordingError, match=message):
-        ingest(without_phases(make_samples(), *missing), CONTEXT, RECORDING, 100)
-
-
-def test_a_recording_without_any_good_sample_is_refused_with_the_counts() -> None:
-    with pytest.raises(RecordingError, match="no sample is acceptable .no_wave 720, motion 0"):
-        ingest(without_phases(make_samples(), *range(PHASES)), CONTEXT, RECORDING, 100)
-
-
 def test_limits_themselves_are_allowed() -> None:
     observed = ingest(without_phases(make_samples(), 0, 4, 5, 9), CONTEXT, RECORDING, 100)
     assert observed.measured.sum() == 16
 
 
-def test_a_push_after_the_end_of_its_beat_is_refused() -> None:
-    samples = make_samples()
-    delay = np.where(samples.phase_index == 19, 1300.0, samples.time_ms)
-    with pytest.raises(RecordingError, match="phase_index 19 lies at 1.30 of its beat"):
-        ingest(replace(samples, time_ms=delay), CONTEXT, RECORDING, 100)
-
-
-def test_an_unknown_status_is_refused_in_memory_too() -> None:
-    samples = make_samples()
-    with pytest.raises(RecordingError, match="column 'status': 'fine' is none of"):
-        replace(samples, status=np.full(samples.status.shape, "fine"))
-
-
 def test_stage_writes_what_it_ingested(tmp_path: Path) -> None:
     samples = without_phases(make_samples(repeat_sd=0.04, sample_sd=0.08), 12)
-    recording, artefact = tmp_path / "T.csv", tmp_path / "observation.h5"
-    samples_table(samples).to_csv(recording, index=False)
-    row = ContextRow(
-        subject="T", sex="F", age_years=25, bsa_m2=1.7, hr_bpm=60, lvedv_ml=90, lvesv_ml=34, ivsd_cm=0.8
+    samples_table(samples).to_csv(tmp_path / "T.csv", index=False)
+    observed = observed_curve(
+        tmp_path / "T.csv",
+        context=ContextRow(**vars(CONTEXT)),
+        clinical_row=ClinicalRow(sbp_mmhg=121.0, dbp_mmhg=78.0),
+        recording=RECORDING,
+        grid_points=100,
+        layout=TableLayout(),
     )
-
-    def observed() -> Observation:
-        return observed_curve(
-            recording,
-            context=row,
-            clinical_row=ClinicalRow(sbp_mmhg=121.0, dbp_mmhg=78.0),
-            recording=RECORDING,
-            grid_points=100,
-            layout=TableLayout(),
-        )
-
-    observed().write(artefact, Provenance("", "T", 1))
-    direct, read = ingest(samples, CONTEXT, RECORDING, 100), Observation.read(artefact)
+    observed.write(tmp_path / "observation.h5", Provenance("", "T", 1))
+    direct, read = ingest(samples, CONTEXT, RECORDING, 100), Observation.read(tmp_path / "observation.h5")
     assert read.context == CONTEXT
     assert (read.clinical.sbp_mmhg, read.clinical.dbp_mmhg) == (121.0, 78.0)
     assert read.clinical.has_pressures and not read.clinical.has_ejection_time
-    assert not direct.clinical.has_pressures
-    assert read.noise == direct.noise
-    for name in ("phase", "phase_index", "measured", "speed_m_s", "speed_se_m_s", "stiffness_se_kpa"):
+    assert read.noise == direct.noise and read.rejected == direct.rejected
+    for name in ("phase", "phase_index", "measured", "speed_m_s", "speed_se_m_s", "curve_kpa"):
         np.testing.assert_array_equal(getattr(read, name), getattr(direct, name))
-    np.testing.assert_array_equal(read.curve_kpa, direct.curve_kpa)
-    np.testing.assert_array_equal(read.samples_rejected, direct.samples_rejected)
-    first = artefact.read_bytes()
-    observed().write(artefact, Provenance("", "T", 1))
-    assert artefact.read_bytes() == first
-    assert list(Observation.load(artefact)[0]["/"]["reason"].to_numpy()) == list(REASONS)
 
 
 def read(path: Path, table: pd.DataFrame) -> Samples:
@@ -296,19 +238,3 @@ def test_a_gate_at_the_r_peak_lies_on_both_sides_of_it(tmp_path: Path) -> None:
     without = read(tmp_path / "T.csv", table.assign(trigger_delay_ms=50 * table["phase_index"] + 20))
     noise = average_speeds(without, rejection(without, RECORDING) == ACCEPTED, 20).noise
     assert speeds.noise.repeat_fraction == pytest.approx(noise.repeat_fraction, abs=0.03)
-
-
-def test_a_label_that_contradicts_its_time_is_refused_by_row(tmp_path: Path) -> None:
-    table = recording(4)
-    moved = table["repeat"] == 1
-    table.loc[moved, "phase_index"] = (table.loc[moved, "phase_index"] + 1) % 20
-    with pytest.raises(
-        RecordingError, match=r"S.csv, row 1\d, column 'trigger_delay_ms': .*about a gate from"
-    ):
-        read(tmp_path / "S.csv", table)
-
-
-def test_a_curve_without_variation_is_refused() -> None:
-    flat = make_samples(np.full(PHASES, 2.0))
-    with pytest.raises(RecordingError, match="every phase has the same speed, 2 m/s"):
-        ingest(flat, CONTEXT, RECORDING, 100)

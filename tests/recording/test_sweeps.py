@@ -90,6 +90,11 @@ def levels_of(table: pd.DataFrame) -> SweepLevels:
     return SweepLevels.joined([levels_of_table(part) for _, part in table.groupby("recording")])
 
 
+def separate(levels: SweepLevels) -> RepeatLevels:
+    """Return the same repeats, each phase taken as repeated by itself."""
+    return RepeatLevels(levels.cell, levels.size, levels.mean, levels.scatter)
+
+
 def parts_of(levels: RepeatLevels) -> tuple[ComponentEstimate, ...]:
     return tuple(levels.estimates(0.9)[0].values())
 
@@ -121,7 +126,7 @@ def test_without_sweep_noise_the_likelihood_is_that_of_separate_repeats() -> Non
     for pair in ((0.04, 0.08), (0.0, 0.1), (0.2, 0.05)):
         crossed_value = levels.log_likelihood(NoiseComponents(*pair))
         assert crossed_value == pytest.approx(
-            levels.separate.log_likelihood(NoiseComponents(*pair)), rel=1e-13
+            separate(levels).log_likelihood(NoiseComponents(*pair)), rel=1e-13
         )
 
 
@@ -280,7 +285,7 @@ def test_sweeps_of_other_numbers_at_each_phase_are_refused() -> None:
 def test_recordings_of_sweeps_and_of_separate_repeats_are_not_pooled() -> None:
     levels = levels_of(crossed(TRUE, seed=1))
     with pytest.raises(ValueError, match="1 of 2 recordings are of sweeps"):
-        fit_noise({"X": levels, "Y": levels.separate})
+        fit_noise({"X": levels, "Y": separate(levels)})
 
 
 def test_a_recording_is_compared_with_the_cohort_by_the_model_of_its_repeats() -> None:
@@ -290,7 +295,7 @@ def test_a_recording_is_compared_with_the_cohort_by_the_model_of_its_repeats() -
     found = compare_noise(crossed_levels, TRUE)
     assert found.statistic == pytest.approx(2.0 * (top - given))
     assert found.p_value == pytest.approx(chi2.sf(found.statistic, 3))
-    levels = crossed_levels.separate
+    levels = separate(crossed_levels)
     top = levels.maximum[1]
     given = log_restricted_likelihood(levels, float(np.hypot(0.04, 0.05)), 0.08)
     assert compare_noise(levels, TRUE).statistic == pytest.approx(2.0 * (top - given))
@@ -339,9 +344,9 @@ def test_separate_repeats_share_nothing_and_keep_their_standard_errors_to_the_bi
 
 def test_separate_repeats_have_the_same_standard_errors_of_components_of_sweeps() -> None:
     counts = np.array([[12, 12, 12], [12, 3, 0], [7, 5, 1]])
-    separate = mean_errors(counts, TRUE.of_separate_repeats)
-    assert separate.shared.shape == (3, 0)
-    np.testing.assert_allclose(separate.own, relative_se(counts, TRUE))
+    apart = mean_errors(counts, TRUE.of_separate_repeats)
+    assert apart.shared.shape == (3, 0)
+    np.testing.assert_allclose(apart.own, relative_se(counts, TRUE))
     np.testing.assert_allclose(mean_errors(counts, TRUE).total, relative_se(counts, TRUE))
 
 

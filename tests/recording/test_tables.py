@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +11,19 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from cohorts import columns, recording, write_cohort, write_overlay, write_v5, write_v73
+from cohorts import columns, recording, write_v5, write_v73
 from numpy.typing import NDArray
 from recordings import CONTEXT, DENSITY, PHASES, RECORDING, make_samples
-from rules import ingest_one
 from scipy.io import savemat
 
 from data.makers.files import samples_table
-from swesbi.__main__ import main
-from swesbi.recording.cohort.recording_file import layout_of
-from swesbi.recording.cohort.subjects import read_subject_table, read_subjects
+from swesbi.recording.cohort.recording_file import validated
 from swesbi.recording.ingest import ingest
-from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
 from swesbi.recording.tables.columns import MODULUS, SHEAR_MODULUS, SPEED, TIME, stated_unit
+from swesbi.recording.tables.layout import TableLayout
 
 Write = Callable[[Path, pd.DataFrame], None]
 KEYS = ["phase_index", "repeat", "trigger_delay_ms", "rr_ms"]
@@ -48,31 +44,36 @@ TRANSLATION: dict[str, Any] = {
 
 
 def read(path: Path, said: Mapping[str, Any] | None = None, subject: str = "") -> Samples:
-    return read_samples(path, PHASES, DENSITY, layout_of(said or {}, path), subject)
+    return read_samples(path, PHASES, DENSITY, validated(TableLayout, said or {}, path), subject)
 
 
-def assert_same(left: Samples, right: Samples, rtol: float = 0.0) -> None:
-    for name, mine in vars(left).items():
-        its = getattr(right, name)
-        if isinstance(mine, np.ndarray) and mine.dtype.kind == "f":
-            np.testing.assert_allclose(mine, its, rtol=rtol, err_msg=name)
-        elif isinstance(mine, np.ndarray):
-            np.testing.assert_array_equal(mine, its, err_msg=name)
+def assert_reads_as(
+    path: Path, table: pd.DataFrame, said: Mapping[str, Any] | None = None, subject: str = ""
+) -> None:
+    """A file is read as the plain CSV of a table is, to the last digit."""
+    twin = path.with_name("twin.csv")
+    table.to_csv(twin, index=False)
+    right = vars(read(twin))
+    for name, mine in vars(read(path, said, subject)).items():
+        if isinstance(mine, np.ndarray):
+            np.testing.assert_array_equal(mine, right[name], err_msg=name)
 
 
-def text(path: Path, table: pd.DataFrame, encoding: str = "utf-8", **options: str) -> None:
-    path.write_text(table.to_csv(index=False, **options), encoding=encoding)
+def text(path: Path, table: pd.DataFrame, encoding: str = "utf-8", before: str = "", **how: str) -> None:
+    path.write_text(before + table.to_csv(index=False, **how), encoding=encoding)
 
 
 def commented(path: Path, table: pd.DataFrame) -> None:
-    lines = table.to_csv(index=False).splitlines()
-    path.write_text(
-        "\n".join(["# scanner 2", "#", *lines[:5], "# one more, with a , in it", *lines[5:], "", ""])
-    )
+    first, *lines = table.to_csv(index=False).splitlines()
+    path.write_text("\n".join(["# scanner 2", "#", first, "# one more, with a , in it", *lines, "", ""]))
 
 
 def char_matrix(path: Path, table: pd.DataFrame) -> None:
-    savemat(path, columns(table) | {"status": np.array(list(table["status"])), "other": "kept out"})
+    savemat(
+        path,
+        columns(table)
+        | {"status": np.array(list(table["status"])), "other": "kept out", "image": np.ones((9, 9))},
+    )
 
 
 def array_of_structs(path: Path, table: pd.DataFrame) -> None:
@@ -88,16 +89,6 @@ def by_h5py(path: Path, table: pd.DataFrame) -> None:
             file[name] = list(table[name]) if name == "status" else table[name].to_numpy(dtype=float)
 
 
-def workbook(path: Path, table: pd.DataFrame, **formats: str) -> None:
-    """A workbook, columns in number formats."""
-    with pd.ExcelWriter(path) as book:
-        table.to_excel(book, index=False, sheet_name="speeds")
-        for name, number_format in formats.items():
-            column = list(table).index(name) + 1
-            for row in range(2, len(table) + 2):
-                book.sheets["speeds"].cell(row, column).number_format = number_format
-
-
 WRITERS: dict[str, tuple[str, Write]] = {
     "semicolon": (".csv", lambda path, table: text(path, table, sep=";")),
     "semicolon, decimal comma": (".CSV", lambda path, table: text(path, table, sep=";", decimal=",")),
@@ -108,21 +99,15 @@ WRITERS: dict[str, tuple[str, Write]] = {
     "old Macintosh line ends": (".csv", lambda path, table: text(path, table, lineterminator="\r")),
     "NaN for empty": (".csv", lambda path, table: text(path, table, na_rep="NaN")),
     "comments": (".csv", commented),
-    "names behind #": (
-        ".csv",
-        lambda path, table: path.write_text("# " + table.to_csv(index=False)) and None,
-    ),
-    "sep=": (
-        ".csv",
-        lambda path, table: path.write_text("sep=;\n" + table.to_csv(index=False, sep=";")) and None,
-    ),
+    "names behind #": (".csv", lambda path, table: text(path, table, before="# ")),
+    "sep=": (".csv", lambda path, table: text(path, table, before="sep=;\n", sep=";")),
     "columns in another order, and more": (
         ".csv",
         lambda path, table: text(path, table.iloc[:, ::-1].assign(operator="x;y")),
     ),
+    "rows in another order": (".csv", lambda path, table: text(path, table.sample(frac=1.0, random_state=1))),
     "index of pandas": (".csv", lambda path, table: table.to_csv(path)),
-    "workbook": (".xlsx", workbook),
-    "R2 in per cent": (".xlsx", lambda path, table: workbook(path, table, fit_r2="0%")),
+    "workbook": (".xlsx", lambda path, table: table.to_excel(path, index=False)),
     "MATLAB 5, vectors": (".mat", write_v5),
     "MATLAB 5, row vectors": (
         ".mat",
@@ -141,44 +126,16 @@ WRITERS: dict[str, tuple[str, Write]] = {
 def test_every_format_gives_the_samples_of_its_twin_in_csv(tmp_path: Path, form: str) -> None:
     table = recording()
     suffix, write = WRITERS[form]
-    table.to_csv(tmp_path / "twin.csv", index=False)
     write(tmp_path / f"S{suffix}", table)
-    found = read(tmp_path / f"S{suffix}")
-    assert_same(found, read(tmp_path / "twin.csv"))
-    assert np.isnan(found.speed_m_s).any()
+    assert_reads_as(tmp_path / f"S{suffix}", table)
 
 
-def test_numbers_survive_the_way_through_matlab_to_the_last_bit(tmp_path: Path) -> None:
-    table = samples_table(make_samples(repeat_sd=0.03, sample_sd=0.1))
-    for name, write in (("5", write_v5), ("73", write_v73)):
-        write(tmp_path / f"{name}.mat", table)
-        np.testing.assert_array_equal(read(tmp_path / f"{name}.mat").speed_m_s, table[SPEED])
-
-
-@pytest.mark.parametrize("kind", ["f8", "f4", "i1", "u1", "i2", "u4", "i8", "?"])
+@pytest.mark.parametrize("kind", ["f4", "i1", "u4", "i8"])
 def test_numbers_of_every_class_of_matlab(tmp_path: Path, kind: str) -> None:
     table = columns(recording())
     values: NDArray[Any] = table["sample"].astype(kind).astype(float)
     savemat(tmp_path / "S.mat", table | {"sample": table["sample"].astype(kind), "sweeps": 3.0})
-    if kind == "?":
-        with pytest.raises(RecordingError, match="repeats the phase_index, repeat, sample"):
-            read(tmp_path / "S.mat")
-        return
     np.testing.assert_array_equal(np.sort(read(tmp_path / "S.mat").sample), np.sort(values.ravel()))
-
-
-@pytest.mark.parametrize("write", [write_v5, write_v73])
-def test_a_matlab_cohort_gives_the_observed_curves_of_its_twin_in_csv(tmp_path: Path, write: Write) -> None:
-    cohorts = [write_cohort(tmp_path / name) for name in ("csv", "mat")]
-    for path in sorted((cohorts[1] / "swe").iterdir()):
-        write(path.with_suffix(".mat"), pd.read_csv(path, keep_default_na=True))
-        path.unlink()
-    for cohort, suffix in zip(cohorts, ("csv", "mat"), strict=True):
-        changes = write_overlay(tmp_path / f"{suffix}.yaml", cohort)
-        ingest_one(changes, "S-1", cohort / "S-1.h5")
-    csv, mat = (Observation.load(cohort / "S-1.h5")[0] for cohort in cohorts)
-    for group in ("/", "context"):
-        assert csv[group].to_xarray().identical(mat[group].to_xarray())
 
 
 def as_others_write(table: pd.DataFrame) -> pd.DataFrame:
@@ -193,24 +150,19 @@ def as_others_write(table: pd.DataFrame) -> pd.DataFrame:
     return other.rename(columns=NAMES)
 
 
-@pytest.mark.parametrize(
-    "form", ["columns in another order, and more", "semicolon, decimal comma", "workbook"]
-)
+@pytest.mark.parametrize("form", ["semicolon, decimal comma", "workbook"])
 def test_other_names_units_and_numbers_give_the_samples_of_the_twin(tmp_path: Path, form: str) -> None:
     table = recording()
     suffix, write = WRITERS[form]
     write(tmp_path / f"S{suffix}", as_others_write(table))
-    table["status"] = table["status"].where(table["status"] == "ok", "no_wave")
-    table.to_csv(tmp_path / "twin.csv", index=False)
-    assert_same(read(tmp_path / f"S{suffix}", TRANSLATION), read(tmp_path / "twin.csv"))
+    assert_reads_as(tmp_path / f"S{suffix}", table, TRANSLATION)
 
 
 def test_a_matlab_file_of_other_names_is_read(tmp_path: Path) -> None:
     table = recording()
     names = {name: f"v{number}" for number, name in enumerate(NAMES)}
     savemat(tmp_path / "S.mat", {names[name]: values for name, values in columns(table).items()})
-    table.to_csv(tmp_path / "twin.csv", index=False)
-    assert_same(read(tmp_path / "S.mat", {"columns": names}), read(tmp_path / "twin.csv"))
+    assert_reads_as(tmp_path / "S.mat", table, {"columns": names})
 
 
 def wide(table: pd.DataFrame, *values: str) -> pd.DataFrame:
@@ -228,17 +180,13 @@ def wide(table: pd.DataFrame, *values: str) -> pd.DataFrame:
 def test_samples_side_by_side_are_paired_by_their_names(tmp_path: Path) -> None:
     table = recording().assign(status="ok", fit_r2=lambda made: 0.01 * (made["sample"] + 70))
     wide(table, SPEED, "fit_r2").to_csv(tmp_path / "S.csv", index=False)
-    samples = [
-        {SPEED: f"{SPEED} {number}", "fit_r2": f"fit_r2 {number}"} for number in sorted(set(table["sample"]))
-    ]
-    said = {"table": {"samples": samples, "values": {"status": "ok"}}}
-    table.to_csv(tmp_path / "twin.csv", index=False)
-    assert_same(read(tmp_path / "S.csv", said), read(tmp_path / "twin.csv"))
-    counted = {"table": {"samples": samples, "values": {"status": "ok", "phase_index": "counted"}}}
-    wide(table, SPEED, "fit_r2").drop(columns="phase_index").sort_values(
-        ["repeat", "trigger_delay_ms"]
-    ).to_csv(tmp_path / "T.csv", index=False)
-    assert_same(read(tmp_path / "T.csv", counted), read(tmp_path / "twin.csv"))
+    pairs = [{name: f"{name} {number}" for name in (SPEED, "fit_r2")} for number in set(table["sample"])]
+    said = {"samples": pairs, "values": {"status": "ok"}}
+    assert_reads_as(tmp_path / "S.csv", table, {"table": said})
+    said["values"] = {"status": "ok", "phase_index": "counted"}
+    ordered = wide(table, SPEED, "fit_r2").sort_values(["repeat", "trigger_delay_ms"])
+    ordered.drop(columns="phase_index").to_csv(tmp_path / "T.csv", index=False)
+    assert_reads_as(tmp_path / "T.csv", table, {"table": said})
 
 
 def test_several_subjects_in_one_table_are_told_apart(tmp_path: Path) -> None:
@@ -247,8 +195,7 @@ def test_several_subjects_in_one_table_are_told_apart(tmp_path: Path) -> None:
     together.to_csv(tmp_path / "all.csv", index=False)
     said = {"columns": {"subject": "Patient"}, "table": {"file": "all.csv"}}
     for name, table in tables.items():
-        table.to_csv(tmp_path / "twin.csv", index=False)
-        assert_same(read(tmp_path / "all.csv", said, name), read(tmp_path / "twin.csv"))
+        assert_reads_as(tmp_path / "all.csv", table, said, name)
     with pytest.raises(RecordingError, match=r"column 'Patient': 'S-9' has no row; .* it has S-1, S-11"):
         read(tmp_path / "all.csv", said, "S-9")
 
@@ -271,35 +218,26 @@ def test_a_modulus_becomes_a_speed_sample_by_sample(tmp_path: Path, density: flo
     table.assign(**{MODULUS: 3.0 * density * speed**2 / 1e3}).to_csv(tmp_path / "S.csv", index=False)
     found = read_samples(tmp_path / "S.csv", PHASES, density)
     np.testing.assert_allclose(found.speed_m_s, speed, rtol=1e-14)
-    table.assign(mu=1000.0 * density * speed**2 / 1e3).to_csv(tmp_path / "T.csv", index=False)
-    layout = layout_of({"columns": {SHEAR_MODULUS: "mu"}, "units": {SHEAR_MODULUS: "Pa"}}, tmp_path)
-    shear = read_samples(tmp_path / "T.csv", PHASES, density, layout)
+    other = table.assign(mu=1000.0 * density * speed**2 / 1e3, rr_ms=table["rr_ms"] / 1000.0)
+    other.to_csv(tmp_path / "T.csv", index=False)
+    said = {"columns": {SHEAR_MODULUS: "mu"}, "units": {SHEAR_MODULUS: "Pa", "rr_ms": "s"}}
+    shear = read_samples(tmp_path / "T.csv", PHASES, density, validated(TableLayout, said, tmp_path))
     np.testing.assert_allclose(shear.speed_m_s, speed, rtol=1e-12)
-    quality = RECORDING.model_copy(update={"density_kg_m3": density})
-    observed = ingest(found, CONTEXT, quality, 100)
-    direct = ingest(replace(found, speed_m_s=speed.to_numpy()), CONTEXT, quality, 100)
-    np.testing.assert_allclose(observed.curve_kpa, direct.curve_kpa, rtol=1e-12)
+    np.testing.assert_allclose(shear.rr_ms, table["rr_ms"])
 
 
-@pytest.mark.parametrize("phases", [8, 11, 37, 60])
+@pytest.mark.parametrize("phases", [8, 37])
 def test_recordings_of_other_numbers_of_phases_in_any_order(tmp_path: Path, phases: int) -> None:
     table = recording(phases=phases)
     order = np.random.default_rng(1).permutation(phases)
     shuffled = table.assign(phase_index=order[table["phase_index"]]).sample(frac=1.0, random_state=2)
     settings = RECORDING.model_copy(update={"phases": phases})
     curves = []
-    for name, form in (("plain", table), ("shuffled", shuffled)):
-        form.to_csv(tmp_path / f"{name}.csv", index=False)
-        samples = read_samples(tmp_path / f"{name}.csv", phases, DENSITY)
+    for form in (table, shuffled):
+        form.to_csv(tmp_path / "S.csv", index=False)
+        samples = read_samples(tmp_path / "S.csv", phases, DENSITY)
         curves.append(ingest(samples, CONTEXT, settings, 100).curve_kpa)
     np.testing.assert_allclose(curves[1], curves[0], rtol=1e-12)
-
-
-def test_the_order_of_rows_enters_no_digit(tmp_path: Path) -> None:
-    table = recording(6)
-    for name, form in (("S", table), ("T", table.sample(frac=1.0, random_state=1))):
-        form.to_csv(tmp_path / f"{name}.csv", index=False)
-    assert_same(read(tmp_path / "S.csv"), read(tmp_path / "T.csv"))
 
 
 @pytest.mark.parametrize(
@@ -314,15 +252,6 @@ def test_the_unit_that_a_name_states(name: str, unit: str | None) -> None:
     assert stated_unit(name) == unit
 
 
-def test_a_column_of_ones_own_name_keeps_its_meaning(tmp_path: Path) -> None:
-    table = recording(8)
-    modulus = table.assign(**{MODULUS: 3.0 * table[SPEED] ** 2, "rr_ms": table["rr_ms"] / 1000.0})
-    modulus.drop(columns=SPEED).to_csv(tmp_path / "S.csv", index=False)
-    samples = read(tmp_path / "S.csv", {"units": {"rr_ms": "s"}})
-    np.testing.assert_allclose(samples.speed_m_s, table[SPEED], rtol=1e-12)
-    np.testing.assert_allclose(samples.rr_ms, table["rr_ms"])
-
-
 @pytest.mark.parametrize("unit", ["%", "kPa", "cm/s"])
 def test_standard_errors_are_converted(tmp_path: Path, unit: str) -> None:
     """10 % of a speed, 30 cm/s of 3 m/s, and of E = 3 rho c^2 in kPa what is 10 % of c: 20 %."""
@@ -330,7 +259,7 @@ def test_standard_errors_are_converted(tmp_path: Path, unit: str) -> None:
     speed = train[SPEED]
     errors = {"%": 10.0 + 0.0 * speed, "kPa": 0.2 * 3.0 * speed**2, "cm/s": 10.0 * speed}[unit]
     train.assign(**{f"SE ({unit})": errors}).to_csv(tmp_path / "S.csv", index=False)
-    layout = layout_of({"columns": {"se_m_s": f"SE ({unit})"}}, tmp_path)
+    layout = validated(TableLayout, {"columns": {"se_m_s": f"SE ({unit})"}}, tmp_path)
     samples = free_case.pushes(tmp_path / "S.csv", layout)
     np.testing.assert_allclose(samples.se_m_s, 0.1 * samples.speed_m_s, rtol=1e-9)
 
@@ -347,7 +276,7 @@ def test_pushes_soon_after_the_r_peak_are_read_where_their_unit_is_stated(
     other = soon.assign(time_ms=factor * soon[TIME]).rename(columns={TIME: name})
     other.to_csv(tmp_path / "S.csv", index=False)
     mapped = {} if name == TIME else {"columns": {TIME: name}}
-    found = free_case.pushes(tmp_path / "S.csv", layout_of({**mapped, **said}, tmp_path))
+    found = free_case.pushes(tmp_path / "S.csv", validated(TableLayout, {**mapped, **said}, tmp_path))
     assert 5.0 < found.time_ms.max() < 110.0
     assert set(np.round(found.time_ms, 6)) <= set(np.round(soon[TIME], 6))
     soon.to_csv(tmp_path / "S.csv", index=False)
@@ -355,37 +284,22 @@ def test_pushes_soon_after_the_r_peak_are_read_where_their_unit_is_stated(
         free_case.observed(tmp_path / "S.csv")
 
 
-def test_what_is_wrong_is_told_by_the_file_s_own_column_and_value(tmp_path: Path) -> None:
-    wrong = {
-        "SWS [cm/s]": ("4e9", r"'SWS \[cm/s\]': '4e9' read in cm/s as shear_wave_speed_m_s is outside"),
-        "Phase": ("0", r"column 'Phase': '0' .*outside \[0, 19\]"),
-        "Flag": ("so-so", "column 'Flag': 'so-so' is none of ok"),
-        "Acq": ("1.5", "column 'Acq': '1.5' is not a whole number"),
-    }
-    for column, (value, words) in wrong.items():
-        other = as_others_write(recording()).astype(object)
-        other.loc[0, column] = value
-        other.to_csv(tmp_path / "S.csv", index=False)
-        with pytest.raises(RecordingError, match=f"S.csv, row 2, {words}|{words}"):
-            read(tmp_path / "S.csv", TRANSLATION)
-
-
-def test_a_link_within_the_cohort_is_followed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cohort = write_cohort(tmp_path / "cohort")
-    (cohort / "swe" / "S-1.csv").rename(cohort / "raw.csv")
-    (cohort / "swe" / "S-1.csv").symlink_to(cohort / "raw.csv")
-    assert main(["validate", str(cohort)]) == 0
-    assert "2 recordings can be used" in capsys.readouterr().out
-
-
-def test_a_table_of_subjects_from_a_spreadsheet(tmp_path: Path) -> None:
-    path = tmp_path / "subjects.csv"
-    header = "subject;sex;age_years;bsa_m2;hr_bpm;lvedv_ml;lvesv_ml; ivsd_cm;note;"
-    rows = "001;F;25;1,7;60;90;34;0,8;x;\r\nB;M;27;1,68;64;84;31;0,74 ;;\r\n;;;;;;;;;\r\n"
-    path.write_bytes(f"{header}\r\n{rows}".encode("utf-8-sig"))
-    first, second = read_subjects(path)
-    assert (first.subject, first.bsa_m2, first.ivsd_cm, second.ivsd_cm) == ("001", 1.7, 0.8, 0.74)
-    assert read_subject_table(path).rows["001"].to_context() == first
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("SWS [cm/s]", "4e9", r"'SWS \[cm/s\]': '4e9' read in cm/s as shear_wave_speed_m_s is outside"),
+        ("Phase", "0", r"'Phase': '0' .*outside \[0, 19\]"),
+        ("Flag", "so-so", "row 2, column 'Flag': 'so-so' is none of ok"),
+    ],
+)
+def test_what_is_wrong_is_told_by_the_file_s_own_column_and_value(
+    tmp_path: Path, column: str, value: str, words: str
+) -> None:
+    other = as_others_write(recording()).astype(object)
+    other.loc[0, column] = value
+    other.to_csv(tmp_path / "S.csv", index=False)
+    with pytest.raises(RecordingError, match=words):
+        read(tmp_path / "S.csv", TRANSLATION)
 
 
 @pytest.mark.slow

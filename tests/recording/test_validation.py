@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-from cohorts import ROWS, recording, snapshot, write_cohort, write_overlay
+from cohorts import ROWS, recording, snapshot, write_cohort
 from recordings import RECORDING
 from study_copy import ROOT
 
@@ -37,25 +36,8 @@ def test_the_summary_says_what_quality_control_found(
         assert cells[1] == "20/20"
         assert int(cells[2]) == observed.samples_accepted.sum()
         assert int(cells[3]) == observed.samples_rejected.sum() == (subject.verdict >= 0).sum()
-        assert cells[4] == f"{np.median(observed.speed_se_m_s / observed.speed_m_s):.1%}"
-        no_wave = int(
-            (read_samples(cohort / f"swe/{observed.subject}.csv", 20, 1e3).status == "no_wave").sum()
-        )
-        assert f"no_wave {no_wave}," in " ".join(cells) + ","
-    assert "answers these recordings, and needs no study" in lines[-1]
-
-
-def test_an_unknown_subject_of_an_experiment_is_named_with_its_key(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    cohort = write_cohort(tmp_path / "cohort")
-    listed = {"calibrated": {"subjects": ["s_2x", "Z"]}}
-    changes = write_overlay(tmp_path / "changes.yaml", cohort, experiments=listed)
-    assert main(["validate", str(cohort), "--overlay", str(changes)]) == 2
-    shown = capsys.readouterr().err
-    assert "'experiments.calibrated.subjects': 'Z' is no subject of" in shown
-    assert "write `experiments.calibrated.subjects: all`" in shown
-    assert "experiments.paper" not in shown  # its list is of another cohort
+        samples = read_samples(cohort / f"swe/{observed.subject}.csv", 20, 1e3)
+        assert f"no_wave {(samples.status == 'no_wave').sum()}," in " ".join(cells) + ","
 
 
 def test_a_recording_that_no_subject_claims_is_named_before_the_others_are_summed_up(
@@ -80,20 +62,16 @@ def test_sheets_are_drawn_and_nothing_else_is_written(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "sheets").iterdir()} == {f"{subject}.png" for subject in ROWS}
 
 
-def test_a_sheet_shows_every_sample_and_says_where_it_comes_from() -> None:
+def test_a_sheet_shows_every_sample() -> None:
     report = examine_cohort(ROOT / "data" / "virtual_volunteers", RECORDING, 100)
     subject = next(one for one in report.subjects if one.observation.subject == "B")
     figure = draw_recording_sheet(subject, report.origin)
-    assert "virtual volunteers" in figure.get_suptitle()
     lines = {str(line.get_label()): line for line in figure.axes[0].get_lines()}
     assert len(lines["accepted sample"].get_xdata()) == (subject.verdict == -1).sum()
     for index, reason in enumerate(REASONS):
         label = f"rejected: {REJECTIONS[reason][0].lower()}{REJECTIONS[reason][1:]}"
         drawn = len(lines[label].get_xdata()) if label in lines else 0
         assert drawn == (subject.verdict == index).sum()
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "phase without a measurement" in labels
-    assert len(labels) == len(set(labels))
 
 
 def test_a_template_becomes_a_cohort_when_it_is_filled(

@@ -10,9 +10,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
-from numpy.typing import NDArray
+from cohorts import recording, write_v5
 from pages import blocks_of, typed
-from scipy.io import savemat
 from study_copy import ROOT, StudyCopy
 
 from swesbi.__main__ import main
@@ -20,47 +19,29 @@ from swesbi.answers.files import OUTPUTS, WITH_PRESSURES
 from swesbi.config.read import overlay, parse_config, read_merged
 from swesbi.context import CONTEXT_BOUNDS
 from swesbi.recording.cohort.clinical import CLINICAL_BOUNDS
-from swesbi.recording.cohort.recording_file import layout_of
+from swesbi.recording.cohort.recording_file import validated
 from swesbi.recording.cohort.visits import VISIT_NAMES
 from swesbi.recording.reader import read_samples
 from swesbi.recording.tables.columns import COLUMNS, FREE_COLUMNS
+from swesbi.recording.tables.layout import TableLayout
 
 PAGE = ROOT / "docs" / "own-data.md"
 MAPPING, SETTINGS = (block.code for block in blocks_of(PAGE) if block.language == "yaml")
-PHASES, REPEATS, SAMPLES = 12, 4, 4
+PHASES = 12
+PATIENTS = {"S-103": 3, "S-104": 4}
 
 
-def recording(seed: int) -> pd.DataFrame:
-    """A synthetic recording of few phases, a row a sample, in beats of varying length."""
-    rng = np.random.default_rng(seed)
-    phase, repeat, sample = (index.ravel() for index in np.indices((PHASES, REPEATS, SAMPLES)))
-    place = (phase + 0.5) / PHASES
-    curve: NDArray[np.float64] = 1.2 + 2.7 * np.exp(-0.5 * ((place - 0.33) / 0.12) ** 2)
-    error = 0.03 * rng.standard_normal((PHASES, REPEATS))[phase, repeat] + 0.06 * rng.standard_normal(
-        len(phase)
-    )
-    beat = np.round(923.0 * (1.0 + 0.01 * rng.standard_normal((PHASES, REPEATS))))[phase, repeat]
-    return pd.DataFrame(
-        {
-            "phase_index": phase,
-            "trigger_delay_ms": np.round(place * 923.0),
-            "rr_ms": beat,
-            "repeat": repeat,
-            "sample": sample,
-            "shear_wave_speed_m_s": np.round(curve * (1.0 + error), 3),
-            "fit_r2": 0.9,
-            "status": "ok",
-        }
-    )
+def recorded(seed: int) -> pd.DataFrame:
+    return recording(seed, PHASES).query("sample < 4")
 
 
 def of_another_tool(path: Path) -> None:
     """Write the page's table of another tool: two patients, samples side by side, other units."""
     (names,) = (block.code.strip().split(",") for block in blocks_of(PAGE) if "Patient," in block.code)
     tables = []
-    for patient, seed in {"S-103": 3, "S-104": 4}.items():
+    for patient, seed in PATIENTS.items():
         rows = ["phase_index", "trigger_delay_ms", "rr_ms", "repeat"]
-        speeds = recording(seed).pivot(index=rows, columns="sample", values="shear_wave_speed_m_s")
+        speeds = recorded(seed).pivot(index=rows, columns="sample", values="shear_wave_speed_m_s")
         across = speeds.mul(100).reset_index()
         across["phase_index"] += 1
         across[["trigger_delay_ms", "rr_ms"]] /= 1000
@@ -75,15 +56,15 @@ def test_the_mapping_of_the_page_reads_the_table_of_another_tool(
     monkeypatch.chdir(tmp_path)
     of_another_tool(tmp_path / "tool.csv")
     said = yaml.safe_load(MAPPING)
-    layout = layout_of(said, tmp_path / "recording.yaml")
-    for patient, seed in {"S-103": 3, "S-104": 4}.items():
+    layout = validated(TableLayout, said, tmp_path / "recording.yaml")
+    for patient, seed in PATIENTS.items():
         samples = read_samples(tmp_path / "tool.csv", PHASES, 1000.0, layout, patient)
-        np.testing.assert_allclose(samples.speed_m_s, recording(seed)["shear_wave_speed_m_s"])
-        np.testing.assert_allclose(samples.time_ms, recording(seed)["trigger_delay_ms"])
+        expected = recorded(seed)
+        np.testing.assert_allclose(samples.speed_m_s, expected["shear_wave_speed_m_s"])
+        np.testing.assert_allclose(samples.time_ms, expected["trigger_delay_ms"])
     assert main(["template", "--like", "tool.csv"]) == 0
     shown = capsys.readouterr().out
-    proposed = yaml.safe_load(shown)
-    assert proposed["columns"] == said["columns"]
+    assert yaml.safe_load(shown)["columns"] == said["columns"]
     assert "SWS 1 (cm/s), SWS 2 (cm/s), SWS 3 (cm/s), SWS 4 (cm/s)" in shown
 
 
@@ -111,10 +92,8 @@ def test_a_trained_network_answers_recordings_of_other_forms(own_study: StudyCop
     with (cohort / "subjects.csv").open("a", encoding="utf-8") as table:
         table.write("S-101,F,34,1.66,65,88,33,0.78\nS-102,M,41,1.95,65,121,47,0.91\n")
     (cohort / "recording.yaml").write_text("origin: synthetic\nprotocol: { phases: 12 }\n", encoding="utf-8")
-    recording(1).to_csv(cohort / "swe" / "S-101.csv", index=False, sep=";", decimal=",")
-    second = recording(2)
-    vectors = {name: second[name].to_numpy() for name in second if name != "status"}
-    savemat(cohort / "swe" / "S-102.mat", vectors | {"status": second["status"].to_numpy(dtype=object)})
+    recording(1, PHASES).to_csv(cohort / "swe" / "S-101.csv", index=False, sep=";", decimal=",")
+    write_v5(cohort / "swe" / "S-102.mat", recording(2, PHASES))
     options = f"--phases {PHASES} --overlay {study.config}"
     typed(f".venv/bin/swesbi validate data/septum_12 {options}", study)
     typed(f".venv/bin/swesbi infer data/septum_12 --workers 2 {options}", study)

@@ -17,16 +17,12 @@ from swesbi.report.latex import posterior_latex, ppc_latex, text
 from swesbi.report.study_tables import posterior_table, ppc_table
 
 EXPERIMENTS = ("paper", "wide_prior")
-PREAMBLE = (
-    r"\documentclass{article}\usepackage{booktabs,graphicx,longtable}"
-    r"\begin{document}"
-)
+PREAMBLE = r"\documentclass{article}\usepackage{booktabs,graphicx,longtable}\begin{document}"
 ENGINE = next((name for name in ("pdflatex", "lualatex", "xelatex", "tectonic") if shutil.which(name)), None)
-NAMES = ("ppc", "posterior")
 
 
-def render(name: str) -> str:
-    all_cases = cases(*EXPERIMENTS)
+def render(name: str, *experiments: str) -> str:
+    all_cases = cases(*(experiments or EXPERIMENTS))
     verdicts = {(case.experiment, case.subject): case.verdict for case in all_cases}
     if name == "ppc":
         return ppc_latex(ppc_table(all_cases), verdicts, TITLE)
@@ -34,7 +30,7 @@ def render(name: str) -> str:
 
 
 def assert_syntax(latex: str) -> None:
-    """Fail where braces, environments or dollars do not balance, or a row has other than its cells."""
+    """Fail where braces, environments or dollars do not balance, or a character needs a package."""
     bare = re.sub(r"\\[{}$&%#_\\]", "", latex.replace(r"\\", r"\newline"))
     depth = np.cumsum([{"{": 1, "}": -1}.get(character, 0) for character in bare])
     assert depth.min() >= 0 and depth[-1] == 0
@@ -44,20 +40,27 @@ def assert_syntax(latex: str) -> None:
     assert not re.search(r"(?<!\\)[%#]", latex)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_syntax_holds(name: str) -> None:
-    latex = render(name)
-    assert_syntax(latex)
-    assert TITLE in latex
+def assert_compiles(folder: Path, *tables: str) -> None:
+    """Fail where a TeX engine does, if there is one."""
+    if ENGINE is None:
+        return
+    (folder / "tables.tex").write_text(PREAMBLE + "\n\n".join(tables) + r"\end{document}", encoding="utf-8")
+    options = [] if ENGINE == "tectonic" else ["-halt-on-error", "-interaction=nonstopmode"]
+    command = [ENGINE, *options, "tables.tex"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(("name", "width"), [("ppc", 14), ("posterior", 10)])
-def test_every_row_has_its_cells(name: str, width: int) -> None:
-    rows = render(name).split(r"\endlastfoot")[1].split(r"\end{longtable}")[0].splitlines()
+def test_syntax_holds_and_every_row_has_its_cells(name: str, width: int, tmp_path: Path) -> None:
+    latex = render(name)
+    assert_syntax(latex)
+    assert_compiles(tmp_path, latex)
+    rows = latex.split(r"\endlastfoot")[1].split(r"\end{longtable}")[0].splitlines()
     plain = [row for row in rows if row and r"\multicolumn" not in row]
     assert len(plain) > 10 and len(rows) - len(plain) > 1
-    for row in plain:
-        assert row.endswith(r" \\") and len(re.findall(r"(?<!\\)&", row)) + 1 == width, row
+    assert all(row.endswith(r" \\") for row in plain)
+    assert {len(re.findall(r"(?<!\\)&", row)) + 1 for row in plain} == {width}
 
 
 def test_the_syntax_check_can_fail() -> None:
@@ -72,15 +75,12 @@ def test_exclusions_are_said_and_the_others_averaged() -> None:
     for latex in (ppc, posterior):
         assert r"\textit{wide\_\allowbreak{}prior}" in latex
         assert latex.count("Excluded: paper E (") == 1 and latex.count(r"max \textbar{}z\textbar{}") == 2 * 2
-    assert ppc.count("    mean & ") == ppc.count("    sd & ") == len(EXPERIMENTS)
+    scores = ppc_table(cases("paper"))
+    mean = scores.loc[scores["may_be_read"], "rmse_prior_kpa"].mean()
+    assert ppc.count(f"    mean & {mean:.2f} & ") == ppc.count("    sd & ") == len(EXPERIMENTS)
     assert posterior.count("& ejection fraction &") == 2 * 4
     assert re.search(r"E & \$k_\\mathrm\{0\}\$ & kPa & -- & -- & -- & -- & -- & 58\.0 &", posterior)
-
-
-def test_one_experiment_needs_no_heading() -> None:
-    scores = ppc_table(cases("paper"))
-    verdicts = {(case.experiment, case.subject): case.verdict for case in cases("paper")}
-    assert r"\textit" not in ppc_latex(scores, verdicts, TITLE)
+    assert r"\textit" not in render("ppc", "paper")
 
 
 def test_symbols_become_mathematics_and_special_characters_are_escaped() -> None:
@@ -90,28 +90,9 @@ def test_symbols_become_mathematics_and_special_characters_are_escaped() -> None
     )
 
 
-def compile_tables(folder: Path, tables: list[str]) -> None:
-    assert ENGINE is not None
-    (folder / "tables.tex").write_text(PREAMBLE + "\n\n".join(tables) + r"\end{document}", encoding="utf-8")
-    options = [] if ENGINE == "tectonic" else ["-halt-on-error", "-interaction=nonstopmode"]
-    done = subprocess.run(
-        [ENGINE, *options, "tables.tex"], cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert (folder / "tables.pdf").stat().st_size > 1000
-
-
-@pytest.mark.skipif(ENGINE is None, reason="no TeX engine on PATH; the syntax is checked instead")
-@pytest.mark.parametrize("name", NAMES)
-def test_compiles(name: str, tmp_path: Path) -> None:
-    compile_tables(tmp_path, [render(name)])
-
-
 def test_tables_of_a_finished_study(finished: StudyCopy, tmp_path: Path) -> None:
-    files = sorted((finished.results / "tables").glob("*.tex"))
-    assert {file.name for file in files} >= {"ppc.tex", "posterior.tex"}
-    tables = [file.read_text(encoding="utf-8") for file in files]
+    tables = [path.read_text(encoding="utf-8") for path in (finished.results / "tables").glob("*.tex")]
+    assert len(tables) >= 2
     for table in tables:
         assert_syntax(table)
-    if ENGINE is not None:
-        compile_tables(tmp_path, tables)
+    assert_compiles(tmp_path, *tables)

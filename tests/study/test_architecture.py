@@ -15,36 +15,17 @@ from tests.mutants import MUTANTS, STORED, read_table
 
 SOURCE = Path(swesbi.__file__).parent
 LAYERS = (
-    "__init__",
-    "base",
-    "seeds",
-    "draws",
-    "parameters",
-    "artefacts",
-    "context",
-    "prior",
-    "heart",
-    "recording",
-    "measurement",
-    "networks",
-    "population",
-    "virtual",
-    "posterior",
-    "verdict",
-    "persons",
-    "checks",
-    "config",
-    "report",
-    "answers",
-    "study",
-    "interface",
-    "__main__",
-)
+    "__init__", "base", "seeds", "draws", "parameters", "artefacts", "context", "prior", "heart", "recording",
+    "measurement", "networks", "population", "virtual", "posterior", "verdict", "persons", "checks", "config",
+    "report", "answers", "study", "interface", "__main__",
+)  # fmt: skip
 """From the lowest package to the highest, as CONTRIBUTING.md lists them: each may import those before it."""
 BESIDE = ("explorer", "studies")
 """Packages that take names of the study, which runs without them; either may be missing."""
 MAKERS = "data"
 """The package of the programs that made the shipped data: it takes names of the study, which runs without."""
+PANDAS_READERS = ("read_csv", "read_table", "read_fwf", "read_excel")
+STATEMENT = re.compile(r"^ *(?:from|import) +([\w.]+)(?: +import +(.+))?$", re.MULTILINE)
 
 
 def modules() -> dict[str, Path]:
@@ -61,10 +42,7 @@ MODULES = modules()
 
 @functools.cache
 def imported(name: str) -> set[str]:
-    """Return the files that one imports anywhere, also inside functions and for types alone.
-
-    The facade of the whole package imports none: it loads a public name when it is first asked for.
-    """
+    """Return the files that one imports anywhere; the facade of all, which loads names when asked, none."""
     if name == "__init__":
         return set()
     tree = ast.parse(MODULES[name].read_text(encoding="utf-8"))
@@ -88,11 +66,8 @@ def layer(name: str) -> int:
     return LAYERS.index(name.split(".")[0])
 
 
-def test_every_package_has_its_layer() -> None:
-    assert {name.split(".")[0] for name in MODULES} == set(LAYERS)
-
-
 def test_a_file_imports_none_of_a_higher_package() -> None:
+    assert {name.split(".")[0] for name in MODULES} == set(LAYERS)
     above = {name: sorted(t for t in imported(name) if layer(t) > layer(name)) for name in MODULES}
     assert {name: targets for name, targets in above.items() if targets} == {}
 
@@ -101,14 +76,9 @@ def test_no_circle_between_files() -> None:
     graph = {name: imported(name) for name in MODULES}
     facades = {name for name, path in MODULES.items() if path.name == "__init__.py"}
     # a package's facade imports its files, and they do not go through it
-    assert [
-        name for name in MODULES for facade in facades & graph[name] if name.startswith(f"{facade}.")
-    ] == []
+    through = [name for name in MODULES for facade in facades & graph[name] if name.startswith(f"{facade}.")]
+    assert through == []
     TopologicalSorter(graph).prepare()  # raises CycleError, with the files of the circle
-
-
-PANDAS_READERS = ("read_csv", "read_table", "read_fwf", "read_excel")
-STATEMENT = re.compile(r"^ *(?:from|import) +([\w.]+)(?: +import +(.+))?$", re.MULTILINE)
 
 
 def code_below(*folders: str) -> list[Path]:
@@ -150,25 +120,15 @@ def test_every_mutant_is_a_fault_of_a_line_that_is_there() -> None:
     assert read_table(ROOT / STORED)["mutant"].tolist() == [mutant.name for mutant in MUTANTS]
 
 
-def test_nothing_of_the_study_imports_what_it_runs_without() -> None:
-    files = [ROOT / "Snakefile", *code_below("src", "workflow", "tests", "benchmarks")]
-    assert len(files) > 500
+@pytest.mark.parametrize(
+    ("folders", "beside"),
+    [(("src", "workflow", "tests", "benchmarks"), BESIDE), (("src", "workflow", *BESIDE), (MAKERS,))],
+)
+def test_nothing_imports_what_it_runs_without(folders: tuple[str, ...], beside: tuple[str, ...]) -> None:
+    """The study runs without what stands beside it, and no stage of either needs what made the data."""
+    files = [ROOT / "Snakefile", *code_below(*folders)]
+    assert len(files) > 300
+    if MAKERS in beside:
+        files = [path for path in files if "tests" not in path.relative_to(ROOT).parts]
     found = {(path, name) for path in files for name in names_imported(path)}
-    assert {(path, name) for path, name in found if name.split(".")[0] in BESIDE} == set()
-
-
-def test_no_stage_imports_what_made_the_data() -> None:
-    files = [ROOT / "Snakefile", *code_below("src", "workflow", *BESIDE)]
-    found = {
-        (path, name)
-        for path in files
-        if "tests" not in path.relative_to(ROOT).parts
-        for name in names_imported(path)
-    }
-    assert {(path, name) for path, name in found if name.split(".")[0] == MAKERS} == set()
-
-
-@pytest.mark.parametrize("folder", [*BESIDE, MAKERS])
-def test_what_stands_beside_the_study_takes_public_names_of_it(folder: str) -> None:
-    found = {(path, name) for path in code_below(folder) for name in names_imported(path)}
-    assert {each for each in found if re.search(r"\b_(?!_)", each[1])} == set()
+    assert {(path, name) for path, name in found if name.split(".")[0] in beside} == set()

@@ -12,10 +12,7 @@ import pytest
 import speed_case
 from study_copy import ROOT
 
-from swesbi.answers.files import OtherAnswerError, check_untouched
-from swesbi.answers.folder import observe
-from swesbi.answers.recording import ModelledRecording, modelled_pushes
-from swesbi.artefacts import Provenance
+from swesbi.answers.recording import observe
 from swesbi.config.read import ConfigError, overlay, read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.draws import median_and_interval
@@ -27,9 +24,7 @@ from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior
 from swesbi.recording.phases import cells_of
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.pushes import ingest_pushes
-from swesbi.study.answerer import Answerer, answer_settings
-from swesbi.study.results import ExperimentFiles
+from swesbi.study.answerer import answer_settings
 from swesbi.verdict.misfits import residuals_p_value
 
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
@@ -105,84 +100,41 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     return load_study(read_merged(ROOT / "config.yaml"), new_cohort=cohort)
 
 
-def read_again(asked: Study) -> Study:
-    """The same study, its other cohort read anew."""
-    return load_study(asked.config.to_plain(), new_cohort=asked.outside.folder)
-
-
 def test_each_recording_of_a_mixed_cohort_is_asked_by_its_own_protocol(asked: Study) -> None:
     phases = {name: answer_settings(asked, "calibrated", name).recording.phases for name in ("S-1", "s_2x")}
     assert list(phases.values()) == [20, 24]
-    observed = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
-    assert [one.observation.is_gated for one in observed] == [True, True, False]
-    last = observed[2].observation
-    assert (last.errors_from, last.errors_log_sd) == ("declared", 0.3)
+    observed = [observe(asked, name).observation for name in ("S-1", "s_2x", "S-3")]
+    assert [one.is_gated for one in observed] == [True, True, False]
+    assert (observed[2].errors_from, observed[2].errors_log_sd) == ("declared", 0.3)
 
 
-def test_pushes_are_the_network_of_a_population_s_where_it_knows_such_a_heart(
-    asked: Study, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        (free_case.MITRAL_WAVES, "natural waves are not interpreted"),
+        (
+            free_case.train(2).assign(event="AVC").to_csv(index=False),
+            "column 'event': says what set off each wave",
+        ),
+        (free_case.train(2, lost=1.0).to_csv(index=False), "0 pushes are acceptable"),
+    ],
+)
+def test_natural_waves_and_pushes_that_cannot_be_used_are_refused(
+    asked: Study, table: str, message: str
 ) -> None:
-    """Where it does not, nobody's: the answer begins with the prior."""
-    monkeypatch.setattr(ExperimentFiles, "is_there", True)
-    population = next(iter(asked.config.population_experiments))
-    experiments = asked.answering_experiments
-    assert len(experiments) > 1
-    read = [observe(asked, name) for name in ("S-1", "s_2x", "S-3")]
-    assert [one.observation.is_gated for one in read] == [True, True, False]
-    assert Answerer(asked, experiments, "")._network("S-3", free=True)[0] == population
-    table = asked.outside.folder / "subjects.csv"
-    table.write_text(table.read_text().replace("S-3,F,25,1.7,60,90,34,0.8", "S-3,F,25,1.7,60,90,34,2.2"))
-    network, why = Answerer(read_again(asked), experiments, "")._network("S-3", free=True)
-    assert network == ""
-    assert f"the network of {population} does not know such a heart (ivsd_cm = 2.2" in why
-
-
-def test_recordings_of_natural_waves_are_refused(asked: Study) -> None:
-    path = asked.outside.folder / "swe" / "S-3.csv"
-    path.write_text(free_case.MITRAL_WAVES)
-    with pytest.raises(RecordingError, match="natural waves are not interpreted"):
-        observe(asked, "S-3")
-    free_case.train(2).assign(event="AVC").to_csv(path, index=False)
-    with pytest.raises(RecordingError, match="column 'event': says what set off each wave"):
+    (asked.outside.folder / "swe" / "S-3.csv").write_text(table)
+    with pytest.raises(RecordingError, match=message):
         observe(asked, "S-3")
 
 
-def test_pushes_that_cannot_be_used_are_refused(asked: Study) -> None:
-    free_case.train(2, lost=1.0).to_csv(asked.outside.folder / "swe" / "S-3.csv", index=False)
-    with pytest.raises(RecordingError, match="0 pushes are acceptable"):
-        observe(asked, "S-3")
-
-
-def test_a_recording_whose_own_file_is_wrong_is_refused_alone(asked: Study) -> None:
-    (asked.outside.folder / "swe" / "s_2x.yaml").write_text("protocol: { phases: 3 }\n")
-    again = read_again(asked)
-    assert tuple(again.outside.rows) == ("S-1", "S-3")
-    assert "protocol.phases" in again.outside.refused["s_2x"]
-
-
-def test_a_study_on_a_cohort_with_a_protocol_of_one_recording_is_refused(asked: Study) -> None:
+def test_a_wrong_file_of_one_recording_refuses_it_alone_and_a_right_one_is_for_no_study(asked: Study) -> None:
     plain = overlay(asked.config.to_plain(), {"cohort": str(asked.outside.folder), "subjects": "all"})
     with pytest.raises(ConfigError, match=r"s_2x.yaml: says how one recording was made.*leave the subject"):
         load_study(plain)
-
-
-def recording_of(asked: Study, subject: str) -> ModelledRecording:
-    observed = observe(asked, subject).observation
-    return modelled_pushes(observed, speed_case.settings())
-
-
-def test_an_answer_to_other_pushes_is_not_written_over(asked: Study, tmp_path: Path) -> None:
-    folder = tmp_path / "answer"
-    folder.mkdir()
-    path = asked.outside.folder / "swe" / "S-3.csv"
-    context = asked.outside.rows["S-3"].to_context()
-    declared = asked.description("S-3").file.noise
-    seen = ingest_pushes(free_case.pushes(path), context, asked.config.recording, declared)
-    seen.write(folder / "observation.h5", Provenance("", "S-3", 1))
-    check_untouched(folder, recording_of(asked, "S-3"))
-    free_case.train(9).to_csv(path, index=False)
-    with pytest.raises(OtherAnswerError, match="holds the answer to another recording"):
-        check_untouched(folder, recording_of(asked, "S-3"))
+    (asked.outside.folder / "swe" / "s_2x.yaml").write_text("protocol: { phases: 3 }\n")
+    again = load_study(asked.config.to_plain(), new_cohort=asked.outside.folder)
+    assert tuple(again.outside.rows) == ("S-1", "S-3")
+    assert "protocol.phases" in again.outside.refused["s_2x"]
 
 
 def test_residuals_that_no_heart_makes_have_a_small_p_value() -> None:

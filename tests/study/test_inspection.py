@@ -16,7 +16,7 @@ from study_copy import StudyCopy
 
 from swesbi.artefacts import Array, Artefact, ArtefactError, Group, Provenance, Variable, write_json
 from swesbi.study import inspect, parsers
-from swesbi.study.contents import READERS, flatten, read
+from swesbi.study.contents import READERS, read
 from swesbi.study.inspect import array_difference, compare_runs
 
 Shown = pytest.CaptureFixture[str]
@@ -66,8 +66,7 @@ def test_a_summary_states_what_a_file_is_what_made_it_and_which_arrays_it_contai
     assert lines[lines.index(str(fit)) + 1] == "kind: inspected"
     assert {"subject: A", "seed: 7", "code_hash: abc", "schema_version: 2"} <= set(lines)
     assert sum(re.fullmatch("settings hash: [0-9a-f]{16}", line) is not None for line in lines) == 1
-    assert "k0_kpa  draw 3  kPa  stiffness" in lines
-    assert "few/index  draw 2" in lines
+    assert {"k0_kpa  draw 3  kPa  stiffness", "few/index  draw 2"} <= set(lines)
     assert lines[lines.index(str(table)) + 1 :][:2] == ["name  row 2", "value  row 2"]
     assert lines[-2:] == ["status: doubtful", "k_hat: 0.3"]
 
@@ -88,12 +87,10 @@ def test_a_file_that_cannot_be_shown_does_not_hide_the_others(
     names = ["cut.h5", "nowhere.h5", "broken.json", "notes.txt", "results"]
     assert main([*(str(tmp_path / name) for name in names), str(good)]) == 2
     shown = capsys.readouterr()
-    assert "cut.h5: has no checksum at its end: it was cut off" in shown.err
+    reasons = ("cut off", "No such file", "as .json", "none of the formats", "directory")
+    for line, name, why in zip(shown.err.splitlines(), names, reasons, strict=True):
+        assert f"{name}: " in line and why in line
     assert "it is no result of a study" in shown.err and "rm -f" not in shown.err
-    assert "nowhere.h5: cannot be read (No such file or directory)" in shown.err
-    assert "broken.json: cannot be read as .json" in shown.err
-    assert "notes.txt: is of none of the formats shown: .h5, .csv, .json, .yaml" in shown.err
-    assert "results: cannot be read (Is a directory)" in shown.err
     assert str(good) in shown.out
 
 
@@ -108,28 +105,10 @@ def test_check_compares_every_artefact_with_its_checksum(runs: tuple[Path, Path]
     assert main(["--check", str(other)]) == 2
     shown = capsys.readouterr()
     assert shown.out == ""
-    assert [line.split(":")[1] for line in shown.err.splitlines()] == [
-        f" {other / FIT}",
-        f" {other / VERDICT}",
-    ]
-    assert (
-        shown.err.count("does not match its checksum") == shown.err.count("delete it and rerun: rm -f") == 2
-    )
+    for line, path in zip(shown.err.splitlines(), (FIT, VERDICT), strict=True):
+        assert f" {other / path}: " in line and "does not match its checksum" in line
     with pytest.raises(ArtefactError, match="logs: no artefact"):
         main(["--check", str(other / "logs")])
-
-
-@pytest.mark.parametrize("arguments", [[], ["a.h5", "--diff", "b", "c"]])
-def test_a_wrong_call_is_explained(arguments: list[str], capsys: Shown) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(arguments)
-    assert ended.value.code == 2
-    said = capsys.readouterr().err
-    assert "FILE" in said and "--diff" in said
-
-
-def test_the_help_names_every_format() -> None:
-    assert all(f" {ending}" in parsers.inspect().format_help() for ending in READERS)
 
 
 def test_equal_runs_are_equal(runs: tuple[Path, Path], capsys: Shown) -> None:
@@ -138,6 +117,10 @@ def test_equal_runs_are_equal(runs: tuple[Path, Path], capsys: Shown) -> None:
     (other / ".hidden").touch()
     assert main(["--diff", str(first), str(other)]) == 0
     assert capsys.readouterr().out == "the runs are equal\n"
+    (first.parent / "empty").mkdir()
+    for name in ("nowhere", "empty"):
+        with pytest.raises(ArtefactError, match=f"{name}: has no results"):
+            compare_runs(first.parent / name, first)
 
 
 def test_differences_of_settings_code_arrays_and_verdicts_are_stated(
@@ -146,9 +129,7 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_stated(
     first, other = runs
     write_fit(other / FIT, exponent=4.0, code="def", factor=1.01)
     write_json(other / VERDICT, {"status": "another", "k_hat": 0.3})
-    for name in ("figures/ppc.png", "figures/b.png", "figures/c.png", "figures/d.png"):
-        (first / name).write_bytes(b"one")
-        (other / name).write_bytes(b"another")
+    (other / FIGURE).write_bytes(b"another")
     (other / "configuration.yaml").write_text("levels: [0.5]\n")
     (other / TABLE).unlink()
     (other / "extra.csv").write_text("a\n1\n")
@@ -161,13 +142,7 @@ def test_differences_of_settings_code_arrays_and_verdicts_are_stated(
         *("verdicts:", "status: doubtful -> another  (paper/subjects/F/verdict.json)"),
         *("facts:", "levels: 0.5, 0.9 -> 0.5  (configuration.yaml)"),
         *("arrays:", "k0_kpa: max abs 0.02 kPa, max rel 0.0099  (cohort/A/fit.h5)"),
-        *(
-            "other files whose bytes differ:",
-            "figures/b.png",
-            "figures/c.png",
-            "figures/d.png",
-            "figures/ppc.png",
-        ),
+        *("other files whose bytes differ:", "figures/ppc.png"),
         "the runs differ",
     ]
 
@@ -194,13 +169,6 @@ def test_a_damaged_file_does_not_end_the_comparison(runs: tuple[Path, Path], cap
     assert rest == ["verdicts:", f"status: doubtful -> changed  ({VERDICT})", "the runs differ"]
 
 
-@pytest.mark.parametrize("name", ["nowhere", "empty"])
-def test_what_is_no_run_is_named(tmp_path: Path, name: str) -> None:
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(ArtefactError, match=f"{name}: has no results; name the results folder"):
-        compare_runs(tmp_path / name, tmp_path)
-
-
 def numbers(*values: float | bool, units: str = "kPa") -> Array:
     return Array(("n",), np.array(values), {"units": units})
 
@@ -220,8 +188,6 @@ def texts(*values: str) -> Array:
         (numbers(1.0), numbers(1.0, 2.0), "{'n': 1} kPa against {'n': 2} kPa"),
         (numbers(1.0), numbers(1.0, units="Pa"), "{'n': 1} kPa against {'n': 1} Pa"),
         (texts("x", "y"), texts("x", "zz"), "1 texts differ"),
-        (texts("x"), texts("x"), ""),
-        (numbers(1, units=""), numbers(2, units=""), "max abs 1, max rel 0.5"),
         (numbers(True, units="1"), numbers(False, units="1"), "max abs 1 1, max rel 1"),
     ],
 )
@@ -229,22 +195,12 @@ def test_arrays_are_compared_in_numbers(one: Array, two: Array, expected: str) -
     assert array_difference(one, two) == expected
 
 
-def test_nested_settings_become_dotted_keys() -> None:
-    plain = {"prior": {"low": 2}, "levels": [0.5, 0.9], "none": None}
-    assert flatten(plain) == {"prior.low": "2", "levels": "0.5, 0.9", "none": "None"}
-
-
 @pytest.mark.parametrize(
     ("path", "advice"),
     [
-        (
-            "results/paper/pool.h5",
-            "delete it and rerun: rm -f {path} && {run} {path} --configfile small.yaml",
-        ),
         ("results/paper/change/P1/S-1/posterior.h5", "compare --cohort FOLDER --person P1"),
         ("results/paper/change/changes_groups.h5", "compare --cohort FOLDER --all"),
         ("answers/clinic/S-1/posterior.h5", "infer FOLDER --subject S-1 --out answers/clinic --force"),
-        ("data/raw.h5", "it is no result of a study"),
     ],
 )
 def test_the_message_ends_with_the_command_that_makes_the_file_again(
@@ -252,9 +208,8 @@ def test_the_message_ends_with_the_command_that_makes_the_file_again(
 ) -> None:
     monkeypatch.chdir(runs[0].parent)
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent))  # where a shell knows it, by its name
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    Path("answers/clinic/S-1").mkdir(parents=True, exist_ok=True)
-    Path("answers/clinic/S-1/observation.h5").touch()
+    Path(path).parent.mkdir(parents=True)
+    Path(path).with_name("observation.h5").touch()
     Path(path).write_bytes(b"not HDF5")
     assert main(["--check", path]) == 2
-    assert capsys.readouterr().err.endswith(advice.format(path=path, run="snakemake --cores 2") + "\n")
+    assert capsys.readouterr().err.endswith(f"{advice}\n")

@@ -32,11 +32,8 @@ def make_large(study: StudyCopy, subjects: int) -> None:
         (cohort / "swe" / f"{name}.csv").write_bytes(recording)
     (cohort / "truth.csv").unlink()
     (cohort / "recording.yaml").write_text(ungrouped(cohort), encoding="utf-8")
-    study.edit(
-        "config/experiments.yaml",
-        "subjects: { data/virtual_volunteers: [A, B, C, D, E, F] }",
-        "subjects: all",
-    )
+    of_six = "subjects: { data/virtual_volunteers: [A, B, C, D, E, F] }"
+    study.edit("config/experiments.yaml", of_six, "subjects: all")
 
 
 @pytest.mark.slow
@@ -59,20 +56,17 @@ def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_
 def test_who_is_outside_the_declared_range_is_refused_and_the_others_answered(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
     study.edit("config/population.yaml", "ivsd_cm: [0.4, 2.0]", "ivsd_cm: [0.4, 0.65]")
-    raw = read_merged(study.folder / "config.yaml") | {
-        "cohort": str(study.folder / "data" / "virtual_volunteers")
-    }
-    loaded = load_study(raw)
-    assert set(loaded.answered("amortised")) == set(loaded.subjects) - set(loaded.refused("amortised"))
-    assert loaded.refused("amortised")["A"].startswith("ivsd_cm = ")
-    assert loaded.answered("amortised")
+    cohort = {"cohort": str(study.folder / "data" / "virtual_volunteers")}
+    loaded = load_study(read_merged(study.folder / "config.yaml") | cohort)
+    refused = loaded.refused("amortised")
+    assert refused["A"].startswith("ivsd_cm = ")
+    assert {*loaded.answered("amortised")} == {*loaded.subjects} - {*refused} != set()
 
 
 def test_a_target_of_one_subject_makes_that_subject_alone(tmp_path: Path) -> None:
     study = copy_study(tmp_path)
-    observation, posterior = (
-        f"results-smoke/{path}" for path in ("cohort/A/observation.h5", "amortised/subjects/A/posterior.h5")
-    )
+    observation = "results-smoke/cohort/A/observation.h5"
     assert study.planned(observation) == {Job("ingest", observation)}
-    answers = of_rule(study.planned(posterior), "population_answers")
+    jobs = study.planned("results-smoke/amortised/subjects/A/posterior.h5")
+    answers = of_rule(jobs, "population_answers")
     assert {Path(job.output).parent.name for job in answers} == {"A"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -18,19 +17,16 @@ from openpyxl import load_workbook
 
 from swesbi.__main__ import main
 from swesbi.answers.files import OtherAnswerError, RecordingRequest, check_untouched
-from swesbi.answers.folder import observe
 from swesbi.answers.knowledge import Knowledge
-from swesbi.answers.recording import ModelledRecording
+from swesbi.answers.recording import ModelledRecording, observe
 from swesbi.answers.table import AnswerRow, answers_table, explanations, write_answers
 from swesbi.config.read import ConfigError, at_configuration, read_merged
-from swesbi.config.refusals import context_refusal
-from swesbi.config.study import Study, load_study
+from swesbi.config.study import Study, context_refusal, load_study
 from swesbi.parameters import REPORTED_NAMES
 from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.cohort.recording import UsableRecording
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
-from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.study import infer
 from swesbi.study.answerer import Answerer, experiments_to_ask
@@ -73,15 +69,6 @@ def study(cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Stud
     return load_study(raw, new_cohort=cohort)
 
 
-def test_one_subject_that_cannot_be_used_does_not_stop_the_others(study: Study) -> None:
-    assert tuple(study.outside.rows) == (THICK, GOOD, SHORT)
-    assert "column 'ivsd_cm': '9.5'" in study.outside.refused[WRONG]
-    assert "there is no file GONE.csv" in study.outside.refused[ABSENT]
-    observe(study, GOOD)
-    with pytest.raises(RecordingError, match="swe/P03-before.csv"):
-        observe(study, SHORT)
-
-
 def answered_into(_: RecordingRequest, folder: Path, *, force: bool) -> tuple[SimpleNamespace, None]:
     """Answer nothing, in a folder."""
     assert not force
@@ -104,8 +91,6 @@ def nothing_inferred(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     cohort: Path, tmp_path: Path, nothing_inferred: None
 ) -> None:
-    """All of the folder, by any network that runs and by one."""
-
     def asked(*further: str, folder: Path = cohort) -> pd.DataFrame:
         out = tmp_path / "-".join([folder.name, *further])
         assert main(["infer", str(folder), "--out", str(out), *further]) == 2
@@ -114,13 +99,7 @@ def test_those_who_can_be_answered_are_and_the_others_have_their_reason(
     table = asked()
     assert list(table.index) == [THICK, GOOD, SHORT, WRONG, ABSENT]
     assert table.loc[[THICK, GOOD], "experiment"].tolist() == ["amortised", "calibrated"]
-    assert table["status"].tolist() == [
-        "not contradicted",
-        "not contradicted",
-        "refused",
-        "refused",
-        "refused",
-    ]
+    assert table["status"].tolist() == ["not contradicted"] * 2 + ["refused"] * 3
     assert "swe/P03-before.csv" in str(table.loc[SHORT, "reason"])
     assert "column 'ivsd_cm': '9.5'" in str(table.loc[WRONG, "reason"])
     assert "there is no file GONE.csv" in str(table.loc[ABSENT, "reason"])
@@ -135,7 +114,6 @@ def test_several_recordings_are_answered_and_leave_the_table_to_the_folder(
 ) -> None:
     files = [str(cohort / "swe" / f"{name}.csv") for name in (THICK, GOOD, SHORT)]
     assert main(["infer", *files[:2], "--out", str(tmp_path / "two")]) == 0
-    assert {path.name for path in (tmp_path / "two").iterdir()} == {THICK, GOOD}
     assert main(["infer", *files, "--out", str(tmp_path / "three")]) == 2
     assert {path.name for path in (tmp_path / "three").iterdir()} == {THICK, GOOD}
     assert "2 answered, 1 refused\nrefused: P03-before: " in capsys.readouterr().out
@@ -151,22 +129,16 @@ def test_a_file_names_its_own_subject_alone(study: Study, cohort: Path) -> None:
     for paths in (files[:1], files):
         with pytest.raises(ConfigError, match=f"{GOOD}.*{THICK}.csv is the recording of {THICK}"):
             subjects_of(study, paths, GOOD)
-    for stray in (cohort / "subjects.csv", cohort / "P02-before.csv"):
-        with pytest.raises(ConfigError, match="is nobody's recording"):
-            subjects_of(study, [stray], None)
+    with pytest.raises(ConfigError, match="is nobody's recording"):
+        subjects_of(study, [cohort / "subjects.csv"], None)
     with pytest.raises(ConfigError, match="are of different folders"):
         folder_of([*files, TRIAL])
-
-
-def test_a_table_of_several_is_asked_for_one_or_for_all(study: Study, cohort: Path) -> None:
-    table = {"columns": {"subject": "Patient"}, "table": {"file": "all.csv"}}
+    table = {"origin": "a test", "columns": {"subject": "Patient"}, "table": {"file": "all.csv"}}
     (cohort / "all.csv").touch()
-    (cohort / "recording.yaml").write_text(yaml.safe_dump({"origin": "a test", **table}), encoding="utf-8")
+    (cohort / "recording.yaml").write_text(yaml.safe_dump(table), encoding="utf-8")
     shared = load_study(read_merged(ROOT / "config.yaml"), new_cohort=cohort)
     assert subjects_of(shared, [cohort / "all.csv"], None) == ()
     assert subjects_of(shared, [cohort / "all.csv"], GOOD) == (GOOD,)
-    with pytest.raises(ConfigError, match="is nobody's recording"):
-        subjects_of(shared, [cohort / "swe" / f"{GOOD}.csv"], None)
 
 
 def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_the_prior_s(
@@ -189,6 +161,8 @@ def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_
     with pytest.raises(ValueError, match="calibrated: .*\n.*ivsd_cm = 1.05 lies outside"):
         Answerer(study, ("calibrated",), "", required=True)._network(THICK, free=False)
     assert context_refusal(study, "amortised", THICK) == ""
+    with pytest.raises(ConfigError, match="'paper': infers from features .*; calibrated and amortised can"):
+        experiments_to_ask(study, "paper")
 
 
 def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Path) -> None:
@@ -201,14 +175,12 @@ def test_an_answer_to_other_data_is_not_written_over(study: Study, tmp_path: Pat
     (tmp_path / "mine" / "notes.txt").write_text("mine")
     with pytest.raises(OtherAnswerError, match="holds no answer; name another folder by --out, or .*--force"):
         check_untouched(tmp_path / "mine", good)
-    quality = study.config.recording
-    path = study.outside.folder / "swe" / f"{GOOD}.csv"
+    quality, path = study.config.recording, study.outside.folder / "swe" / f"{GOOD}.csv"
     samples = read_samples(path, quality.phases, quality.density_kg_m3)
     context = study.outside.rows[GOOD].to_context()
     one = ingest(samples, context, quality, 100)
     read_back = ClinicalMeasures(*(float("nan") for _ in range(3)))  # nothing was measured, of either
     assert same_recording(one, replace(one, clinical=read_back))
-    assert same_recording(one, ingest(samples, context, quality, 100))
     faster = type(samples)(**{**vars(samples), "speed_m_s": samples.speed_m_s * 1.001})
     assert not same_recording(one, ingest(faster, context, quality, 100))
 
@@ -219,28 +191,23 @@ def rows() -> list[AnswerRow]:
     return [AnswerRow("S-1", "calibrated", answer), AnswerRow("=S-2", "calibrated", None, "two\nlines")]
 
 
-def test_the_table_has_a_row_each_and_says_what_its_columns_mean(tmp_path: Path) -> None:
+def test_the_table_has_a_row_each_no_formula_and_the_same_bytes_at_any_time(
+    tmp_path: Path,
+) -> None:
     table = answers_table(rows())
     write_answers(table, tmp_path)
     read = pd.read_csv(tmp_path / "answers.csv")
     assert list(read) == list(explanations())
     assert read["duration_ms_median"].tolist()[0] == 10.0
-    assert read["status"].tolist() == ["not contradicted", "refused"]
     assert read["reason"].tolist()[1] == "two lines"
     assert pd.read_csv(tmp_path / "answers_columns.csv")["column"].tolist() == list(explanations())
     book = load_workbook(tmp_path / "answers.xlsx")
-    answers, meanings = book["answers"], book["columns"]
-    assert [cell.value for cell in answers[1]] == list(explanations())
-    assert answers["A3"].value == "=S-2" and answers["A3"].data_type == "s"
-    assert [row[0].value for row in meanings.iter_rows(min_row=2)] == list(explanations())
-    assert read["columns_version"].tolist() == [1, 1]
-
-
-def test_the_page_of_results_names_every_column() -> None:
-    page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
-    section = page.partition("### Columns of answers.csv")[2].partition("\n## ")[0]
-    names = {re.sub("_(median|low|high)$", "", name) for name in explanations()}
-    assert {*re.findall("`([a-z0-9_]+)`", section)} - {"refused"} == names
+    assert [cell.value for cell in book["answers"][1]] == list(explanations())
+    formula = book["answers"]["A3"]
+    assert (formula.value, formula.data_type) == ("=S-2", "s")
+    with zipfile.ZipFile(tmp_path / "answers.xlsx") as archive:
+        assert {member.date_time[0] for member in archive.infolist()} == {1980}
+        assert b"1980-01-01" in archive.read("docProps/core.xml")
 
 
 def test_a_table_of_another_folder_of_the_same_name_is_not_written_over(tmp_path: Path) -> None:
@@ -249,17 +216,6 @@ def test_a_table_of_another_folder_of_the_same_name_is_not_written_over(tmp_path
     check_table(tmp_path, ["S-1", "=S-2", "S-3"])
     with pytest.raises(OtherAnswerError, match="has the answers of =S-2, who are not in this folder"):
         check_table(tmp_path, ["S-1"])
-
-
-def test_the_workbook_is_the_same_bytes_whenever_it_is_written(tmp_path: Path) -> None:
-    one, two = tmp_path / "one", tmp_path / "two"
-    for folder in (one, two):
-        folder.mkdir()
-        write_answers(answers_table(rows()), folder)
-    assert (one / "answers.xlsx").read_bytes() == (two / "answers.xlsx").read_bytes()
-    with zipfile.ZipFile(one / "answers.xlsx") as archive:
-        assert {member.date_time[0] for member in archive.infolist()} == {1980}
-        assert b"1980-01-01" in archive.read("docProps/core.xml")
 
 
 def test_paths_count_from_the_file_that_names_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -290,13 +246,5 @@ def test_commands_work_from_any_folder(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["validate", "clinic", "--config", str(ROOT / "config.yaml")]) == 2
-    shown = capsys.readouterr().err
-    assert "2 recordings can be used as they are: P01-before, P02-before" in shown
+    assert "2 recordings can be used as they are: P01-before, P02-before" in capsys.readouterr().err
     assert Path.cwd() == tmp_path
-    assert main(["validate", "clinic", "--config", "nowhere.yaml"]) == 2
-    assert "nowhere.yaml: there is no such file; correct the path" in capsys.readouterr().err
-
-
-def test_an_experiment_on_features_is_told_from_those_that_can_answer(study: Study) -> None:
-    with pytest.raises(ConfigError, match="'paper': infers from features .*; calibrated and amortised can"):
-        experiments_to_ask(study, "paper")

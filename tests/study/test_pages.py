@@ -16,7 +16,6 @@ from swesbi.study.parsers import DEMO_OUT
 
 COMMANDS_RUN = ("docs/tutorial.md", "docs/own-data.md")
 """Pages whose commands run, too: they are short, and need no study."""
-README, TUTORIAL = "README.md", "docs/tutorial.md"
 OF_A_STUDY = ROOT / "docs" / "results.md"
 """Its blocks need a finished study: `test_results_page.py` runs them."""
 NOT_RUN = 6
@@ -49,13 +48,6 @@ def test_recordings_and_answers_where_the_pages_have_them_are_not_added_to_git()
     assert subprocess.run(hidden, cwd=ROOT, capture_output=True, text=True, check=True).stdout == ""
 
 
-def test_every_mark_is_of_a_block() -> None:
-    """A mark that stands apart from its block would count for nothing."""
-    for page in PAGES:
-        marks = page.read_text(encoding="utf-8").count("<!-- not run")
-        assert marks == sum(not block.runs for block in blocks_of(page)), page.name
-
-
 @pytest.mark.slow(minutes=4)
 @pytest.mark.parametrize("page", WALKED, ids=lambda page: page.name)
 def test_a_page_runs_in_its_order_and_prints_what_it_shows(
@@ -72,6 +64,8 @@ def test_a_page_runs_in_its_order_and_prints_what_it_shows(
 
 
 def test_the_readme_shows_what_the_tutorial_s_first_command_prints() -> None:
-    """The tutorial's block is compared with what is printed."""
-    shown = {page: [b for b in blocks_of(ROOT / page) if b.language == "text"] for page in (README, TUTORIAL)}
-    assert shown[README][0].code == shown[TUTORIAL][0].code
+    of_readme, of_tutorial = (
+        [block.code for block in blocks_of(ROOT / page) if block.language == "text"]
+        for page in ("README.md", "docs/tutorial.md")
+    )
+    assert of_readme[0] == of_tutorial[0]

@@ -41,13 +41,12 @@ def work(name):
 
 list(side_by_side(work, sys.argv[1:], 2))
 """
-TIMEOUT_S: Final = 120
 
 
 def test_a_worker_ends_after_its_parent_used_threads() -> None:
     surroundings = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
     command = [sys.executable, "-c", THREADS]
-    done = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=TIMEOUT_S)
+    done = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert float(done.stdout) == 1000.0
 

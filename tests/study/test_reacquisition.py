@@ -1,7 +1,5 @@
 """Recordings made anew with acquisition noise, each with its own passive calibration."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -32,17 +30,11 @@ from swesbi.prior import log_centre
 from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings
 from swesbi.recording.phases import sample_cycle
 
-SILENT = ACQUISITION.model_copy(
-    update={
-        "sample_sd_fraction": 0.0,
-        "repeat_sd_fraction": 0.0,
-        "sweep_fraction": 0.0,
-        "scale_fraction": 0.0,
-        "rr_sd_fraction": 0.0,
-        "failed_fraction": 0.0,
-        "outlier_fraction": 0.0,
-    }
-)
+NOISES = (
+    "sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction", "scale_fraction", "rr_sd_fraction",
+    "failed_fraction", "outlier_fraction",
+)  # fmt: skip
+SILENT = ACQUISITION.model_copy(update=dict.fromkeys(NOISES, 0.0))
 SETTINGS = {name: value for name, value in RECOVERY.items() if name != "observation_model"} | {
     "reference_prior": PAPER_PRIOR,
     "passive": PASSIVE,
@@ -93,44 +85,32 @@ def test_passive_baseline_is_taken_from_each_recording() -> None:
     assert simulated(SLOW_RELAXATION, reacquisition)[BASELINE] > slow + 2.0
 
 
-def test_noise_differs_between_recordings_and_repeats_with_the_seed() -> None:
+def test_noise_of_recordings_is_that_of_the_acquisition() -> None:
     reacquisition = maker(ACQUISITION)
-    once, again, other = (recorded(CENTRE, reacquisition, seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(once, again)
-    assert np.abs(once - other).max() > 0.1
     maximum = summary_names(SUMMARY).index("maximum_kpa")
     spread = [recorded(CENTRE, reacquisition, seed)[maximum] for seed in range(30)]
-    assert (
-        0.07 < np.std(spread) / np.mean(spread) < 0.16
-    )  # twice the speed's 2.2 % on a phase and 5 % of scale
+    # twice the speed's 2.2 % on a phase and 5 % of scale
+    assert 0.07 < np.std(spread) / np.mean(spread) < 0.16
 
 
 @pytest.fixture(scope="module")
-def trained() -> tuple[Inputs, Pool, TrainedEstimator]:
+def trained() -> tuple[Pool, TrainedEstimator, Inputs]:
     inputs = make_inputs()
     pool = make_pool(inputs)
-    return inputs, pool, trained_network(pool, **TRAIN, device="cpu").estimator
+    return pool, trained_network(pool, **TRAIN, device="cpu").estimator, inputs
 
 
-def score(trained: tuple[Inputs, Pool, TrainedEstimator], **changed: object) -> pd.DataFrame:
-    inputs, pool, estimator = trained
+def score(trained: tuple[Pool, TrainedEstimator, Inputs], **changed: object) -> pd.DataFrame:
+    pool, estimator, inputs = trained
     return acquisition_recovery(pool, estimator, inputs.observations, inputs.passives, **(SETTINGS | changed))
 
 
-def test_stage_scores_and_repeats(trained: tuple[Inputs, Pool, TrainedEstimator]) -> None:
+def test_the_stage_repeats_and_scores_no_refused_recording(
+    trained: tuple[Pool, TrainedEstimator, Inputs],
+) -> None:
     frame = score(trained)
     pd.testing.assert_frame_equal(frame, score(trained), check_exact=True)
-    assert len(frame) == 6
     assert frame["n"].between(1, 9).all()
-
-
-def test_refused_recordings_are_not_scored(trained: tuple[Inputs, Pool, TrainedEstimator]) -> None:
     hopeless = ACQUISITION.model_copy(update={"failed_fraction": 0.99})
     with pytest.raises(ValueError, match="all 9 synthetic recordings were refused"):
         score(trained, acquisition=hopeless)
-
-
-def test_missing_phases_of_the_subject_stay_missing() -> None:
-    reacquisition = maker(SILENT, missing_phase=8)
-    whole = replace(reacquisition, subject=maker(SILENT).subject)
-    assert not np.allclose(recorded(CENTRE, reacquisition), recorded(CENTRE, whole), rtol=1e-3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import subprocess
 import sys
@@ -63,13 +62,3 @@ def test_the_set_up_of_the_readme_clones_and_installs(tmp_path: Path) -> None:
     done = subprocess.run(["bash", "-ec", named], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "--requirement environment.txt" in done.stdout
-
-
-@pytest.mark.slow(minutes=0.3)
-def test_pip_takes_the_file_of_the_study_by_itself() -> None:
-    pip = [sys.executable, "-m", "pip", "install", "--dry-run", "--quiet", "--report", "-"]
-    done = subprocess.run(
-        [*pip, "-r", "environment.txt"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    assert [each["metadata"]["name"] for each in json.loads(done.stdout)["install"]] == ["swesbi"]

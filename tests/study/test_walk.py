@@ -21,12 +21,6 @@ ROW = re.compile(r"^\| .* \| `(?P<file>[a-z_/]+)\.py` \| `(?P<function>[\w.]+)` 
 PAGE = ROOT / "src" / "swesbi" / "README.md"
 
 
-def steps() -> list[tuple[str, str]]:
-    """Return module and function of each step that the page names."""
-    rows = ROW.finditer(PAGE.read_text(encoding="utf-8"))
-    return [(f"swesbi.{row['file'].replace('/', '.')}", row["function"]) for row in rows]
-
-
 @contextmanager
 def first_calls(seen: dict[tuple[str, str], None]) -> Iterator[None]:
     """Note functions in the order in which they are first called."""
@@ -44,11 +38,9 @@ def first_calls(seen: dict[tuple[str, str], None]) -> Iterator[None]:
 
 @pytest.mark.slow(minutes=0.3)
 def test_one_recording_is_answered_in_the_order_of_the_page(finished: StudyCopy, tmp_path: Path) -> None:
-    study = load_study(
-        read_merged(finished.folder / "config.yaml", finished.folder / finished.config)
-        | {"cohort": str(finished.folder / "data" / "virtual_volunteers")}
-    )
     cohort, made = finished.folder / "data" / "virtual_volunteers", finished.results / "calibrated"
+    merged = read_merged(finished.folder / "config.yaml", finished.folder / finished.config)
+    study = load_study(merged | {"cohort": str(cohort)})
     subjects = study.subjects_of("calibrated")
     new = {name: tmp_path / f"{name}.h5" for name in ("observation", "noise", "contexts", "posterior")}
     inputs: dict[str, dict[str, Path | list[Path]]] = {
@@ -73,6 +65,7 @@ def test_one_recording_is_answered_in_the_order_of_the_page(finished: StudyCopy,
     for rule, files in inputs.items():
         with first_calls(seen):
             run_rule(rule, study, files, outputs[rule], subject="A", experiment="calibrated")
-    called, told = list(seen), steps()
+    rows = ROW.finditer(PAGE.read_text(encoding="utf-8"))
+    told = [(f"swesbi.{row['file'].replace('/', '.')}", row["function"]) for row in rows]
     assert len(told) > 20
-    assert [step for step in called if step in told] == told
+    assert [step for step in seen if step in told] == told

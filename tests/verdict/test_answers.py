@@ -18,7 +18,7 @@ from swesbi.artefacts.typed import read_as
 from swesbi.checks.calibration.dataset import FreshRecordings, PopulationCalibration
 from swesbi.checks.calibration.known import infer_all, of_fresh
 from swesbi.checks.calibration.scores import strata_of
-from swesbi.checks.calibration.settings import RecordingsSettings
+from swesbi.checks.settings import RecordingsSettings
 from swesbi.context import Context
 from swesbi.networks.flow.cells import CellConditioner
 from swesbi.networks.flow.trained import TrainedFlow
@@ -68,9 +68,10 @@ def test_the_network_of_a_population_is_kept_with_what_it_sees(tmp_path: Path) -
 
 def test_a_fresh_context_depends_on_its_number_alone_and_was_not_trained_on() -> None:
     first, again = fresh_subject(5, case.FRESH, 7, "a"), fresh_subject(5, case.FRESH, 7, "a")
-    assert first.context == again.context
-    assert first.context not in case.made().contexts
-    assert first.context != fresh_subject(5, case.FRESH, 7, "b").context
+    context = first.model.recording.context
+    assert context == again.model.recording.context
+    assert context not in case.made().contexts
+    assert context != fresh_subject(5, case.FRESH, 7, "b").model.recording.context
     low, high = case.EXPERIMENT.conditions.relative_se
     assert low < first.level < high
 

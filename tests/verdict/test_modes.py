@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swesbi.verdict.modes import two_modes
+from swesbi.verdict.recording import two_modes
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])

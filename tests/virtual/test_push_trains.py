@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import speed_case
-from makers import maker, shipped_files
+from makers import check_made_again, maker
 from study_copy import ROOT
 
 from swesbi.recording.acquisition_settings import ACQUISITION_SEED
@@ -18,12 +18,7 @@ SHIPPED = ROOT / "data" / "virtual_push_trains"
 
 def test_the_push_trains_are_made_again(tmp_path: Path) -> None:
     maker("virtual_push_trains").write_push_trains(tmp_path, ACQUISITION_SEED)
-    names = shipped_files("virtual_push_trains")
-    assert names == sorted(
-        path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()
-    )
-    for name in names:
-        assert (tmp_path / name).read_bytes() == (SHIPPED / name).read_bytes(), name
+    check_made_again("virtual_push_trains", tmp_path)
 
 
 def test_they_are_free_running_and_can_be_used() -> None:

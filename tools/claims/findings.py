@@ -8,17 +8,17 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Final
 
-from swesbi.study.model_version import MODEL_VERSION, STORED, VERSIONS, read_versions
 from tools.claims.manifest import Claim, Manifest, ValueSource
 from tools.claims.prose import quotations, rounding, unaccounted, value_of
 from tools.claims.sources import NoValueError, value_found
 from tools.docs.directives import PART, PageError, Place, filled, line_of
+from tools.model_version import MODEL_VERSION, STORED, VERSIONS, read_versions
 
 NO_PRODUCT: Final = frozenset({"settings", "scaling", "study_cost"})
 """Stored tables that are no product of the model: settings and costs."""
 PAGES: Final = ("README.md", "docs/*.md", "studies/*/README.md")
 """Where tables are named: by paths that end with tables/NAME.csv."""
-REMEDY: Final = "make it again, then python -m swesbi.study.model_version --note"
+REMEDY: Final = "make it again, then python -m tools.model_version --note"
 """Followed by the path; `make docs` and `make full` note versions themselves."""
 
 

@@ -15,7 +15,7 @@ from tools.claims.manifest import Reduction, ValueSource
 from tools.claims.prose import quotations, value_of
 from tools.docs.directives import QUERY_ERRORS, Place, read_table
 
-MODULE: Final = "swesbi."
+MODULE: Final = ("swesbi.", "tools.")
 
 
 class NoValueError(ValueError):

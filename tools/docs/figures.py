@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 
 from swesbi.config.study import Study
 from swesbi.population.contexts import draw_population
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.figures.population import population_figure
-from swesbi.report.figures.recording import draw_noise
+from swesbi.report.figures import recording
 from swesbi.study.results import Results
 from swesbi.virtual.volunteers import VOLUNTEERS
 from tools.docs.first_figure import first_figure
+from tools.docs.population_figure import population_figure
 
 CONTEXTS: Final = 20_000
 """As many as the page says."""
@@ -27,14 +28,15 @@ def noise_figure(study: Study) -> Figure:
     Raises:
         ArtefactError: The study is not finished.
     """
-    estimates = Results(Path(study.config.results)).noise
+    estimates = CohortNoise.read(Results(Path(study.config.results)).noise_file)
     acquired = {each.context.subject: each.acquisition for each in VOLUNTEERS}
     made_with = {
         name: NoiseComponents(own.repeat_sd_fraction, own.sample_sd_fraction, own.sweep_fraction)
         for name, own in acquired.items()
     }
     virtual = made_with.keys() >= set(estimates.group_of)
-    return draw_noise(estimates, study.config.cohort_title, made_with if virtual else None)
+    truth = made_with if virtual else None
+    return recording.noise_figure(estimates, cohort_title=study.config.cohort_title, truth=truth)
 
 
 def contexts_figure(study: Study) -> Figure:

@@ -10,11 +10,13 @@ import numpy as np
 import pandas as pd
 
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.identifiability.posterior import contraction
+from swesbi.checks.identifiability.quantities import contraction
 from swesbi.config.study import Study
 from swesbi.networks import training_tables
 from swesbi.parameters import NUISANCES, PHI_NAMES, THETA_NAMES
+from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import JointPriorSettings, NuisanceSettings, even_quantiles, quantile
+from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.study.results import Results
 from swesbi.verdict.verdict import Verdict
 from tools.docs.coverage import coverage_table
@@ -59,7 +61,7 @@ def nuisances_table(study: Study) -> pd.DataFrame:
         theta=study.config.priors[experiment.prior], passive_stiffness_kpa=experiment.passive_stiffness_kpa
     )
     draws = [
-        Results(Path(study.config.results)).of(name, subject).posterior.phi
+        ExactPosterior.read(Results(Path(study.config.results)).of(name, subject) / "posterior.h5").phi
         for subject, verdict in _verdicts(study, name).items()
         if verdict.may_be_read
     ]
@@ -83,7 +85,7 @@ def nuisances_table(study: Study) -> pd.DataFrame:
 
 def noise_table(study: Study) -> pd.DataFrame:
     """Return the noise of the measured speeds, and the model's discrepancy, in percent of the speed."""
-    groups = Results(Path(study.config.results)).noise.groups
+    groups = CohortNoise.read(Results(Path(study.config.results)).noise_file).groups
     rows = [
         [group, f"between {name}s", part.fraction, part.standard_error, part.low, part.high]
         for group, noise in groups.items()
@@ -143,7 +145,8 @@ def _on_speeds(study: Study) -> str:
 
 def _verdicts(study: Study, name: str) -> dict[str, Verdict]:
     results = Results(Path(study.config.results))
-    return {subject: results.of(name, subject).verdict for subject in study.subjects_of(name)}
+    paths = {subject: results.of(name, subject) / "verdict.json" for subject in study.subjects_of(name)}
+    return {subject: Verdict.read(path) for subject, path in paths.items()}
 
 
 MADE: Final[Mapping[str, Callable[[Study], pd.DataFrame]]] = {

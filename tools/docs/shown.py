@@ -12,10 +12,10 @@ from swesbi.artefacts import atomic_path
 from swesbi.artefacts.csv import write_csv
 from swesbi.config.study import Study
 from swesbi.report.figures.style import save_figure
-from swesbi.study.model_version import STORED, note_versions
 from tools.docs.directives import PageError, Place, line_of
 from tools.docs.figures import DRAWN
 from tools.docs.made import MADE, OF_STORED
+from tools.model_version import STORED, note_versions
 
 CLAIMS: Final = "docs/claims.yaml"
 STUDY: Final = "study"

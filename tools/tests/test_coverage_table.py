@@ -17,12 +17,6 @@ def table() -> pd.DataFrame:
     return coverage_table(ROOT)
 
 
-def test_own_hearts_come_first_and_every_generator_follows(table: pd.DataFrame) -> None:
-    assert list(table["hearts"].str[:3][5:]) == [f"({letter})" for letter in "abcdefghc"]
-    assert table["hearts"][:5].str.startswith("the model's own").all()
-    assert len(table) <= 15, "a page shows at most fifteen rows"
-
-
 def test_the_stored_table_is_of_the_stored_tables(table: pd.DataFrame) -> None:
     """If it fails: make docs."""
     pd.testing.assert_frame_equal(
@@ -33,8 +27,7 @@ def test_the_stored_table_is_of_the_stored_tables(table: pd.DataFrame) -> None:
 def test_coverage_is_that_of_the_stored_tables(table: pd.DataFrame) -> None:
     stored = pd.read_csv(ROOT / "docs" / "tables" / "amortised_recovery.csv")
     row = stored[(stored["nominal"] == 0.9) & (stored["parameter"] == "k0_kpa")].iloc[0]
-    assert table.loc[0, "k0_kpa"] == row["coverage"]
-    assert table.loc[0, "n"] == row["n"]
+    assert table.loc[0, ["k0_kpa", "n"]].tolist() == row[["coverage", "n"]].tolist()
 
 
 def test_a_generator_with_too_few_hearts_has_no_coverage_of_those_not_contradicted(

@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 from study_copy import ROOT, StudyCopy
 
-from swesbi.study.model_version import MODEL_VERSION, read_versions
 from tools.docs.__main__ import main
 from tools.docs.directives import PageError, filled
 from tools.docs.made import MADE, OF_STORED
+from tools.model_version import MODEL_VERSION, read_versions
 
 HEARTS = """subject,experiment,parameter,n,coverage,median,low,high,inside,note
 01,a,k0,1200,0.905,1.25,-1,2.5,True,x|y
@@ -76,20 +76,11 @@ columns: {subject: {head: Subject}, median k1: {head: k_1}, "{low k0} to {low k1
         (page("columns: {n: {head: N}}", "docs/tables/no.csv"), "no.csv does not exist"),
         (page("columns: {n: {head: N}}", "results/x.csv"), "no stored table; name a CSV of docs/tables"),
         (page("columns: {m: {head: M}}"), "no column of .* is called 'm'; it has subject, experiment"),
-        (page("columns: {'{m}': {head: M}}"), "is called 'm'"),
         (page("sort: [m]\ncolumns: {n: {head: N}}"), "is called 'm'"),
         (page("where: m > 1\ncolumns: {n: {head: N}}"), "where: .*'m'.*; .* has subject"),
-        (page("where: n > > 1\ncolumns: {n: {head: N}}"), "where: "),
         (page("where: n > 9999\ncolumns: {n: {head: N}}"), "no row of .* where n > 9999; mend the query"),
-        (
-            page("wide: {row: [subject], by: parameter}\ncolumns: {n: {head: N}}"),
-            "have the same subject, param",
-        ),
-        (
-            page("column: {n: {head: N}}"),
-            "columns: .*; column: .*; the keys are where, wide, sort and columns",
-        ),
-        (page("columns: {n: N}"), "columns.n: "),
+        (page("wide: {row: [subject], by: parameter}\ncolumns: {n: {head: N}}"), "the same subject, param"),
+        (page("column: {n: {head: N}}"), "column: .*; the keys are where, wide, sort and columns"),
         (page("columns: {n: {head: a: b}}"), "the keys are no YAML"),
         ("\n\n\n<!-- table docs/tables/hearts.csv\ncolumns: {}\n-->\n", "has no partner"),
         ("\n\n\n<!-- end table -->\n", "has no partner"),
@@ -174,7 +165,6 @@ def test_tables_of_the_engine_are_made_of_a_finished_study(finished: StudyCopy, 
         patch.chdir(finished.folder)
         assert main(["--overlay", "smoke.yaml", "--folder", str(tmp_path)]) == 0
     tables = {name: pd.read_csv(tmp_path / "docs" / "tables" / f"{name}.csv") for name in MADE}
-    assert tables["nuisances"]["source"].str.len().min() > 40
     assert (tables["nuisances"]["low"] < tables["nuisances"]["median"]).all()
     assert set(tables["verdicts"]["experiment"]) >= {"paper", "calibrated"}
     assert tables["noise"]["percent"].between(0.0, 20.0).all() and tables["epochs"]["best"].any()

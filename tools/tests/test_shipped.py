@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from swesbi.networks.flow.trained import SHIPPED_NETWORK
-from swesbi.study.model_version import MODEL_VERSION
 from swesbi.verdict.settings import SHIPPED_NULLS
+from tools.model_version import MODEL_VERSION
 from tools.shipped import shipped_version
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
 from study_copy import ROOT
 
 import swesbi
@@ -13,23 +12,14 @@ from tools.settings import rows
 from tools.site import PAGES, write_source
 
 
-@pytest.fixture(scope="module")
-def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What Sphinx reads; tests do not write there."""
-    folder = tmp_path_factory.mktemp("site") / "source"
-    write_source(folder)
-    return folder
-
-
-def test_the_first_page_lists_every_page_of_docs_in_order(source: Path) -> None:
+def test_the_source_lists_every_page_in_order_and_what_the_code_has(tmp_path: Path) -> None:
+    source = tmp_path / "source"
+    write_source(source)
     listed = (source / "README.md").read_text(encoding="utf-8").splitlines()
     there = {path.stem for path in (ROOT / "docs").glob("*.md")}
     pages = [line.removeprefix("docs/") for line in listed if line.removeprefix("docs/") in there]
     assert sorted(pages) == sorted(there)
     assert pages[: len(there & set(PAGES))] == [page for page in PAGES if page in there]
-
-
-def test_commands_settings_and_interface_are_those_of_the_code(source: Path) -> None:
     text = {path.stem: path.read_text(encoding="utf-8") for path in (source / "reference").iterdir()}
     assert all(f"## swesbi {name}\n\n```text\nusage: " in text["commands"] for name in COMMANDS)
     assert all(f"`{row.key}`" in text["settings"] for row in rows())

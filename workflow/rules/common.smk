@@ -60,9 +60,7 @@ SHOWN = [
 # of a generated cohort; a recorded one has none
 TRUTH_FILES = [str(path) for path in STUDY.cohort.folder.glob("truth.csv")]
 MAIN = CONFIG.main_experiment
-FEATURE_EXPERIMENTS = [
-    name for name in EXPERIMENTS if name in CONFIG.feature_experiments
-]
+FEATURE_EXPERIMENTS = [name for name in EXPERIMENTS if name in CONFIG.feature_experiments]
 SPEED_EXPERIMENTS = [name for name in EXPERIMENTS if name in CONFIG.speed_experiments]
 NONE = "(?!)"  # a pattern that matches no name
 FEATURES = "|".join(CONFIG.feature_experiments) or NONE
@@ -104,8 +102,7 @@ def nulls(wildcards):
 
 # what the pages print is long: a param each section, so that a dry run prints those that have changed
 SECTIONS = {
-    name: list(View(STUDY, {})[name])
-    for name in ["configuration", "experiments_shown", "populations_shown"]
+    name: list(View(STUDY, {})[name]) for name in ["configuration", "experiments_shown", "populations_shown"]
 }
 
 
@@ -178,9 +175,7 @@ def of_experiment(pattern):
 
     def paths(wildcards):
         if not STUDY.subjects_of(wildcards.experiment):
-            raise WorkflowError(
-                f"the experiment {wildcards.experiment!r} has no subject of the study"
-            )
+            raise WorkflowError(f"the experiment {wildcards.experiment!r} has no subject of the study")
         return paths_of(pattern, wildcards.experiment)
 
     return paths

@@ -66,9 +66,7 @@ rule recovery:
         observations=of_experiment(OBSERVATION),
         passives=of_experiment(PASSIVE),
     output:
-        recovery=reported(
-            "<results>/{experiment}/recovery.csv", "recovery", "recovery, own noise"
-        ),
+        recovery=reported("<results>/{experiment}/recovery.csv", "recovery", "recovery, own noise"),
     log:
         "<results>/logs/recovery/{experiment}.log",
     wildcard_constraints:

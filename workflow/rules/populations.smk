@@ -19,9 +19,7 @@ rule population_simulate:
 rule train_population:
     """The network of an experiment over a population, in minutes; its log says how long it will still take."""
     input:
-        shards=expand(
-            rules.population_simulate.output.shard, shard=PARTS, allow_missing=True
-        ),
+        shards=expand(rules.population_simulate.output.shard, shard=PARTS, allow_missing=True),
     output:
         estimator=FLOW,
         training="<results>/{experiment}/training.csv",
@@ -55,9 +53,7 @@ rule population_calibration:
 rule population_scores:
     """Coverage, ranks and contraction over all fresh contexts, and coverage by stratum."""
     input:
-        parts=expand(
-            rules.population_calibration.output.part, part=PARTS, allow_missing=True
-        ),
+        parts=expand(rules.population_calibration.output.part, part=PARTS, allow_missing=True),
         null=nulls,
     output:
         calibration="<results>/{experiment}/calibration.h5",
@@ -105,9 +101,7 @@ rule pushes_calibration:
 rule pushes_table:
     """Coverage by number of pushes."""
     input:
-        parts=expand(
-            rules.pushes_calibration.output.part, part=PARTS, allow_missing=True
-        ),
+        parts=expand(rules.pushes_calibration.output.part, part=PARTS, allow_missing=True),
         null=nulls,
     output:
         calibration="<results>/{experiment}/pushes.h5",

@@ -24,9 +24,7 @@ rule pressures_table:
     input:
         observations=paths_of(OBSERVATION, *POPULATIONS, subjects=STUDY.with_pressures),
         posteriors=paths_of(POSTERIOR, *POPULATIONS, subjects=STUDY.with_pressures),
-        with_pressures=of_subjects(
-            POPULATIONS, "with_pressures.h5", subjects=STUDY.with_pressures
-        ),
+        with_pressures=of_subjects(POPULATIONS, "with_pressures.h5", subjects=STUDY.with_pressures),
     output:
         table=reported(
             "<results>/tables/pressures.csv",

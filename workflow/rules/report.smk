@@ -21,9 +21,7 @@ rule report:
             *PRESSURES_TABLES,
         ],
         tables_of_experiments=[
-            *files_of(
-                EXPERIMENTS, "training.csv", "recovery.csv", "recovery_acquisition.csv"
-            ),
+            *files_of(EXPERIMENTS, "training.csv", "recovery.csv", "recovery_acquisition.csv"),
             *files_of(
                 SPEED_EXPERIMENTS,
                 "calibration.csv",
@@ -44,16 +42,12 @@ rule report:
             *figures_of(SPEED_EXPERIMENTS, names_of("speeds"), ["png"]),
             *figures_of(POPULATIONS, OF_POPULATION, ["png"]),
         ],
-        validation=[
-            path for path in [CONFIG.validation_table] if path and Path(path).is_file()
-        ],
+        validation=[path for path in [CONFIG.validation_table] if path and Path(path).is_file()],
         artefacts=linked_artefacts(),
     output:
         report=PAGES[0],
         pages=PAGES[1:],
-        configuration=reported(
-            "<results>/configuration.yaml", "configuration", "every choice of this run"
-        ),
+        configuration=reported("<results>/configuration.yaml", "configuration", "every choice of this run"),
     log:
         "<results>/logs/report.log",
     params:

@@ -211,9 +211,7 @@ rule calibration:
             "calibration",
             "checks of calibration",
         ),
-        alarms=reported(
-            "<results>/{experiment}/alarms.csv", "misspecification", "false alarms"
-        ),
+        alarms=reported("<results>/{experiment}/alarms.csv", "misspecification", "false alarms"),
         recovery=reported(
             "<results>/{experiment}/recovery.csv",
             "recovery_speeds",

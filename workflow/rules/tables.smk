@@ -6,16 +6,10 @@ rule tables:
     input:
         **shown_of(*EXPERIMENTS),
     output:
-        ppc_csv=reported(
-            "<results>/tables/ppc.csv", "table_ppc", "table 1: predictive scores"
-        ),
+        ppc_csv=reported("<results>/tables/ppc.csv", "table_ppc", "table 1: predictive scores"),
         ppc_tex="<results>/tables/ppc.tex",
-        features_csv=reported(
-            "<results>/tables/features.csv", "table_features", "features"
-        ),
-        posterior_csv=reported(
-            "<results>/tables/posterior.csv", "table_posterior", "posteriors"
-        ),
+        features_csv=reported("<results>/tables/features.csv", "table_features", "features"),
+        posterior_csv=reported("<results>/tables/posterior.csv", "table_posterior", "posteriors"),
         posterior_tex="<results>/tables/posterior.tex",
     log:
         "<results>/logs/tables.log",
@@ -32,9 +26,7 @@ rule truth:
         verdicts=paths_of(VERDICT, *EXPERIMENTS),
         truth=str(STUDY.cohort.folder / "truth.csv"),
     output:
-        truth_csv=reported(
-            "<results>/tables/truth.csv", "table_truth", "truth of a generated cohort"
-        ),
+        truth_csv=reported("<results>/tables/truth.csv", "table_truth", "truth of a generated cohort"),
     log:
         "<results>/logs/truth.log",
     params:

@@ -9,18 +9,10 @@ PAGES = ["<results>/index.html", *expand("<results>/report/{page}.html", page=FU
 OF_POPULATION = [*names_of("population"), *names_of("experiment")]
 # what some studies have no need of, or nothing to make of
 TRUTH_TABLES = ["<results>/tables/truth.csv"] if TRUTH_FILES else []
-PRESSURES_TABLES = (
-    ["<results>/tables/pressures.csv"]
-    if any(map(STUDY.with_pressures, POPULATIONS))
-    else []
-)
-NOISE_FILES = (
-    [NOISE, "<results>/cohort/contexts.h5"] if SPEED_EXPERIMENTS or POPULATIONS else []
-)
+PRESSURES_TABLES = ["<results>/tables/pressures.csv"] if any(map(STUDY.with_pressures, POPULATIONS)) else []
+NOISE_FILES = [NOISE, "<results>/cohort/contexts.h5"] if SPEED_EXPERIMENTS or POPULATIONS else []
 NOISE_FIGURES = names_of("recordings") if SPEED_EXPERIMENTS else []
-EXPLORER_PAGES = (
-    ["<results>/explorer.html"] if EXPLORER.is_file() and SPEED_EXPERIMENTS else []
-)
+EXPLORER_PAGES = ["<results>/explorer.html"] if EXPLORER.is_file() and SPEED_EXPERIMENTS else []
 
 
 def files_of(experiments, *files):
@@ -64,11 +56,7 @@ def shown_singly(experiment):
 
 def population_outputs():
     """Return figures and tables of the experiments over a population, which need no other experiment."""
-    compared = [
-        name
-        for name in POPULATIONS
-        if CONFIG.base_of(name) in EXPERIMENTS and shown_singly(name)
-    ]
+    compared = [name for name in POPULATIONS if CONFIG.base_of(name) in EXPERIMENTS and shown_singly(name)]
     return [
         *files_of(POPULATIONS, "strata.csv", "calibration.csv", "recovery.csv"),
         *files_of(POPULATIONS, "recovery_acquisition.csv", "alarms.csv", "cohort.csv"),
@@ -124,9 +112,7 @@ def linked_artefacts():
     """Return the results that the landing page leads to, in the order in which it lists them."""
     shown = [path for path in study_outputs() if path not in PAGES]
     of_subject = ["verdict.json", "posterior.h5", "predictive.h5"]
-    of_part = expand(
-        "{file}-{part}.h5", file=["simulations/shard", "calibration/part"], part=PARTS
-    )
+    of_part = expand("{file}-{part}.h5", file=["simulations/shard", "calibration/part"], part=PARTS)
     return [
         *EXPLORER_PAGES,
         *(path for path in shown if path.startswith("<results>/tables/")),
@@ -141,9 +127,7 @@ def linked_artefacts():
         *of_subjects(POPULATIONS, *of_subject, subjects=shown_singly),
         *of_subjects(POPULATIONS, "with_pressures.h5", subjects=STUDY.with_pressures),
         *of_subjects(EXPERIMENTS, *of_subject),
-        *of_subjects(
-            SPEED_EXPERIMENTS, "calibration_recordings.h5", "calibration_local.h5"
-        ),
+        *of_subjects(SPEED_EXPERIMENTS, "calibration_recordings.h5", "calibration_local.h5"),
         *shown,
         *expand(
             "<results>/cohort/{subject}/{file}.h5",

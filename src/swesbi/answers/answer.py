@@ -1,4 +1,4 @@
-"""One recording to its answer, in memory: the exact posterior and the verdict.
+"""One recording to its answer, in memory: exact posterior, verdict and predictive check.
 
 What a recording is (gated, free-running), whether pressures were taken, and what the inference begins with
 (a network, the prior) choose terms of the likelihood and the proposal. The route is one.
@@ -6,15 +6,22 @@ What a recording is (gated, free-running), whether pressures were taken, and wha
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
 from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import LOGGER
+from swesbi.checks.predictive import CheckedFeatures, FreePredictiveCheck, PredictiveCheck
+from swesbi.checks.predictive_speeds import (
+    Recorder,
+    check_pushes,
+    new_recordings,
+    predictive_check,
+    stream_of,
+)
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.derived import reported
 from swesbi.posterior.exact import described, exact_posterior, log_certificate
@@ -31,17 +38,13 @@ from swesbi.verdict.contraction import contractions
 from swesbi.verdict.recording import judge, network_test
 from swesbi.verdict.verdict import Verdict
 
-LOGGER: Final = logging.getLogger("swesbi")
+AnyCheck = PredictiveCheck | FreePredictiveCheck
+"""Of gated phases, or of pushes."""
 
 
 @dataclass(frozen=True)
 class PriorDraws:
-    """Draws of the prior that an answer is compared with.
-
-    Attributes:
-        phi: The parameters; shape (n, d).
-        reported: All that an answer reports of each, by name; (n,) each.
-    """
+    """Draws of the prior: phi, of shape (n, d), and by name all that an answer reports of each, (n,)."""
 
     phi: FloatArray
     reported: Mapping[str, FloatArray]
@@ -51,13 +54,8 @@ class PriorDraws:
 class Answer:
     """What is known of a recorded heart.
 
-    Attributes:
-        recording: What was recorded, under the model.
-        posterior: Its exact posterior.
-        verdict: Whether the model contradicts the recording, and what the answer reports.
-        reported: All that an answer reports of each draw of the posterior, by name; (n,) each.
-        prior: Draws of the prior, with the same.
-        with_pressures: The posterior with the pressures of a cuff; None where none were taken.
+    ``reported`` is by name all that an answer reports of each draw of the posterior, (n,). The posterior with
+    the pressures of a cuff is None where none were taken.
     """
 
     recording: ModelledRecording
@@ -75,18 +73,9 @@ def answered(
     seed: int,
     pressures: ClinicalErrors | None = None,
 ) -> Answer:
-    """Infer and judge a recording.
+    """Infer and judge a recording; pressures of a cuff are left out where nothing is said of their errors.
 
-    Args:
-        recording: What was recorded, under the model.
-        knowledge: What answers it.
-        settings: Sizes, criteria and tests.
-        seed: The study's seed.
-        pressures: How the pressures of a cuff were measured; None: they are left out, if there are any.
-
-    Raises:
-        NoLikelihoodError: Every simulation of the first round fails.
-        ValueError: The network takes no such recording.
+    NoLikelihoodError is raised where every simulation of the first round fails.
     """
     model, stream, observed = recording.model, recording.stream, recording.observation
     subject, network = observed.subject, knowledge.proposal(model.recording)
@@ -118,19 +107,9 @@ def informed(
     seed: int,
     *name: str,
 ) -> ExactPosterior:
-    """Return the exact posterior of a recording with its pressures.
+    """Return the exact posterior of a recording with its pressures; ``name`` names the random streams.
 
     It begins with the posterior of the speeds alone.
-
-    Args:
-        model: The recording's.
-        of_speeds: Weighted draws of the posterior of the speeds.
-        settings: Sizes and criteria.
-        seed: The study's seed.
-        name: Names the random streams.
-
-    Raises:
-        NoLikelihoodError: The likelihood is zero at every draw of the first round.
     """
     heart = HeartModel(model.speeds, model)
     known = placed_in(ScoreSpace(heart.settings.prior), heart.points(of_speeds.phi))
@@ -138,3 +117,16 @@ def informed(
     exact, _ = exact_posterior(heart, None, settings, seed, *name, fitted=fitted)
     log_certificate(f"{model.speeds.recording.subject} with pressures", exact)
     return described(exact, heart.prior, None)
+
+
+def check_answer(answer: Answer, settings: AnswerSettings, seed: int) -> AnyCheck:
+    """Compare the recording of an answer with what prior and posterior predict of new ones."""
+    model, observed = answer.recording.model, answer.recording.observation
+    phi, prior, predictive = answer.posterior.phi, answer.prior.phi, settings.predictive
+    if not observed.is_gated:
+        points = model.settings.measurement.grid_points
+        rng = generator(seed, answer.recording.stream, observed.subject, "new pushes")
+        return check_pushes(model, phi[: predictive.draws], prior, predictive.interval, points, rng)
+    recorder = Recorder(model, observed, CheckedFeatures(predictive.features, settings.summary))
+    before = new_recordings(prior, recorder, stream_of(recorder, seed, "prior"))
+    return predictive_check(recorder, phi, before, predictive, seed, may_be_read=answer.verdict.may_be_read)

@@ -15,20 +15,20 @@ from swesbi.answers.knowledge import Knowledge
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import LOGGER
 from swesbi.base.settings import Settings
 from swesbi.checks.scores import Band
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.persons.change.joint import both_visits, infer_change, own_posterior
-from swesbi.persons.change.settings import ChangeSettings
+from swesbi.persons.change.joint import both_visits, infer_change
 from swesbi.persons.change.stored import StoredChange, change_table, stored_change
+from swesbi.persons.settings import ChangeSettings
 from swesbi.recording.observation import Observation
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.report.figures.style import save_figure
 from swesbi.verdict.verdict import Verdict
 
-LOGGER = logging.getLogger("swesbi")
 SHOWN_DRAWS: Final = 500
 SHOWN_PHASES: Final = 100
 
@@ -56,30 +56,17 @@ def save_change(
     made: Provenance,
     folder: Path,
 ) -> StoredChange:
-    """Infer two visits of one person together, and write what has changed between them.
+    """Infer two visits of one person, the earlier first, together, and write what has changed between them.
 
-    Args:
-        answers: To both visits, the earlier first.
-        knowledge: What answered them.
-        settings: Whose visits they are, and what they share.
-        made: Seed, person, settings and code, as the file states them.
-        folder: Output; it is there.
-
-    Raises:
-        ValueError: A visit is free-running, or the visits have different protocols.
-        NoLikelihoodError: No draw of both visits has a likelihood.
-        ArtefactError: A file cannot be written.
+    The folder is there.
     """
     observed = [answer.recording.observation for answer in answers]
     check_protocols(observed, settings.visits)
     models = [answer.recording.model for answer in answers]
-    own = [
-        own_posterior(answer.posterior, knowledge.space(model))
-        for answer, model in zip(answers, models, strict=True)
-    ]
+    own, spaces = [answer.posterior for answer in answers], [knowledge.space(model) for model in models]
     both = both_visits(models, observed, settings.changes)
     names = (settings.person, *(each.subject for each in observed))
-    found = infer_change(both, own, settings.changes, made.seed, *names)
+    found = infer_change(both, own, spaces, settings.changes, made.seed, *names)
     judged = [answer.verdict for answer in answers]
     (earlier, later), (first, second) = observed, judged
     subjects, statuses = (earlier.subject, later.subject), (first.status, second.status)
@@ -98,15 +85,12 @@ def save_change(
 
 
 def check_protocols(observed: Sequence[Observation], visits: Sequence[str]) -> None:
-    """Refuse visits that are free-running, or were gated at different numbers of phases.
-
-    Raises:
-        ValueError: Says which is free-running, or how many phases each has.
-    """
+    """Refuse visits that are free-running, or were gated at different numbers of phases."""
     for each in observed:
         if not each.is_gated:
-            reason = "visits are compared phase by phase, so both must be gated"
-            raise ValueError(f"{each.subject} is free-running: {reason}")
+            raise ValueError(
+                f"{each.subject} is free-running: visits are compared phase by phase, so both must be gated"
+            )
     phases = [len(each.phase) for each in observed]
     if len(set(phases)) > 1:
         had = ", ".join(f"{visit!r} {number}" for visit, number in zip(visits, phases, strict=True))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from swesbi.answers.answer import answered, informed
+from swesbi.answers.answer import AnyCheck, answered, check_answer, informed
 from swesbi.answers.knowledge import Knowledge
-from swesbi.answers.predictive import AnyCheck, check_answer
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import AnswerSettings
 from swesbi.checks.settings import PredictiveSettings
@@ -50,12 +49,7 @@ def answer_of_population(
     uninformative: UninformativeSettings,
     seed: int,
 ) -> AnswerOfPopulation:
-    """Answer a subject of the cohort.
-
-    Raises:
-        NoLikelihoodError: Every simulation fails.
-        ValueError: Every posterior draw failed in the simulator.
-    """
+    """Answer a subject of the cohort."""
     settings = AnswerSettings(
         model=model,
         exact=exact,
@@ -67,10 +61,8 @@ def answer_of_population(
         uninformative=uninformative,
     )
     recording = ModelledRecording(observation, speed_model(observation, noise, model), stream=STREAM)
-    knowledge = Knowledge(null, estimator)
-    answer = answered(recording, knowledge, settings, seed)
-    check = check_answer(answer, settings, seed)
-    return AnswerOfPopulation(answer.posterior, answer.verdict, check)
+    answer = answered(recording, Knowledge(null, estimator), settings, seed)
+    return AnswerOfPopulation(answer.posterior, answer.verdict, check_answer(answer, settings, seed))
 
 
 def answer_with_pressures(
@@ -83,12 +75,6 @@ def answer_with_pressures(
     clinical: ClinicalErrors,
     seed: int,
 ) -> ExactPosterior:
-    """Infer a subject from speeds and cuff pressures, from its posterior of the speeds on.
-
-    Raises:
-        NoLikelihoodError: Every simulation fails.
-        ValueError: The subject has no pressures.
-    """
+    """Infer a subject from speeds and cuff pressures, from its posterior of the speeds on."""
     both = with_pressures(speed_model(observation, noise, model), observation.clinical, clinical)
-    names = ("pressures", "pressures", observation.subject)
-    return informed(both, of_speeds.weighted, exact, seed, *names)
+    return informed(both, of_speeds.weighted, exact, seed, "pressures", "pressures", observation.subject)

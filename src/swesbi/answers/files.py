@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 from matplotlib.figure import Figure
 
-from swesbi.answers.answer import Answer, answered
+from swesbi.answers.answer import Answer, AnyCheck, answered, check_answer
 from swesbi.answers.knowledge import Knowledge
-from swesbi.answers.predictive import AnyCheck, check_answer
 from swesbi.answers.recording import ModelledRecording
 from swesbi.answers.settings import OneAnswerSettings
-from swesbi.answers.sheet import sheet_of
 from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole, write_json
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.checks.free_predictive import FreePredictiveCheck
+from swesbi.base.arrays import FloatArray
+from swesbi.checks.identifiability.information import MoreRepeats, more_repeats
+from swesbi.checks.predictive import FreePredictiveCheck
+from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import SOURCES, Observation, same_recording
 from swesbi.report.figures.posterior import NETWORK_ALONE, PosteriorPanel
 from swesbi.report.figures.posterior_subject import draw_corner
 from swesbi.report.figures.predictive import PredictivePanel, draw_free_check, draw_subject_check
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
-from swesbi.report.sheet import Sheet
+from swesbi.report.sheet import (
+    Population,
+    PressuresPosterior,
+    Sheet,
+    curve_free,
+    curve_gated,
+    recorded_free,
+    recorded_gated,
+)
 from swesbi.verdict.verdict import Verdict
 
 OBSERVATION: Final = "observation.h5"
@@ -38,11 +49,8 @@ OUTPUTS: Final = (
 """What is written of every answer."""
 WITH_PRESSURES: Final = "with_pressures.h5"
 """A further output, of a subject of whom the pressures of a cuff were taken."""
-PRIOR_DRAWS: Final = "prior, from which it began"
 MADE_FROM: Final = "made_from"
 """Key of ``verdict.json``: the digest of all that the answer depends on."""
-NOTES: Final = "notes"
-"""Key of ``verdict.json``: what of the recording is left out, or odd, a sentence each."""
 
 
 class OtherAnswerError(ValueError):
@@ -53,14 +61,8 @@ class OtherAnswerError(ValueError):
 class RecordingRequest:
     """A recording that is asked about, with all that answers it.
 
-    Attributes:
-        recording: The recording, under the model.
-        knowledge: What answers it.
-        settings: What the answer depends on.
-        made: Seed, subject, settings and code, as its files state them.
-        experiment: By which experiment.
-        note: What to say of that choice; empty where it is the usual one.
-        left_out: What of the recording is left out, or odd, a sentence each.
+    ``note`` says why this experiment, where it is not the usual one; ``left_out`` what of the recording is
+    left out, or odd, a sentence each.
     """
 
     recording: ModelledRecording
@@ -105,10 +107,7 @@ class RecordingRequest:
     def answer_into(self, folder: Path, *, force: bool = False) -> tuple[Answer, Sheet]:
         """Answer the recording, put all files into ``folder``, or none, and return what its page shows.
 
-        Raises:
-            OtherAnswerError: The folder holds something else, and ``force`` is not given.
-            ValueError: The recording cannot be answered.
-            ArtefactError: The folder cannot be written.
+        A folder that holds something else is refused without ``force``.
         """
         if not force:
             check_untouched(folder, self.recording)
@@ -123,14 +122,14 @@ class RecordingRequest:
         settings, exact, title = self.settings, answer.posterior, self.settings.cohort_title
         self.recording.observation.write(folder / OBSERVATION, self.made)
         exact.write(folder / POSTERIOR_FILE, self.made)
-        further = {MADE_FROM: self.digest, NOTES: list(self.left_out)}
+        further = {MADE_FROM: self.digest, "notes": list(self.left_out)}
         write_json(folder / VERDICT, answer.verdict.to_json() | further)
         if answer.with_pressures is not None:
             answer.with_pressures.write(folder / WITH_PRESSURES, self.made)
         check = check_answer(answer, settings, self.made.seed)
         check.write(folder / "predictive.h5", self.made)
         save_figure(draw_check(answer, check, title), folder / "ppc.png")
-        began = PRIOR_DRAWS if self.knowledge.flow is None else NETWORK_ALONE
+        began = "prior, from which it began" if self.knowledge.flow is None else NETWORK_ALONE
         panel = PosteriorPanel.of_speeds(self.made.subject, exact, answer.verdict, None, None, began)
         save_figure(draw_corner(panel, settings.joint_prior, title), folder / "posterior.png")
         page = sheet_of(answer, self.knowledge, check, settings)
@@ -147,12 +146,7 @@ def draw_check(answer: Answer, check: AnyCheck, title: str) -> Figure:
 
 
 def check_untouched(folder: Path, recording: ModelledRecording) -> None:
-    """Refuse to write over what is no answer, or the answer to another recording or heart.
-
-    Raises:
-        OtherAnswerError: Says what is there.
-        ArtefactError: What is there is damaged.
-    """
+    """Refuse to write over what is no answer, or the answer to another recording or heart."""
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
         return
     kept, asked = folder / OBSERVATION, recording.observation
@@ -165,3 +159,45 @@ def check_untouched(folder: Path, recording: ModelledRecording) -> None:
             f"{folder}: holds the answer to another recording of {asked.subject!r}, or its row of "
             f"subjects.csv has changed since; {remedy}"
         )
+
+
+def sheet_of(answer: Answer, knowledge: Knowledge, check: AnyCheck, settings: OneAnswerSettings) -> Sheet:
+    """Return what the page of an answer, with its predictive check, shows."""
+    recording, exact = answer.recording, answer.posterior
+    observed, both = recording.observation, answer.with_pressures
+    if isinstance(check, FreePredictiveCheck):
+        recorded, curve = recorded_free(observed), curve_free(check)
+    else:
+        recorded, curve = recorded_gated(observed), curve_gated(check)
+    return Sheet(
+        context=observed.context,
+        verdict=answer.verdict,
+        result=exact,
+        values=_rows(answer.reported),
+        recorded=replace(recorded, noise=recording.noise),
+        curve=curve,
+        population=Population(knowledge.population, _rows(answer.prior.reported), knowledge.hearts),
+        more=_more(recording, exact, settings),
+        informed=[] if both is None else [PressuresPosterior(observed.clinical, both)],
+        cohort_title=settings.cohort_title,
+    )
+
+
+def _rows(reported: Mapping[str, FloatArray]) -> FloatArray:
+    """Return all that the answer tells of those of n draws that have a beat; shape (m, q)."""
+    values = np.column_stack(list(reported.values()))
+    return np.asarray(values[np.isfinite(values).all(axis=1)])
+
+
+def _more(
+    recording: ModelledRecording, exact: ExactPosterior, settings: OneAnswerSettings
+) -> MoreRepeats | None:
+    """Return what more repeats would buy, by draws spread over those of the posterior.
+
+    None of a posterior that has not converged, whose widths mean nothing.
+    """
+    if not exact.converged:
+        return None
+    number = min(settings.repeats_draws, len(exact.phi))
+    rows = np.linspace(0, len(exact.phi) - 1, number).astype(np.int64)
+    return more_repeats(recording.model, exact.phi[rows], settings.difference_step)

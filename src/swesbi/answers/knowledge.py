@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 from swesbi.artefacts.files import stated_checksum
 from swesbi.context import Context
@@ -18,20 +17,13 @@ from swesbi.recording.observation import Observation
 from swesbi.verdict.context import nearest_known
 from swesbi.verdict.null_recordings import NullRecordings
 
-OF_STUDY: Final = "of the prior of the study, which all of its subjects share"
-OF_POPULATION: Final = "of the prior of the population that the network was trained on"
-OF_PRIOR: Final = "of the prior from which the answer began"
-
 
 @dataclass(frozen=True)
 class Knowledge:
     """What answers recordings.
 
-    Attributes:
-        nulls: The null recordings that the tests compare with.
-        flow: The trained network; None: the inference begins with the prior.
-        trained: Contexts that the network was trained on, if these are but some: it is shown the nearest.
-        made_from: Checksums of the files that all of this was read from.
+    Without a network the inference begins with the prior. ``trained`` are the contexts that it was trained
+    on, if these are but some: it is shown the nearest. ``made_from`` are checksums of the files of all this.
     """
 
     nulls: NullRecordings
@@ -48,14 +40,15 @@ class Knowledge:
     def population(self) -> str:
         """Whose prior the percentiles of an answer are of, in words."""
         if self.flow is None:
-            return OF_PRIOR
-        return OF_STUDY if self.trained else OF_POPULATION
+            return "of the prior from which the answer began"
+        if self.trained:
+            return "of the prior of the study, which all of its subjects share"
+        return "of the prior of the population that the network was trained on"
 
     def proposal(self, recording: SpeedRecording) -> FlowProposal | None:
         """Return the network's posterior of a recording; None where there is no network.
 
-        Raises:
-            ValueError: It is one of pushes, and the network knows the phases of its own subjects alone.
+        A network that knows the phases of its own subjects alone refuses pushes by a ValueError.
         """
         if self.flow is None:
             return None
@@ -70,13 +63,7 @@ class Knowledge:
 def knowledge_from(null: Path, network: Path | None = None, cohort: Sequence[Path] = ()) -> Knowledge:
     """Read what answers recordings: the network of a population or of a study's cohort, or the prior.
 
-    Args:
-        null: Null recordings.
-        network: The network; None: the prior.
-        cohort: Observed curves whose contexts the network was trained on; none over a population.
-
-    Raises:
-        ArtefactError: A file is no such artefact.
+    ``cohort`` are the observed curves whose contexts the network was trained on; none over a population.
     """
     nulls, trained = NullRecordings.read(null), [Observation.read(path).context for path in cohort]
     flow = None if network is None else TrainedFlow.read(network)

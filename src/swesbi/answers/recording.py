@@ -1,16 +1,24 @@
-"""A recording under a model, and the test of its own noise."""
+"""Recordings under a model, those of a folder each read once, and the test of a recording's own noise."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from swesbi.answers.settings import OneAnswerSettings
+from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
+from swesbi.recording.cohort.recording import UsableRecording, ingested, raw_of, read_raw, twins_among
 from swesbi.recording.noise.cohort import NoiseComparison
+from swesbi.recording.noise.folder import FolderRecordings
 from swesbi.recording.observation import SOURCES, Observation
+from swesbi.recording.problems import RecordingError
 from swesbi.recording.speed import NoiseComponents
+from swesbi.recording.tables.table import Table
 from swesbi.verdict.verdict import VerdictTest
 
 
@@ -18,12 +26,8 @@ from swesbi.verdict.verdict import VerdictTest
 class ModelledRecording:
     """Gated phases, or pushes at instants of their own, under the model of an experiment.
 
-    Attributes:
-        observation: What was observed.
-        model: Its likelihood, with the standard errors that its noise gives.
-        tests: Of the recording alone, which can make the subject doubtful: that of its noise.
-        noise: From which noise its standard errors are estimated, in words.
-        stream: Begins the names of the random streams of its answer.
+    ``tests`` of the recording alone can make the subject doubtful. ``noise`` says from which its standard
+    errors are estimated, and ``stream`` begins the names of the random streams of its answer.
     """
 
     observation: Observation
@@ -52,16 +56,11 @@ def noise_test(
 ) -> VerdictTest:
     """Return the test that a recording has the noise from which its standard errors are estimated.
 
-    Args:
-        comparison: Of the recording with others; None where there are none.
-        noise: Their components.
-        whose: What they are of ("the cohort", "the folder").
-        level: Of the test.
+    Without a comparison there are no others like it; ``whose`` the noise is ("the cohort") is in words.
     """
     if comparison is None or np.isnan(comparison.p_value):
-        why = f"the recording alone does not tell its noise, and that of {whose} is used"
-        if comparison is None:
-            why = "no other recording of the same kind is in the folder"
+        alone = f"the recording alone does not tell its noise, and that of {whose} is used"
+        why = "no other recording of the same kind is in the folder" if comparison is None else alone
         return VerdictTest("noise", 0.0, None, level, flagged=False, detail=f"not tested: {why}")
     return VerdictTest(
         name="noise",
@@ -81,3 +80,51 @@ def _noise_in_words(own: NoiseComponents, noise: NoiseComponents, whose: str) ->
     if own.sweep_fraction or noise.sweep_fraction:
         words += f"; {own.sweep_fraction:.1%} between sweeps, {noise.sweep_fraction:.1%} in {whose}"
     return words
+
+
+@dataclass(frozen=True)
+class Folder:
+    """The recordings outside a study: by subject those that can be used, and why the others cannot be."""
+
+    study: Study
+    observed: Mapping[str, UsableRecording]
+    refused: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def repeats(self) -> FolderRecordings:
+        """The repeats of the gated ones, with their noise."""
+        levels = {name: each.levels for name, each in self.observed.items() if each.levels is not None}
+        prior, groups = self.study.config.new_subjects.noise_prior, self.study.outside.noise_groups
+        return FolderRecordings(levels, prior, groups)
+
+    def gated(self, observed: UsableRecording, settings: OneAnswerSettings) -> ModelledRecording:
+        """Return a recording under a model, with the errors that the noise of the folder gives."""
+        subject = observed.observation.subject
+        noise = self.repeats.noise(subject)
+        model = SpeedModel(measured_speeds(observed.observation, noise.components), settings.model)
+        compared, level = self.repeats.compared(subject), settings.noise_level
+        test = noise_test(compared, noise.components, "the folder", level)
+        return ModelledRecording(observed.observation, model, (test,), noise.in_words)
+
+
+def observe_folder(study: Study) -> Folder:
+    """Read and ingest every recording outside the study; one that cannot be used stops no other."""
+    observed: dict[str, UsableRecording] = {}
+    refused = dict(study.outside.refused)
+    for subject in study.outside.rows:
+        try:
+            observed[subject] = observe(study, subject)
+        except RecordingError as error:
+            refused[subject] = str(error)
+    for name, problem in twins_among(observed).items():
+        refused[name] = str(problem)
+        del observed[name]
+    return Folder(study, observed, refused)
+
+
+def observe(study: Study, subject: str, table: Table | None = None) -> UsableRecording:
+    """Ingest the recording of a subject outside the study: that of its file, or a table in memory."""
+    cohort, said = study.outside, study.description(subject)
+    raw = read_raw(cohort.folder, subject, said) if table is None else raw_of(table, said)
+    context, clinical = cohort.rows[subject].to_context(), cohort.clinical_of(subject).to_measures()
+    return ingested(raw, said, context, clinical, study.config.measurement.grid_points)

@@ -8,11 +8,14 @@ from swesbi.artefacts.atomic import (
     atomic_path,
     folder_made_whole,
 )
-from swesbi.artefacts.files import write_json
+from swesbi.artefacts.files import Provenance, read_provenance, write_json
 from swesbi.artefacts.groups import Array, Group
-from swesbi.artefacts.provenance import Provenance, read_provenance
-from swesbi.artefacts.schema import Labels, Part, Variable, arranged, build_group
-from swesbi.artefacts.stored import (
+from swesbi.artefacts.schema import (
+    Labels,
+    Part,
+    Variable,
+    arranged,
+    build_group,
     from_groups,
     from_rows,
     labels_of,

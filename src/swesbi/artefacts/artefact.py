@@ -8,22 +8,31 @@ from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path
-from swesbi.artefacts.files import UNREADABLE, append_checksum, check_identity, provenance_of, read_groups
+from swesbi.artefacts.files import (
+    UNREADABLE,
+    Provenance,
+    append_checksum,
+    check_identity,
+    provenance_of,
+    read_groups,
+)
 from swesbi.artefacts.groups import ROOT, Group, as_netcdf
-from swesbi.artefacts.provenance import Provenance
-from swesbi.artefacts.schema import Labels, Schema, check_group
-from swesbi.artefacts.stored import from_groups, labels_of, schema_of, to_groups
+from swesbi.artefacts.schema import (
+    Labels,
+    Schema,
+    check_group,
+    from_groups,
+    labels_of,
+    schema_of,
+    to_groups,
+)
 
 
 class Artefact:
     """What a file holds, of the kind that the class names: ``class Fit(Artefact, kind="fit")``.
 
-    A class whose content does not follow its fields one by one has its own ``schema``, ``to_groups``
-    and ``rebuilt``.
-
-    Attributes:
-        kind: Of the file.
-        labels: Label coordinates that are the same in every file, by their dimension.
+    A class whose content does not follow its fields one by one has its own ``schema``, ``to_groups`` and
+    ``rebuilt``. Of ``labels``, by their dimension, every file has the same.
     """
 
     kind: ClassVar[str]
@@ -56,22 +65,18 @@ class Artefact:
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """Return what the files of one input hold together; of most kinds there is one.
-
-        Raises:
-            ArtefactError: The files do not belong together.
-        """
+        """Return what the files of one input hold together; of most kinds there is one."""
         if len(parts) > 1:
             raise ArtefactError(f"{len(parts)} files of kind {cls.kind!r} are given as one")
         return parts[0]
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Read a file; errors are those of :meth:`load`."""
+        """Read a file."""
         return cls.rebuilt(*cls.load(path))
 
     def write(self, path: Path, made: Provenance) -> None:
-        """Write the file, whole or not at all; errors are those of :meth:`save`."""
+        """Write the file, whole or not at all."""
         self.save(path, self.to_groups(), made)
 
     @classmethod
@@ -80,11 +85,6 @@ class Artefact:
 
         Nothing of the content is used before its checksum, its structure, its kind and version and the
         dimensions, units, types and labels of its groups are as they should be.
-
-        Raises:
-            DamagedArtefactError: The file was cut off or changed, differs from its schema or is of another
-                schema version; the message gives the command that makes it again.
-            ArtefactError: The file is missing, or is of another kind.
         """
         made = provenance_of(path)
         check_identity(path, cls.kind, made)
@@ -98,16 +98,7 @@ class Artefact:
 
     @classmethod
     def save(cls, path: Path, groups: Mapping[str, Group], made: Provenance) -> None:
-        """Write groups to a file, atomically, with a checksum at its end.
-
-        Args:
-            path: File to write; its folder is made if need be.
-            groups: The group "/" is the root.
-            made: Becomes the root attributes.
-
-        Raises:
-            ArtefactError: A dataset is missing or differs from its schema, or the file cannot be written.
-        """
+        """Write groups, the root first, atomically with a checksum; the folder is made if need be."""
         try:
             cls._check(groups)
         except ValueError as error:

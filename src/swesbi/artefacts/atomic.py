@@ -35,12 +35,7 @@ class ArtefactError(ValueError):
 
 
 class UnfitError(ArtefactError):
-    """An input of a stage that does not fit the others; whoever knows its file says which it is.
-
-    Attributes:
-        name: Of the input.
-        fault: What is wrong with it.
-    """
+    """An input of a stage that does not fit the others; whoever knows its file says which it is."""
 
     def __init__(self, name: str, fault: str) -> None:
         super().__init__(name, fault)
@@ -52,12 +47,7 @@ class UnfitError(ArtefactError):
 
 
 class DamagedArtefactError(ArtefactError):
-    """A file that has to be made again; the message ends with the command that does it.
-
-    Attributes:
-        path: The file.
-        fault: What is wrong with it.
-    """
+    """A file that has to be made again; the message ends with the command that does it."""
 
     def __init__(self, path: Path, fault: str) -> None:
         super().__init__(path, fault)
@@ -73,11 +63,9 @@ class DamagedArtefactError(ArtefactError):
 
 
 def repair_command(path: Path, options: str = "") -> str:
-    """Return the shell command that makes a file of the study anew.
+    """Return the shell command that makes a file of the study anew, relative to the current folder.
 
-    Args:
-        path: The file; targets of the workflow are relative to its folder, the current one.
-        options: What the study is run with beside the target (``--configfile tests/smoke.yaml``, say).
+    ``options`` are what the study is run with beside the target (``--configfile tests/smoke.yaml``, say).
     """
     return f"rm -f {_target(path)} && {make_command([path], options)}"
 
@@ -90,9 +78,7 @@ def make_command(paths: Sequence[Path], options: str = "") -> str:
 def typed(program: str, *words: str | Path) -> str:
     """Return the shell command of a program of this environment, by its path where no shell knows it.
 
-    Args:
-        program: Its name.
-        words: What follows; paths below the current folder become relative to it.
+    Words that are paths below the current folder become relative to it.
     """
     beside = Path(sys.executable).with_name(program)
     known = shutil.which(program) or not beside.exists()
@@ -110,9 +96,6 @@ def atomic_path(path: Path) -> Iterator[Path]:
 
     A reader, or a run that was interrupted, therefore sees the old file, the new one or none. What a
     killed process left of the same file is removed first.
-
-    Raises:
-        ArtefactError: The file cannot be written: disk full, folder read-only or not permitted.
     """
     with _told(path):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -146,10 +129,9 @@ def write_fault(error: BaseException) -> str | None:
 
     HDF5 reports the system's error number in the text of its own errors alone.
     """
-    for number, remedy in REMEDIES.items():
-        if number == getattr(error, "errno", None) or os.strerror(number) in str(error):
-            return remedy
-    return None
+    given, text = getattr(error, "errno", None), str(error)
+    found = (remedy for number, remedy in REMEDIES.items() if number == given or os.strerror(number) in text)
+    return next(found, None)
 
 
 def _own_prefix(folder: Path, name: str, suffix: str = "") -> str:
@@ -177,14 +159,7 @@ def folder_made_whole(folder: Path, last: str = "") -> Iterator[Path]:
     """Yield a temporary folder whose files go into ``folder`` when the block ends without error.
 
     What else lies there stays. After an error, or Ctrl-C, nothing is left behind. What a killed process left
-    of the same folder is removed first.
-
-    Args:
-        folder: Where the files go.
-        last: The file that goes last, so that where it lies all others do.
-
-    Raises:
-        ArtefactError: The folder cannot be written: disk full, folder read-only or not permitted.
+    of the same folder is removed first. The file named ``last`` goes last: where it lies all others do.
     """
     existing = next(path for path in folder.absolute().parents if path.is_dir())
     with _told(folder):

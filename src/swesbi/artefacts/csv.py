@@ -24,11 +24,8 @@ QUOTED: Final = re.compile(r"'+[=+\-@].", re.DOTALL)
 class Table:
     """What is asked of a table of the project's own: ``Annotated[pd.DataFrame, Table()]`` is one.
 
-    Attributes:
-        columns: Columns that it must have; it may have others.
-        texts: Columns of texts beside those of names.
-        row: What a row is ("epoch"), where there must be one at least.
-        digits: Significant digits of its numbers; all of them where there is no such number.
+    It must have ``columns``, among others perhaps, and a row where ``row`` says what one is ("epoch").
+    ``texts`` are columns of texts beside those of names. Without ``digits`` numbers have all of theirs.
     """
 
     columns: tuple[str, ...] = ()
@@ -37,11 +34,7 @@ class Table:
     digits: int | None = DIGITS
 
     def read(self, path: Path) -> pd.DataFrame:
-        """Read a table.
-
-        Raises:
-            ArtefactError: It cannot be read, or a column or every row is missing.
-        """
+        """Read a table."""
         try:
             table = read_csv(path, self.texts)
         except (OSError, ValueError) as error:
@@ -76,13 +69,9 @@ def write_csv(path: Path, table: pd.DataFrame, digits: int | None = DIGITS) -> N
 def read_csv(path: Path, texts: Sequence[str] = ()) -> pd.DataFrame:
     """Read a table of the project's own.
 
-    Columns of names (``NAMES``) and ``texts`` hold texts: ``NA`` and ``007`` stay as they are, and an empty
-    cell is an empty text. Another column holds numbers where all its filled cells are numbers, or truth
-    values; what is empty there is NaN.
-
-    Args:
-        path: The file, as :func:`write_csv` writes it.
-        texts: Further columns of texts; it need not have them.
+    Columns of names (``NAMES``) and ``texts``, which it need not have, hold texts: ``NA`` and ``007`` stay as
+    they are, and an empty cell is an empty text. Another column holds numbers where all its filled cells are
+    numbers, or truth values; what is empty there is NaN.
     """
     columns = dict.fromkeys([*NAMES, *texts], str)
     table = pd.read_csv(path, dtype=columns, keep_default_na=False, na_values=[""])

@@ -1,4 +1,4 @@
-"""Reading and writing artefacts: netCDF-compatible HDF5, and JSON.
+"""Reading and writing artefacts: netCDF-compatible HDF5, and JSON; where an artefact comes from.
 
 At the end of an artefact stands its checksum, SHA-256 of every byte before it: HDF5 does not notice a flipped
 bit in the arrays. It ignores what follows its own content, so files with this line at their end open
@@ -15,16 +15,22 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 import h5py
 
+from swesbi import __version__
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_path, repair_command
 from swesbi.artefacts.groups import ROOT, Group, attributes_of, group_of, is_dimension_alone
-from swesbi.artefacts.provenance import SCHEMA_VERSION, Provenance, read_provenance
 
+SCHEMA_VERSION = 2
+"""Raised whenever what a file holds changes: 2 since artefacts end with a checksum.
+
+Files of another version are refused: below 2 nothing shows whether they are whole.
+"""
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 CHECKSUM: Final = "sha256"
 PREFIX: Final = b"\nswesbi sha256 "
@@ -35,14 +41,57 @@ BLOCK: Final = 1 << 20
 DEEPEST: Final = 2
 
 
+@dataclass(frozen=True)
+class Provenance:
+    """The root attributes of an artefact; no timestamp, so the same inputs give the same file.
+
+    ``subject`` is empty for what belongs to the whole cohort; ``settings`` are those that the stage used.
+    The class of a file names the ``kind``, which is empty until then.
+    """
+
+    kind: str
+    subject: str = ""
+    seed: int = 0
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    code_hash: str = ""
+    package_version: str = __version__
+    schema_version: int = SCHEMA_VERSION
+
+    def of(self, kind: str) -> Provenance:
+        """Return the same of a file of this kind."""
+        return replace(self, kind=kind)
+
+    def attributes(self) -> dict[str, str | int]:
+        """Return the attributes as HDF5 stores them: settings as key-sorted JSON."""
+        return {
+            "kind": self.kind,
+            "schema_version": self.schema_version,
+            "subject": self.subject,
+            "seed": self.seed,
+            "settings": json.dumps(dict(self.settings), sort_keys=True),
+            "package_version": self.package_version,
+            "code_hash": self.code_hash,
+        }
+
+
+def read_provenance(attributes: Mapping[str, Any]) -> Provenance:
+    """Rebuild the provenance from an artefact's root attributes."""
+    return Provenance(
+        kind=str(attributes["kind"]),
+        subject=str(attributes["subject"]),
+        seed=int(attributes["seed"]),
+        settings=json.loads(attributes["settings"]),
+        code_hash=str(attributes["code_hash"]),
+        package_version=str(attributes["package_version"]),
+        schema_version=int(attributes["schema_version"]),
+    )
+
+
 @contextmanager
 def open_hdf5(path: Path) -> Iterator[h5py.File]:
     """Open an HDF5 file to be read, through Python: so the HDF5 library locks nothing.
 
     Files are replaced whole, some file systems have no locks, and this process may hold the file open.
-
-    Raises:
-        OSError: It is no HDF5 file, or cannot be read.
     """
     with path.open("rb") as opened, h5py.File(opened, "r") as file:
         yield file
@@ -51,19 +100,14 @@ def open_hdf5(path: Path) -> Iterator[h5py.File]:
 def hdf5_provenance(path: Path) -> Provenance:
     """Return the provenance in the root attributes of an HDF5 artefact, of whatever schema version.
 
-    Raises:
-        Exception: One of ``UNREADABLE``: the file is no HDF5 file, or lacks an attribute.
+    An error is one of ``UNREADABLE``.
     """
     with open_hdf5(path) as file:
         return read_provenance(attributes_of(file))
 
 
 def read_groups(path: Path) -> dict[str, Group]:
-    """Return all groups of an HDF5 file by name, its root first.
-
-    Raises:
-        Exception: One of ``UNREADABLE``: the file is no such HDF5 file.
-    """
+    """Return all groups of an HDF5 file by name, its root first; an error is one of ``UNREADABLE``."""
     names = [ROOT]
     with open_hdf5(path) as file:
         file.visit(names.append)
@@ -71,12 +115,7 @@ def read_groups(path: Path) -> dict[str, Group]:
 
 
 def provenance_of(path: Path) -> Provenance:
-    """Return the provenance of an HDF5 artefact, once it is known to be whole and to hold its own data.
-
-    Raises:
-        DamagedArtefactError: It was cut off or changed, or cannot be read.
-        ArtefactError: There is no such file, or it may not be read.
-    """
+    """Return the provenance of an HDF5 artefact, once it is known to be whole and to hold its own data."""
     status = path.stat() if path.is_file() else None
     # which changes whenever the file is replaced or written to
     stamp = status and (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
@@ -103,12 +142,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def check_whole(path: Path) -> None:
-    """Compare an artefact with the checksum at its end.
-
-    Raises:
-        DamagedArtefactError: It differs, has none or is of an older schema version.
-        ArtefactError: There is no such file, or it may not be read.
-    """
+    """Compare an artefact with the checksum at its end; without one it is older, or damaged."""
     try:
         if stated := stated_checksum(path):
             if stated == _digest(path, path.stat().st_size - LENGTH):
@@ -124,12 +158,7 @@ def check_whole(path: Path) -> None:
 
 
 def check_identity(path: Path, kind: str, provenance: Provenance) -> None:
-    """Compare what an artefact says of itself with what is expected.
-
-    Raises:
-        ArtefactError: It is of another kind.
-        DamagedArtefactError: It is of another schema version.
-    """
+    """Compare what an artefact says of itself with what is expected."""
     if provenance.kind != kind:
         raise ArtefactError(f"{path}: holds a {provenance.kind!r} artefact, expected {kind!r}")
     if provenance.schema_version != SCHEMA_VERSION:
@@ -150,12 +179,7 @@ def _of_version(version: int) -> str:
 
 
 def check_json(path: Path) -> None:
-    """Compare a file of :func:`write_json` with the checksum in it.
-
-    Raises:
-        ArtefactError: It cannot be read, or has no checksum.
-        DamagedArtefactError: It has changed since it was written.
-    """
+    """Compare a file of :func:`write_json` with the checksum in it."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         stated = content.pop(CHECKSUM)
@@ -197,11 +221,10 @@ def _digest(path: Path, length: int) -> str:
 
 
 def _check_links(group: h5py.Group, size: int, depth: int = 0) -> None:
-    """Look at the structure of an HDF5 file of this size before any of its arrays is read.
+    """Refuse an HDF5 file of this size before any of its arrays is read.
 
-    Raises:
-        ValueError: It leads to other files, names a thing twice, nests deeper than an artefact does or
-            claims more data than it has bytes.
+    It may not lead to other files, name a thing twice, nest deeper than an artefact does or claim more data
+    than it has bytes.
     """
     if depth > DEEPEST:
         raise ValueError(f"the group {group.name} is nested too deeply")

@@ -1,7 +1,7 @@
 """One group of an artefact in memory, and its way to netCDF-4: arrays with dimensions, units and meanings.
 
-Jobs start often, and xarray takes longer to import than many of them take to run; so it is asked for by
-:meth:`Group.to_xarray` alone. Files are as xarray would write and read them.
+Jobs start often, and xarray takes longer to import than many of them take to run, so nothing here asks for
+it. Files are as xarray would write and read them.
 """
 
 from __future__ import annotations
@@ -9,15 +9,12 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import h5netcdf
 import h5py
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ROOT: Final = "/"
 UNUSED: Final = b"This is a netCDF dimension but not a netCDF variable"
@@ -25,10 +22,9 @@ NO_COORDINATE: Final = "_nc4_non_coord_"
 """Begins the name of a variable that is named as a dimension is, but has others."""
 COORDINATES: Final = "coordinates"
 """Attribute of netCDF: labels of an array that are not named as its dimensions are."""
-FILL: Final = "_FillValue"
 OF_HDF5: Final = frozenset(
     ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates")
-    + ("_nc3_strict", "_NCProperties", FILL, COORDINATES)
+    + ("_nc3_strict", "_NCProperties", "_FillValue", COORDINATES)
 )
 """Attributes by which netCDF keeps its dimensions in HDF5, and how values are kept."""
 
@@ -61,13 +57,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Group(Mapping[str, Array]):
-    """Arrays by name, labels among them.
-
-    Attributes:
-        arrays: The arrays.
-        labels: Names of those that label a dimension.
-        attrs: Of the group.
-    """
+    """Arrays by name; ``labels`` are the names of those that label a dimension."""
 
     arrays: Mapping[str, Array]
     labels: frozenset[str] = frozenset()
@@ -102,13 +92,6 @@ class Group(Mapping[str, Array]):
         return Group(
             {**self.arrays, **other.arrays}, self.labels | other.labels, {**self.attrs, **other.attrs}
         )
-
-    def to_xarray(self) -> xr.Dataset:
-        """Return the group as a dataset."""
-        import xarray as xr
-
-        variables = {name: xr.Variable(one.dims, one.values, dict(one.attrs)) for name, one in self.items()}
-        return xr.Dataset(variables, attrs=dict(self.attrs)).set_coords([*self.labels])
 
 
 def as_netcdf(groups: Mapping[str, Group]) -> memoryview:
@@ -150,11 +133,7 @@ def _write(target: h5netcdf.Group, name: str, array: Array, group: Group) -> Non
 
 
 def group_of(found: h5py.Group) -> Group:
-    """Return an open group of a netCDF-4 file.
-
-    Raises:
-        Exception: One of ``files.UNREADABLE``: it is no such group.
-    """
+    """Return an open group of a netCDF-4 file; raise one of ``files.UNREADABLE`` where it is none."""
     items = {
         name.removeprefix(NO_COORDINATE): item
         for name, item in found.items()

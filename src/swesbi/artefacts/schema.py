@@ -11,13 +11,19 @@ within a dataclass :class:`Part`; a field without a mark is not stored.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from operator import attrgetter
+from typing import Annotated, Any, Final, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
-from swesbi.artefacts.groups import Array, Group
+from swesbi.artefacts.groups import ROOT, Array, Group
+from swesbi.base.arrays import BoolArray
 from swesbi.parameters import THETA_NAMES
+
+Stored = TypeVar("Stored")
 
 NUMERIC: Final = "biuf"
 TEXT: Final = "OSUT"
@@ -26,16 +32,11 @@ PARAMETER: Final = "parameter"
 
 @dataclass(frozen=True)
 class Variable:
-    """One dataset of an artefact.
+    """One dataset of an artefact; spaces separate its dimensions.
 
-    Attributes:
-        along: Its dimensions, separated by spaces; a dataset named as its only dimension is its labels.
-        units: In UDUNITS notation, or words.
-        meaning: In words; ``{name}`` stands for what a :class:`Part` says.
-        name: Of the dataset, where it is not the field's.
-        group: Where it is not the one of the other datasets.
-        after: Name of the dataset that it follows, where it does not lie in the order of the fields.
-        text: Whether it holds text; told by the type of a field.
+    One that is named as its only dimension is its labels. Units are in UDUNITS notation, or words; ``{name}``
+    in a meaning stands for what a :class:`Part` says. A name other than the field's, another group than that
+    of the other datasets, and ``after`` which of them it comes are said where need be.
     """
 
     along: str
@@ -54,13 +55,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Labels:
-    """Text labels of a dimension, which readers need.
-
-    Attributes:
-        along: The dimension.
-        name: Where it is not the dimension's.
-        group: The only one that has them; empty: all groups that have the dimension.
-    """
+    """Text labels of a dimension, which readers need: in one group, or in all that have the dimension."""
 
     along: str
     name: str = ""
@@ -71,12 +66,9 @@ class Labels:
 class Part:
     """A dataclass within another, whose datasets lie beside the others.
 
-    Attributes:
-        name: Pattern of the datasets' names, ``{}`` for the name within the part.
-        along: Dimensions before those of the part.
-        units: In place of those within the part, where given.
-        group: Of datasets that name none.
-        words: What stands for the names in braces in the meanings.
+    ``name`` is the pattern of their names (``{}``: that within the part), ``along`` the dimensions before
+    theirs. Given units replace theirs, the group is that of those which name none, and ``words`` stand for
+    the names in braces in their meanings.
     """
 
     name: str = "{}"
@@ -120,14 +112,8 @@ def build_group(
 ) -> Group:
     """Return a group with the dimensions, units and meanings of its schema, and its labels.
 
-    Args:
-        schema: Dataset name -> variable, of one group.
-        values: Dataset name -> array; names that the schema lacks are left out.
-        labels: Labels by name: along the dimension of this name, or with the dimension before them. Those
-            along other dimensions than the group's are left out.
-
-    Raises:
-        KeyError: A dataset of the schema has no values.
+    Values that the schema lacks are left out. Labels lie along the dimension of their name, or have theirs
+    before them; those along other dimensions than the group's are left out.
     """
     arrays = {
         name: Array(
@@ -152,16 +138,9 @@ def build_group(
 def check_group(
     name: str, group: Group, variables: Mapping[str, Variable], required: Sequence[Labels]
 ) -> None:
-    """Compare one group with what is said of it.
+    """Compare one group, which may hold other datasets too, with what is said of it.
 
-    Args:
-        name: Of the group.
-        group: What it holds, other datasets perhaps among them.
-        variables: Dataset name -> variable.
-        required: Text labels that it needs if it has their dimension.
-
-    Raises:
-        ValueError: A variable or a label is missing, or has other units, dimensions or another type.
+    The ``required`` text labels are those that it needs if it has their dimension.
     """
     if missing := set(variables) - set(group):
         raise ValueError(f"group {name!r} lacks {sorted(missing)}")
@@ -195,3 +174,145 @@ def _check_parameters(group: str, dataset: Group) -> None:
     names = tuple(map(str, dataset[PARAMETER].values))
     if names[: len(THETA_NAMES)] != THETA_NAMES:
         raise ValueError(f"group {group!r} has parameters {list(names)}, expected {list(THETA_NAMES)}")
+
+
+def schema_of(stored: type, along: str = "") -> dict[str, dict[str, Variable]]:
+    """Return the groups and datasets that a dataclass, or several along a dimension, are stored as."""
+    found: dict[str, dict[str, Variable]] = {ROOT: {}}
+    for _, mark in _leaves(stored).values():
+        if isinstance(mark, Variable):
+            variable = Part(along=along).place(mark)
+            found.setdefault(variable.group or ROOT, {})[variable.name] = variable
+    return {group: arranged(variables) for group, variables in found.items() if variables}
+
+
+def labels_of(stored: type) -> tuple[Labels, ...]:
+    """Return the text labels that a dataclass has."""
+    return tuple(mark for _, mark in _leaves(stored).values() if isinstance(mark, Labels))
+
+
+def values_of(whole: object) -> dict[str, dict[str, NDArray[Any]]]:
+    """Return group -> dataset name -> value of a dataclass, truth values as integers."""
+    stored: type = type(whole)
+    found: dict[str, dict[str, NDArray[Any]]] = {}
+    for path, (_, mark) in _leaves(stored).items():
+        if isinstance(mark, Variable):
+            array = np.asarray(attrgetter(path)(whole))
+            value = array.astype(np.int8) if array.dtype == np.bool_ else array
+            found.setdefault(mark.group or ROOT, {})[mark.name] = value
+    return found
+
+
+def stacked_values(parts: Sequence[object]) -> dict[str, dict[str, NDArray[Any]]]:
+    """Return the values of several dataclasses, at least one, which become the first axis."""
+    columns = [values_of(part) for part in parts]
+    return {
+        group: {name: np.stack([column[group][name] for column in columns]) for name in names}
+        for group, names in columns[0].items()
+    }
+
+
+def to_groups(whole: object, labels: Mapping[str, Any] | None = None) -> dict[str, Group]:
+    """Return a dataclass as the groups of its artefact, with labels by dimension for groups that have it."""
+    stored: type = type(whole)
+    values = values_of(whole)
+    texts = [
+        (mark, list(attrgetter(path)(whole)))
+        for path, (_, mark) in _leaves(stored).items()
+        if isinstance(mark, Labels)
+    ]
+    groups: dict[str, Group] = {}
+    for group, variables in schema_of(stored).items():
+        own = {mark.name: (mark.along, names) for mark, names in texts if mark.group in ("", group)}
+        groups[group] = build_group(variables, values[group], {**(labels or {}), **own})
+    return groups
+
+
+def from_groups(
+    stored: type[Stored], groups: Mapping[str, Group], given: Mapping[str, Any] | None = None
+) -> Stored:
+    """Rebuild a dataclass from the groups of its artefact.
+
+    ``given`` are the values of fields that are not read, those of a part by ``part.name``.
+    """
+    leaves, known = _leaves(cast("type", stored)), given or {}
+
+    def rebuilt(part: Any, above: str) -> Any:  # noqa: ANN401
+        """Rebuild the whole, or a part with the way to it, from what is given or else stored by path."""
+        values = {}
+        for name in (member.name for member in fields(part)):
+            path = f"{above}{name}"
+            if path in known:
+                values[name] = known[path]
+            elif path in leaves:
+                values[name] = _read(*leaves[path], groups)
+            elif name in _marked(part):
+                values[name] = rebuilt(_marked(part)[name][0], f"{path}.")
+        return part(**values)
+
+    return cast("Stored", rebuilt(stored, ""))
+
+
+def from_rows(stored: type[Stored], dataset: Group, along: str, **given: Sequence[Any]) -> list[Stored]:
+    """Rebuild the dataclasses that lie along a dimension of the root; of fields given, one value a row."""
+    return [
+        from_groups(
+            stored,
+            {ROOT: dataset.at(along, index)},
+            {name: values[index] for name, values in given.items()},
+        )
+        for index in range(dataset.sizes[along])
+    ]
+
+
+@cache
+def _leaves(stored: type) -> dict[str, tuple[Any, Variable | Labels]]:
+    """Return type and mark of what is stored, by the way to it: fields in order, then properties."""
+    leaves: dict[str, tuple[Any, Variable | Labels]] = {}
+    for name, (hint, mark) in _marked(stored).items():
+        if isinstance(mark, Part):
+            below = _leaves(hint).items()
+            leaves |= {f"{name}.{path}": (inner, _placed(own, mark)) for path, (inner, own) in below}
+        elif isinstance(mark, Labels):
+            leaves[name] = hint, replace(mark, name=mark.name or mark.along)
+        else:
+            leaves[name] = hint, replace(mark, name=mark.name or name, text=mark.text or _is_text(hint))
+    return leaves
+
+
+def _placed(mark: Variable | Labels, part: Part) -> Variable | Labels:
+    if isinstance(mark, Variable):
+        return part.place(mark)
+    return replace(mark, group=mark.group or part.group)
+
+
+@cache
+def _marked(stored: type) -> dict[str, tuple[Any, Variable | Labels | Part]]:
+    """Return type and mark of the marked fields and properties of a dataclass, by their names."""
+    hints = get_type_hints(stored, include_extras=True)
+    hinted = {member.name: hints[member.name] for member in fields(cast("Any", stored))}
+    for name, member in vars(stored).items():
+        if isinstance(member, property):
+            hinted[name] = get_type_hints(member.fget, include_extras=True).get("return")
+    return {name: get_args(hint)[:2] for name, hint in hinted.items() if get_origin(hint) is Annotated}
+
+
+def _is_text(hint: Any) -> bool:  # noqa: ANN401
+    of_text = get_origin(hint) is Literal and isinstance(get_args(hint)[0], str)
+    return of_text or hint is str or hint == NDArray[np.str_]
+
+
+def _read(hint: Any, mark: Variable | Labels, groups: Mapping[str, Group]) -> Any:  # noqa: ANN401
+    """Return the values of a field as its type says."""
+    group = mark.group or ROOT
+    if isinstance(mark, Labels) and mark.group not in groups:
+        # they lie in every group that has their dimension
+        group = next(key for key, arrays in groups.items() if mark.name in arrays)
+    values = groups[group][mark.name].values
+    if hint == BoolArray:
+        return values.astype(np.bool_)
+    if get_origin(hint) is tuple:
+        return tuple(map(str, values))
+    if hint is bool:
+        return bool(values.item())
+    return values.item() if get_origin(hint) is Literal or hint in (int, float, str) else values

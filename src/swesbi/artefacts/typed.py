@@ -13,8 +13,7 @@ from types import NoneType
 from typing import Annotated, Any, Final, Generic, NamedTuple, TypeVar, get_args, get_origin
 
 from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, UnfitError, atomic_path
-from swesbi.artefacts.files import provenance_of
-from swesbi.artefacts.provenance import Provenance
+from swesbi.artefacts.files import Provenance, provenance_of
 
 Item = TypeVar("Item")
 Key = TypeVar("Key")
@@ -32,12 +31,7 @@ class Place(NamedTuple):
 
 
 class Files(Mapping[Key, Item], Generic[Key, Item]):
-    """Files of many by whose they are, each read when it is asked for, so that one is in memory at a time.
-
-    Attributes:
-        name: Of the input, for messages.
-        paths: The files of each, in the order in which they are given.
-    """
+    """Files of many by whose they are, each read when it is asked for, so that one is in memory at a time."""
 
     def __init__(self, name: str, paths: Sequence[Path], read: Callable[[Sequence[Path]], Item]) -> None:
         self.name, self._read = name, read
@@ -109,11 +103,7 @@ class TextFile:
     """The format of a text, or of texts by the names of their files without suffix."""
 
     def write(self, text: str | Mapping[str, str], path: Path) -> None:
-        """Write the text of this file in UTF-8.
-
-        Raises:
-            KeyError: There is none.
-        """
+        """Write the text of this file in UTF-8."""
         with atomic_path(path) as temporary:
             temporary.write_text(text if isinstance(text, str) else text[path.stem], encoding="utf-8")
 
@@ -125,16 +115,7 @@ Texts = Annotated[Mapping[str, str], TextFile()]
 
 
 def read_as(hint: Any, paths: Sequence[Path], name: str) -> Any:  # noqa: ANN401
-    """Read files as a type says.
-
-    Args:
-        hint: The type.
-        paths: The files.
-        name: Of the input, for messages.
-
-    Raises:
-        ArtefactError: A file is missing, or not what the type says.
-    """
+    """Read files as a type says; ``name`` is that of the input, for messages."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is tuple:
         return tuple(read_as(arguments[0], [path], name) for path in paths)
@@ -156,11 +137,7 @@ def read_as(hint: Any, paths: Sequence[Path], name: str) -> Any:  # noqa: ANN401
 
 
 def write_as(hint: Any, value: Any, paths: Sequence[Path], made: Provenance) -> None:  # noqa: ANN401
-    """Write a value to files as its type says: to one, or to each in the format of its name.
-
-    Raises:
-        ArtefactError: A file cannot be written.
-    """
+    """Write a value to files as its type says: to one, or to each in the format of its name."""
     form = _format(hint)
     for path in paths:
         if form is hint:

@@ -34,10 +34,9 @@ class InterruptedBySignal(KeyboardInterrupt):  # noqa: N818
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Have Ctrl-C and SIGTERM end the block, once: what comes later does not disturb the removal of files.
+    """Have Ctrl-C and SIGTERM end the block by InterruptedBySignal, once.
 
-    Raises:
-        InterruptedBySignal: One came.
+    What comes later does not disturb the removal of files.
     """
     before = {each: signal.signal(each, _end) for each in ASKING_TO_END}
     hook, sys.unraisablehook = sys.unraisablehook, _end_later

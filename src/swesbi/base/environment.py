@@ -1,4 +1,4 @@
-"""Whether an environment of Python belongs to the folder in which it lies, or was copied there with it."""
+"""An environment of Python: whether it was copied with its folder, and what its installation lacks."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Final
 
+STUDY: Final = ("cma", "nflows", "sbi", "snakemake", "torch", "zuko")
+"""Modules that the extra `study` brings, as pyproject.toml lists them."""
 RUNNING: Final = Path(__file__).parents[1]
 """The package that runs."""
 MADE_FOR: Final = re.compile(rb"""[!"](/[^\n]*)/bin/python""")
@@ -45,3 +47,15 @@ def _made_for(environment: Path) -> Path:
     program = environment / "bin" / "swesbi"
     found = MADE_FOR.search(program.read_bytes()[:1000]) if program.is_file() else None
     return Path(os.fsdecode(found[1])) if found else environment
+
+
+def missing(error: ModuleNotFoundError) -> ModuleNotFoundError:
+    """Return the error that names the extra, where this is what the missing module comes with."""
+    module = (error.name or "").partition(".")[0]
+    if module not in STUDY:
+        return error
+    return ModuleNotFoundError(
+        f"{module} is not installed; it comes with the extra `study`: pip install 'swesbi[study]', or "
+        "`make install` in a checkout",
+        name=module,
+    )

@@ -48,12 +48,8 @@ def side_by_side(
     """Yield each item with what the work returns for it, in the order in which they are done.
 
     Forked processes take one item after the other, each with one thread. One that is killed costs the item
-    that it had; another takes its place. They end with this process, in whichever way it ends.
-
-    Args:
-        work: What is done; an error of it is raised here.
-        items: What it is done for.
-        count: Processes.
+    that it had; another takes its place. They end with this process, in whichever way it ends. An error of
+    the work is raised here.
     """
     left = deque(items)
     idle: list[_Worker] = []

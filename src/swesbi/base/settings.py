@@ -22,11 +22,7 @@ class Settings(BaseModel):
 
     @classmethod
     def from_plain(cls, plain: object) -> Self:
-        """Validate plain data (dict, list, str, number), as read from YAML or from a rule's params.
-
-        Raises:
-            pydantic.ValidationError: A key is unknown or missing, or a value has the wrong type or range.
-        """
+        """Validate plain data (dict, list, str, number), as read from YAML or from a rule's params."""
         return cls.model_validate_json(json.dumps(plain))
 
     def to_plain(self) -> dict[str, Any]:

@@ -19,11 +19,7 @@ Snakemake sets it for its jobs, and libraries of linear algebra obey it too.
 
 
 def usable() -> int:
-    """Return how many threads may run at once: what ``LIMIT`` says, else every processor of this process.
-
-    Raises:
-        ValueError: ``LIMIT`` is no such number.
-    """
+    """Return how many threads may run at once: what ``LIMIT`` says, else every processor of this process."""
     stated = os.environ.get(LIMIT, "")
     if not stated:
         # macOS does not bind a process to processors

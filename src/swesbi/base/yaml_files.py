@@ -50,11 +50,7 @@ class _Loader(SAFE):  # type: ignore[misc, valid-type]
 
 
 def yaml_mapping(text: str) -> dict[Any, Any]:
-    """Return the keys and values of a YAML text.
-
-    Raises:
-        YamlError: It is no YAML or no mapping, has a key twice, or is too large or too deep.
-    """
+    """Return the keys and values of a YAML text."""
     try:
         _count(text)
         content = _Loader(text).get_single_data()
@@ -69,12 +65,7 @@ def yaml_mapping(text: str) -> dict[Any, Any]:
 
 
 def read_yaml_mapping(path: Path) -> dict[Any, Any]:
-    """Return the keys and values of a YAML file.
-
-    Raises:
-        OSError: It cannot be read.
-        YamlError: As of :func:`yaml_mapping`, or it is no UTF-8.
-    """
+    """Return the keys and values of a YAML file."""
     try:
         return yaml_mapping(path.read_text(encoding="utf-8-sig"))
     except UnicodeDecodeError as error:

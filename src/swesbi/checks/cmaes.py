@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -21,21 +21,13 @@ from swesbi.checks.settings import CmaesSettings, CurveLossSettings
 from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
 from swesbi.seeds import generator
 
-PARAMETERS: Final = {"parameter": list(THETA_NAMES)}
-UNIT_CUBE: Final = {"bounds": [0.0, 1.0]}
-
 
 @dataclass(frozen=True)
 class CmaesRun:
-    """The history of one seed; G is the permitted number of generations, NaN after an early stop.
+    """The history of one seed over G permitted generations; NaN after an early stop.
 
-    Attributes:
-        seed: Its seed.
-        best_loss: (G,) lowest loss found up to each generation.
-        best_theta: (G, 3) its theta.
-        evaluations: (G,) simulations run up to each generation; constant after an early stop.
-        generations: Generations run.
-        stop: Why the run ended, in the library's words.
+    ``best_loss`` (G,) is the lowest loss up to each generation, ``best_theta`` (G, 3) its theta;
+    ``evaluations`` (G,) are the simulations up to there, constant after an early stop.
     """
 
     seed: int
@@ -52,9 +44,8 @@ class CmaesRun:
 
     @property
     def theta(self) -> FloatArray:
-        """Theta of the lowest loss, shape (3,)."""
-        theta: FloatArray = self.best_theta[self.generations - 1]
-        return theta
+        """Theta of the lowest loss; shape (3,)."""
+        return np.asarray(self.best_theta[self.generations - 1])
 
 
 def best_run(runs: list[CmaesRun]) -> int:
@@ -69,16 +60,9 @@ FAILED_LOSS = 1e3
 def curve_loss(curves: FloatArray, observed: FloatArray, weights: CurveLossSettings) -> FloatArray:
     """Return the loss of each curve: MAE / range + (1 - r) + |peak - observed peak| / observed peak.
 
-    The paper (Sec. 2.5) names the three terms: normalised MAE, correlation mismatch, peak mismatch.
-    A constant curve has no correlation; its r counts as 0.
-
-    Args:
-        curves: (n, points) simulated curves; a row with a value that is not finite is a failed simulation.
-        observed: (points,) observed curve, same unit.
-        weights: Of the three terms.
-
-    Returns:
-        (n,) losses, dimensionless; ``FAILED_LOSS`` for failed simulations.
+    The paper (Sec. 2.5) names the three terms: normalised MAE, correlation mismatch, peak mismatch. A
+    constant curve has no correlation; its r counts as 0. Curves (n, points) with a value that is not finite
+    failed, and have ``FAILED_LOSS``.
     """
     failed = ~np.all(np.isfinite(curves), axis=1)
     usable = np.where(failed[:, None], observed, curves)
@@ -97,8 +81,7 @@ def _correlation(curves: FloatArray, observed: FloatArray) -> FloatArray:
     deviation = curves - curves.mean(axis=1, keepdims=True)
     target = observed - observed.mean()
     norm = np.linalg.norm(deviation, axis=1) * np.linalg.norm(target)
-    r: FloatArray = np.divide(deviation @ target, norm, out=np.zeros(len(curves)), where=norm > 0.0)
-    return r
+    return np.asarray(np.divide(deviation @ target, norm, out=np.zeros(len(curves)), where=norm > 0.0))
 
 
 @dataclass(frozen=True)
@@ -124,7 +107,7 @@ class CmaesFit(Artefact, kind="cmaes"):
     ]
     rmse_kpa: Annotated[float, Variable("", "kPa", "RMSE of that curve against the observed one")]
 
-    labels = PARAMETERS
+    labels = {"parameter": list(THETA_NAMES)}
 
 
 def gather(
@@ -157,15 +140,7 @@ Loss = Callable[[FloatArray], FloatArray]
 def search(
     loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings, label: str = "cmaes"
 ) -> list[CmaesRun]:
-    """Run CMA-ES once for every seed of the settings, in their order.
-
-    Args:
-        loss: Maps theta (n, 3) to losses (n,).
-        low: (3,) lower bounds of theta, positive.
-        high: (3,) upper bounds of theta.
-        settings: Seeds, population, generations and initial step.
-        label: What the progress line calls the search.
-    """
+    """Run CMA-ES once a seed of the settings, in their order, between bounds (3,) of theta."""
     progress = Progress(label, total=len(settings.seeds), unit="run")
     runs = []
     for seed in settings.seeds:
@@ -181,7 +156,7 @@ def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings,
     evolution = cma.CMAEvolutionStrategy(
         rng.random(len(THETA)),
         settings.sigma0,
-        UNIT_CUBE | library_options(settings.population_size, settings.generations, rng),
+        _library_options(settings, rng),
     )
     losses, thetas = [], []
     best_loss, best_theta = np.inf, np.full(len(THETA), np.nan)
@@ -195,14 +170,24 @@ def _run(loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings,
             best_loss, best_theta = float(values[index]), theta[index]
         losses.append(best_loss)
         thetas.append(best_theta)
-    return _padded(seed, losses, thetas, settings, ", ".join(sorted(map(str, evolution.stop()))))
+    missing = settings.generations - len(losses)
+    evaluations = settings.population_size * np.arange(1, len(losses) + 1)
+    return CmaesRun(
+        seed=seed,
+        best_loss=np.pad(np.array(losses), (0, missing), constant_values=np.nan),
+        best_theta=np.pad(np.array(thetas), ((0, missing), (0, 0)), constant_values=np.nan),
+        evaluations=np.pad(evaluations, (0, missing), mode="edge"),
+        generations=len(losses),
+        stop=", ".join(sorted(map(str, evolution.stop()))),
+    )
 
 
-def library_options(population_size: int, generations: int, rng: np.random.Generator) -> dict[str, Any]:
-    """Return options of the library: sizes, a random stream of our own, silence, no files."""
+def _library_options(settings: CmaesSettings, rng: np.random.Generator) -> dict[str, Any]:
+    """Return options of the library: unit cube, sizes, a random stream of our own, silence, no files."""
     return {
-        "popsize": population_size,
-        "maxiter": generations,
+        "bounds": [0.0, 1.0],
+        "popsize": settings.population_size,
+        "maxiter": settings.generations,
         "randn": lambda *shape: rng.standard_normal(shape),
         "seed": np.nan,  # leaves NumPy's global random state alone
         "verbose": -9,
@@ -214,18 +199,3 @@ def library_options(population_size: int, generations: int, rng: np.random.Gener
 def to_theta(u: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Map u in [0, 1]^3, shape (n, 3), to theta within its bounds: theta = low (high / low)^u."""
     return np.clip(low * (high / low) ** u, low, high)
-
-
-def _padded(
-    seed: int, losses: list[float], thetas: list[FloatArray], settings: CmaesSettings, stop: str
-) -> CmaesRun:
-    missing = settings.generations - len(losses)
-    evaluations = settings.population_size * np.arange(1, len(losses) + 1)
-    return CmaesRun(
-        seed=seed,
-        best_loss=np.pad(np.array(losses), (0, missing), constant_values=np.nan),
-        best_theta=np.pad(np.array(thetas), ((0, missing), (0, 0)), constant_values=np.nan),
-        evaluations=np.pad(evaluations, (0, missing), mode="edge"),
-        generations=len(losses),
-        stop=stop,
-    )

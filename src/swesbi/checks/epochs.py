@@ -72,12 +72,9 @@ def inference_by_epoch(
 ) -> EpochsTable:
     """Tell what each checkpoint of a training says of synthetic recordings and of the subjects.
 
-    Recordings and draws are those of the recovery and of the posteriors, so the rows of the best epoch
-    agree with the experiment's own results, save that the posterior sd is of the first draws, not of all.
-    Whose posterior may be interpreted is the study's verdict.
-
-    Raises:
-        UnfitError: An input does not fit the others.
+    Recordings and draws are those of the recovery and of the posteriors, so the rows of the best epoch agree
+    with the experiment's own results, save that the posterior sd is of the first draws, not of all. Whose
+    posterior may be interpreted is the study's verdict.
     """
     pool.check_components(checkpoints.best.components, "checkpoints")
     subjects = measured_subjects(observations, passives, measurement)
@@ -110,8 +107,8 @@ def _row(net: TrainedEstimator, quantity: str, **values: object) -> EpochRow:
     """Return one quantity after one epoch.
 
     ``best`` is 1 where the study uses the network of this epoch. The value is NaN where too few draws lie
-    within the prior's bounds, or the subject is not prior-supported; ``ci_low`` and ``ci_high`` are the
-    interval on a mean or a coverage over synthetic recordings; ``n`` recordings or draws are behind it.
+    within the prior's bounds, or the subject is not prior-supported; the interval is on a mean or a coverage
+    over synthetic recordings; ``n`` recordings or draws are behind it.
     """
     of = {"epoch": net.epoch, "best": int(net.best), "quantity": quantity, "subject": "", "parameter": ""}
     return of | {"value": np.nan, "ci_low": np.nan, "ci_high": np.nan, "n": 0} | values

@@ -64,7 +64,7 @@ class Draws:
         FloatArray,
         Variable("draw", "1", "ejection fraction of the simulated beat", after="end_systolic_volume_ml"),
     ]:
-        """Ejection fraction of the simulated beat, shape (n,)."""
+        """Ejection fraction of the simulated beat; shape (n,)."""
         return 1.0 - self.end_systolic_volume_ml / self.end_diastolic_volume_ml
 
 
@@ -162,6 +162,25 @@ class PredictiveCheck(Artefact, kind="predictive"):
         return from_groups(cls, groups, given)
 
 
+@dataclass(frozen=True)
+class FreePredictiveCheck(Artefact, kind="free_predictive"):
+    """What prior and posterior predict of a free-running recording, and how its p pushes lie in it."""
+
+    grid: Annotated[FloatArray, Variable("grid", "1", "analysis phases, fraction of the cycle")]
+    prior: Annotated[Band, Part("prior_{}_kpa", "grid", "kPa", words={"noise": " of noiseless curves"})]
+    posterior: Annotated[
+        Band, Part("posterior_{}_kpa", "grid", "kPa", words={"noise": " of noiseless curves"})
+    ]
+    phase: Annotated[FloatArray, Variable("push", "1", "instants of the pushes, fraction of the beat")]
+    stiffness_kpa: Annotated[FloatArray, Variable("push", "kPa", "observed stiffness 3 rho c_s^2")]
+    relative_se: Annotated[FloatArray, Variable("push", "1", "standard error of each speed over it")]
+    pushes: Annotated[
+        Band, Part("push_{}_kpa", "push", "kPa", words={"noise": " of new pushes, errors included"})
+    ]
+    interval: Annotated[float, Variable("", "1", "probability mass of every interval")]
+    coverage: Annotated[float, Variable("", "1", "share of the pushes inside the interval of new ones")]
+
+
 class FeatureError(ValueError):
     """A feature to check that the summary does not have."""
 
@@ -175,11 +194,7 @@ class CheckedFeatures:
 
     @property
     def columns(self) -> list[int]:
-        """Where they stand in the summary.
-
-        Raises:
-            FeatureError: A name is no feature of the summary.
-        """
+        """Where they stand in the summary; a name that it does not have is a FeatureError."""
         names = summary_names(self.summary)
         if unknown := [name for name in self.names if name not in names]:
             raise FeatureError(
@@ -188,16 +203,13 @@ class CheckedFeatures:
         return [names.index(name) for name in self.names]
 
     def of(self, curve_kpa: FloatArray) -> FloatArray:
-        """Return the features (n, features) of curves (n, grid); errors as of ``columns``."""
+        """Return the features (n, features) of curves (n, grid)."""
         return summarise(curve_kpa, self.summary)[:, self.columns]
 
     def target(self, observation: Observation, se_kpa: FloatArray, noise_sd: FloatArray) -> Target:
-        """Return what predictions are compared with; errors as of ``columns``.
+        """Return what predictions are compared with.
 
-        Args:
-            observation: The recording.
-            se_kpa: Standard errors of its stiffness; shape (phases,).
-            noise_sd: Standard deviation of what noise does to the features; shape (features,).
+        Standard errors of the stiffness are (phases,), standard deviations of the features (features,).
         """
         return Target(
             grid=observation.grid,
@@ -216,14 +228,10 @@ class CheckedFeatures:
 
 @dataclass(frozen=True)
 class Replicates:
-    """n predictive draws, and a new recording of each.
+    """n predictive draws, and a new recording of each: on the grid, at the phases, and its features.
 
-    Attributes:
-        draws: Parameters, noiseless curves, and what a cardiologist reads.
-        curve_kpa: New curves on the grid, under the experiment's observation model; shape (n, grid).
-        phase_kpa: New values at the phases of the recording; shape (n, phases).
-        features: New checked features; shape (n, features).
-        measured_kpa: Values at the phases with the noise of the measurement alone; shape (n, phases).
+    ``measured_kpa`` (n, phases) are values at the phases with the noise of the measurement alone; all else
+    that is new has the noise of the experiment's observation model.
     """
 
     draws: Draws
@@ -234,13 +242,9 @@ class Replicates:
 
 
 def predict(made: Replicates, target: Target, interval: float, *, of_new: bool) -> Prediction:
-    """Compare predictive draws with the observation.
+    """Compare predictive draws with the observation; without draws every score and band is NaN.
 
-    Args:
-        made: n draws; with n = 0 every score and band is NaN.
-        target: The observation.
-        interval: Probability mass of the central intervals.
-        of_new: Whether bands and scores have the intervals of new recordings, not of noiseless curves.
+    Bands and scores have the intervals of new recordings if ``of_new``, else those of noiseless curves.
     """
     draws, measured, observed = made.draws, target.measured, target.stiffness_kpa[target.measured]
     curve, phases = band(draws.curve_kpa, interval), band(draws.phase_kpa, interval)

@@ -1,14 +1,37 @@
-"""Predictive checks of an experiment on features: curves, and the paper's noise put back on them."""
+"""Predictive checks of an experiment on features: curves, and the paper's noise put back on them.
+
+The paper's Eq. 5 adds Gaussian noise to five features of a curve and to no value of the curve itself, so it
+says of no phase how far a new recording may lie from the simulated curve. A predictive interval under the
+observation model asks for that, and so for a reading of what each noise does to the whole curve:
+
+``maximum_kpa``
+    A scale of the whole curve, baseline included: E -> E (1 + epsilon / max E). The maximum then moves by
+    epsilon, as in Eq. 5, and every phase in proportion, which is what one error of the speed's scale does
+    to E = 3 rho c^2. Eq. 5 gives baseline and minimum no noise of their own.
+``time_to_peak_cycle``
+    A shift of the whole curve along the cycle, around its end: E(s) -> E(s - epsilon). The peak then moves by
+    epsilon, as in Eq. 5. A scale leaves the phase of the peak, and a shift leaves its height, so that
+    both features have the noise of Eq. 5 and no more.
+``auc_kpa``, ``post_peak_auc_kpa``, ``decay_slope_kpa_per_cycle``
+    Nothing more. They stay as Eq. 5 defines them, noise added to the feature of a drawn curve
+    (:func:`replicates`): an area or a slope belongs to infinitely many curves, and no one deformation of a
+    curve to it. Scale and shift move them already. Under 1 kPa and 0.03 of the cycle the area of the six
+    volunteers' prior curves moves by 0.4 kPa (Eq. 5: 0.5), that after the peak by 0.3 kPa (0.5) and the decay
+    slope from the peak to the end by 3 to 5 kPa per cycle (5): a third move for each would count that noise
+    twice.
+
+The trajectory values, which Eq. 5 does "not independently" perturb, so move with the curve that they are of.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from swesbi.base.arrays import FloatArray
-from swesbi.checks.observed_curves import at_phases, observed_curves
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.predictive import (
     CheckedFeatures,
     Draws,
@@ -23,7 +46,7 @@ from swesbi.heart.model import activation_duration_s, isometric_stiffness_kpa
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.heart.settings import ForwardModelSettings
-from swesbi.heart.simulate import simulate
+from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import PassiveBaseline
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
@@ -33,6 +56,9 @@ from swesbi.posterior.truncated import Posterior
 from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
 from swesbi.verdict.verdict import Verdict
+
+SCALED_BY: Final = "maximum_kpa"
+SHIFTED_BY: Final = "time_to_peak_cycle"
 
 
 @dataclass(frozen=True)
@@ -45,25 +71,22 @@ class FeatureModel:
 
     def from_prior(self, simulations: PriorSimulations, number: int) -> Draws:
         """Return the first ``number`` stored, successful prior simulations as predictive draws."""
-        volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
-        cycles = (simulations.cycle_phase, simulations.active_stiffness_kpa[:number])
-        return self._draws(simulations.theta[:number], cycles, volumes)
+        return self._draws(simulations.theta[:number], simulations, slice(number))
 
     def from_theta(self, theta: FloatArray) -> Draws:
         """Simulate theta (n, 3), n > 0, and return the successful ones as predictive draws."""
         beats = simulate(theta, self.subject.observation.context, self.forward_model)
         good = beats.status == Status.PERIODIC
-        cycles = (beats.cycle_phase, beats.active_stiffness_kpa[good])
-        volumes = (beats.end_diastolic_volume_ml[good], beats.end_systolic_volume_ml[good])
-        return self._draws(theta[good], cycles, volumes, int((~good).sum()))
+        return self._draws(theta[good], beats, good, failed=int((~good).sum()))
 
     def _draws(
         self,
         theta: FloatArray,
-        cycles: tuple[FloatArray, FloatArray],
-        volumes_ml: tuple[FloatArray, FloatArray],
+        simulated: PriorSimulations | Beats,
+        chosen: slice | BoolArray,
         failed: int = 0,
     ) -> Draws:
+        cycles = (simulated.cycle_phase, simulated.active_stiffness_kpa[chosen])
         grid = self.subject.on_grid(*cycles)
         duration_s = activation_duration_s(self.subject.observation.context.period_s, self.forward_model)
         return Draws(
@@ -71,29 +94,67 @@ class FeatureModel:
             curve_kpa=grid,
             phase_kpa=self.subject.at_phases(*cycles),
             features=self.features.of(grid),
-            end_diastolic_volume_ml=volumes_ml[0],
-            end_systolic_volume_ml=volumes_ml[1],
+            end_diastolic_volume_ml=simulated.end_diastolic_volume_ml[chosen],
+            end_systolic_volume_ml=simulated.end_systolic_volume_ml[chosen],
             isometric_stiffness_kpa=isometric_stiffness_kpa(theta, duration_s),
             failed=failed,
         )
 
 
+def observed_curves(
+    curves_kpa: FloatArray,
+    feature_noise_sd: Mapping[str, float],
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Return each curve (n, G) as one new observation would show it: scaled, and shifted along the cycle.
+
+    The last value of a curve equals its first. One scale and one shift a curve are drawn, in this order.
+    """
+    raised, shift = rng.standard_normal((2, len(curves_kpa)))
+    scaled = scale_peaks(curves_kpa, feature_noise_sd.get(SCALED_BY, 0.0) * raised)
+    return shift_cycles(scaled, feature_noise_sd.get(SHIFTED_BY, 0.0) * shift)
+
+
+def scale_peaks(curves_kpa: FloatArray, raised_kpa: FloatArray) -> FloatArray:
+    """Scale curves (n, G), which are positive, so that their maxima rise by ``raised_kpa`` (n,)."""
+    factor = raised_kpa[:, None] / curves_kpa.max(axis=1, keepdims=True)
+    return np.asarray(curves_kpa + factor * curves_kpa)
+
+
+def shift_cycles(curves_kpa: FloatArray, shift_cycle: FloatArray) -> FloatArray:
+    """Move curves (n, G) later by ``shift_cycle`` (n,), around the cycle: E(s - shift).
+
+    Between points of the grid the curve is linear; a shift by whole steps moves values as they are.
+    """
+    steps = curves_kpa.shape[1] - 1
+    return _read(curves_kpa, np.arange(steps + 1) - steps * shift_cycle[:, None])
+
+
+def at_phases(curves_kpa: FloatArray, phase: FloatArray) -> FloatArray:
+    """Return curves (n, G) of the analysis grid at phases (p,), linearly between its points; shape (n, p)."""
+    return _read(
+        curves_kpa, np.broadcast_to((curves_kpa.shape[1] - 1) * phase, (len(curves_kpa), len(phase)))
+    )
+
+
+def _read(curves: FloatArray, position: FloatArray) -> FloatArray:
+    """Read each curve at its own positions (n, p), counted in steps of the grid around the cycle."""
+    steps, rows = curves.shape[1] - 1, np.arange(len(curves))[:, None]
+    start = np.floor(position)
+    before = start.astype(np.int64) % steps
+    fraction = position - start
+    return np.asarray((1.0 - fraction) * curves[rows, before] + fraction * curves[rows, before + 1])
+
+
 def replicates(
     draws: Draws, target: Target, feature_noise_sd: Mapping[str, float], seed: int, subject: str, of: str
 ) -> Replicates:
-    """Return n draws as new observations under the observation model (paper, Eq. 5) show them.
+    """Return draws as new observations under the observation model (paper, Eq. 5) show them.
 
-    Two noises move whole curves (:mod:`swesbi.checks.observed_curves`); what they do at a phase of the
+    Two noises move whole curves (:func:`observed_curves`); what they do at a phase of the
     recording is read off the grid, and added to the draw's value there. Features have theirs by Eq. 5. The
-    noise of the measurement alone is Gaussian, of the recording's standard errors.
-
-    Args:
-        draws: Simulations.
-        target: The recording.
-        feature_noise_sd: Standard deviations by feature, of which some scale and shift curves.
-        seed: The study's seed.
-        subject: Whose recording it is.
-        of: "prior" or "posterior"; names the streams of the noise.
+    noise of the measurement alone is Gaussian, of the recording's standard errors. ``of`` is "prior" or
+    "posterior", and names the streams of the noise.
     """
     of_curves = generator(seed, "observed curves", subject, of)
     rng = generator(seed, "predictive", subject, of)
@@ -129,19 +190,6 @@ def check_of_features(
     """Check the predictions of one subject; a subject outside the prior's support has no posterior.
 
     The noise that the observation model puts back on curves has a stream of its own.
-
-    Args:
-        posterior: Of the subject.
-        verdict: Whether it may be read.
-        observation: The recording.
-        passive: Its passive baseline.
-        shards: Simulations of the subject's prior.
-        predictive: So many draws are taken of prior and posterior as it says.
-        forward_model: Of the simulations.
-        measurement: The measurement operator.
-        summary: Which features.
-        observation_model: The noise of features.
-        seed: Of the noise.
     """
     features = CheckedFeatures(predictive.features, summary)
     subject = MeasuredSubject(observation, passive, measurement)

@@ -1,15 +1,19 @@
-"""Predictive checks of an experiment on speeds: the new recording that each draw would give."""
+"""Predictive checks of an experiment on speeds: the new recording that each draw would give.
+
+Of a free-running recording these are new pushes at its instants, and the curve behind them.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from swesbi.base.arrays import FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.predictive import (
     CheckedFeatures,
     Draws,
+    FreePredictiveCheck,
     PredictiveCheck,
     Replicates,
     Target,
@@ -17,10 +21,12 @@ from swesbi.checks.predictive import (
     predict,
     withheld,
 )
+from swesbi.checks.scores import band, coverage
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations
+from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, draw_speeds, speed_model
 from swesbi.measurement.settings import DiscrepancySettings, SummarySettings
 from swesbi.measurement.speeds import PredictedSpeeds
@@ -29,7 +35,7 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import sample
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
-from swesbi.recording.phases import to_grid
+from swesbi.recording.phases import analysis_grid, to_grid
 from swesbi.recording.speed import youngs_modulus_kpa
 from swesbi.seeds import generator
 from swesbi.verdict.verdict import Verdict
@@ -74,11 +80,9 @@ def new_recordings(phi: FloatArray, recorder: Recorder, rng: np.random.Generator
     """Simulate phi (n, d) and make a new recording of each successful simulation."""
     model = recorder.model
     beats = model.simulate(phi)
-    predicted = model.predict_from(phi, beats)
     good = beats.status == Status.PERIODIC
-    volumes = (beats.end_diastolic_volume_ml[good], beats.end_systolic_volume_ml[good])
-    kept = PredictedSpeeds(predicted.log_speed[good], predicted.slope[good])
-    return _record(phi[good], kept, volumes, int((~good).sum()), recorder, rng)
+    predicted = model.predict_from(phi, beats).rows(good)
+    return _record(phi[good], predicted, beats, good, recorder, rng, failed=int((~good).sum()))
 
 
 def prior_recordings(
@@ -91,8 +95,7 @@ def prior_recordings(
     operator = sample(len(wall.active_kpa), prior.operator, rng)
     phi = prior.joined(simulations.theta[:number], simulations.physiology[:number], operator)
     predicted = model.predict_at(phi, wall)
-    volumes = (simulations.end_diastolic_volume_ml[:number], simulations.end_systolic_volume_ml[:number])
-    return _record(phi, predicted, volumes, 0, recorder, rng)
+    return _record(phi, predicted, simulations, slice(number), recorder, rng)
 
 
 def stream_of(recorder: Recorder, seed: int, part: str) -> np.random.Generator:
@@ -109,21 +112,11 @@ def predictive_check(
     *,
     may_be_read: bool,
 ) -> PredictiveCheck:
-    """Compare a recording with what prior and posterior predict of new ones.
+    """Compare a recording with what prior and posterior draws (n, d) predict of new ones.
 
     New recordings are drawn under the whole observation model: measurement noise and discrepancy. A
     contradicted subject keeps its predictive curves, which show what the model cannot do, but has no scores.
-
-    Args:
-        recorder: The recording and its model.
-        phi: Draws of the exact posterior; shape (n, d).
-        prior: New recordings of draws of the prior.
-        settings: Gives how many draws are taken, and the interval.
-        seed: The study's seed.
-        may_be_read: Whether the verdict lets the posterior be read.
-
-    Raises:
-        ValueError: Every posterior draw failed in the simulator.
+    Refuses a posterior of which no draw can be simulated.
     """
     number, subject = settings.draws, recorder.observation.subject
     after = new_recordings(phi[:number], recorder, stream_of(recorder, seed, "posterior"))
@@ -148,10 +141,11 @@ def feature_noise_sd(made: Replicates) -> FloatArray:
 def _record(
     phi: FloatArray,
     predicted: PredictedSpeeds,
-    volumes_ml: tuple[FloatArray, FloatArray],
-    failed: int,
+    simulated: PriorSimulations | Beats,
+    chosen: slice | BoolArray,
     recorder: Recorder,
     rng: np.random.Generator,
+    failed: int = 0,
 ) -> Replicates:
     model, theta = recorder.model, phi[:, OF_THETA]
     errors, discrepancy = model.recording.errors, model.settings.discrepancy
@@ -165,8 +159,8 @@ def _record(
             curve_kpa=grid,
             phase_kpa=clean,
             features=recorder.features.of(grid),
-            end_diastolic_volume_ml=volumes_ml[0],
-            end_systolic_volume_ml=volumes_ml[1],
+            end_diastolic_volume_ml=simulated.end_diastolic_volume_ml[chosen],
+            end_systolic_volume_ml=simulated.end_systolic_volume_ml[chosen],
             isometric_stiffness_kpa=isometric_stiffness_kpa(theta, model.activation_duration_s(phi)),
             failed=failed,
         ),
@@ -191,24 +185,56 @@ def check_of_speeds(
 ) -> PredictiveCheck:
     """Check the predictions of one subject in an experiment on speeds.
 
-    Args:
-        posterior: Of the subject.
-        verdict: Whether it may be read.
-        observation: The recording.
-        noise: Of the cohort.
-        shards: Simulations of the subject's prior.
-        model: Of the recording.
-        summary: Of which the checked features are some.
-        predictive: How many draws, and the interval.
-        seed: Of the new recordings.
-
     Raises:
         ValueError: Every posterior draw failed in the simulator.
     """
     features = CheckedFeatures(predictive.features, summary)
     recorder = Recorder(speed_model(observation, noise, model), observation, features)
     before = prior_recordings(shards, predictive.draws, recorder, stream_of(recorder, seed, "prior"))
-    readable = verdict.may_be_read
-    check = predictive_check(recorder, posterior.phi, before, predictive, seed, may_be_read=readable)
+    check = predictive_check(
+        recorder, posterior.phi, before, predictive, seed, may_be_read=verdict.may_be_read
+    )
     log_scores(observation.subject, check)
     return check
+
+
+def check_pushes(
+    model: SpeedModel,
+    phi: FloatArray,
+    prior_phi: FloatArray,
+    interval: float,
+    grid_points: int,
+    rng: np.random.Generator,
+) -> FreePredictiveCheck:
+    """Compare a recording with new pushes that its posterior would give at the same instants.
+
+    Draws of the posterior are (n, d), of the prior (m, d); the errors of new pushes are drawn.
+    """
+    recording, density = model.recording, model.settings.density_kg_m3
+    grid = analysis_grid(grid_points)
+    curves, predicted = _predicted(model, phi, grid)
+    prior, _ = _predicted(model, prior_phi, grid)
+    observed = youngs_modulus_kpa(recording.speed_m_s, density)
+    new = band(youngs_modulus_kpa(model.draw_speeds(predicted, rng), density), interval)
+    return FreePredictiveCheck(
+        grid=grid,
+        prior=band(youngs_modulus_kpa(prior.speed_m_s, density), interval),
+        posterior=band(youngs_modulus_kpa(curves.speed_m_s, density), interval),
+        phase=recording.phase,
+        stiffness_kpa=observed,
+        relative_se=recording.relative_se,
+        pushes=new,
+        interval=interval,
+        coverage=coverage(observed, new),
+    )
+
+
+def _predicted(
+    model: SpeedModel, phi: FloatArray, grid: FloatArray
+) -> tuple[PredictedSpeeds, PredictedSpeeds]:
+    """Return the log speeds of the draws that can be simulated, on the grid and at the pushes."""
+    beats = model.simulate(phi)
+    on_grid = replace(model, recording=replace(model.recording, phase=grid)).predict_from(phi, beats)
+    pushes = model.predict_from(phi, beats)
+    good = np.flatnonzero(np.isfinite(pushes.log_speed).all(axis=1))
+    return on_grid.rows(good), pushes.rows(good)

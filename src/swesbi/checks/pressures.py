@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Annotated, Final
 
 import numpy as np
@@ -12,6 +11,7 @@ import pandas as pd
 from swesbi.artefacts.csv import Table
 from swesbi.artefacts.typed import ByPlace, BySubject
 from swesbi.base.arrays import FloatArray
+from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT
 from swesbi.heart.simulate import simulate_active
@@ -34,25 +34,6 @@ PressuresTable = Annotated[pd.DataFrame, PRESSURES]
 """``pressures.csv``."""
 
 
-@dataclass(frozen=True)
-class PosteriorPair:
-    """One subject's posteriors, without and with pressures.
-
-    Attributes:
-        experiment: Whose network gave the first proposals.
-        observation: The recording.
-        model: Of both.
-        without: Posterior of the speeds alone.
-        with_them: Posterior of both.
-    """
-
-    experiment: str
-    observation: Observation
-    model: SpeedModelSettings
-    without: ExactPosterior
-    with_them: ExactPosterior
-
-
 def pressures_table(
     observations: BySubject[Observation],
     posteriors: ByPlace[ExactPosterior],
@@ -60,47 +41,28 @@ def pressures_table(
     *,
     population_models: dict[str, SpeedModelSettings],
 ) -> PressuresTable:
-    """Tabulate what pressures add to each subject that has them: every quantity without and with.
-
-    Args:
-        observations: Observed curves, which have contexts and pressures.
-        posteriors: On speeds alone.
-        with_pressures: With pressures, of the same subjects.
-        population_models: Model of a recording of each experiment, by its name.
-
-    Raises:
-        UnfitError: A file of a subject with pressures is missing.
-    """
-    return pressures_table_of(  # one after the other, since posteriors of many subjects fill the memory
-        PosteriorPair(
-            experiment=place.experiment,
-            observation=observations[place.subject],
-            model=population_models[place.experiment],
-            without=posteriors[place],
-            with_them=with_them,
-        )
-        for place, with_them in with_pressures.items()
-    )
-
-
-def pressures_table_of(compared: Iterable[PosteriorPair]) -> pd.DataFrame:
-    """Return one row a subject and quantity, with the columns ``COLUMNS``.
+    """Tabulate what pressures add to each subject that has them: a row a subject and quantity.
 
     Medians and equal-tailed intervals, without pressures and with them; width_ratio, log high / low with over
     that without; shift_in_widths, log of the medians' ratio over the latter; then the pressures and how the
-    posterior with them was obtained.
+    posterior with them was obtained. ``population_models`` are the models of a recording by experiment.
     """
-    rows = [row for one in compared for row in _rows(one)]
+    rows = [
+        {"experiment": place.experiment} | row
+        for place, found in with_pressures.items()  # one by one: posteriors of many subjects fill the memory
+        for row in _rows(
+            observations[place.subject], population_models[place.experiment], posteriors[place], found
+        )
+    ]
     return pd.DataFrame(rows, columns=list(COLUMNS))
 
 
-def _rows(one: PosteriorPair) -> list[dict[str, object]]:
-    context = one.observation.context
-    before = quantities(one.model, one.without.phi, one)
-    after = quantities(one.model, one.with_them.phi, one)
-    found, clinical = one.with_them, one.observation.clinical
+def _rows(
+    observation: Observation, model: SpeedModelSettings, without: ExactPosterior, found: ExactPosterior
+) -> list[dict[str, object]]:
+    context, clinical = observation.context, observation.clinical
+    before, after = (quantities(model, posterior.phi, context) for posterior in (without, found))
     how: dict[str, object] = {
-        "experiment": one.experiment,
         "subject": context.subject,
         "sbp_mmhg": clinical.sbp_mmhg,
         "dbp_mmhg": clinical.dbp_mmhg,
@@ -115,7 +77,7 @@ def _rows(one: PosteriorPair) -> list[dict[str, object]]:
     ]
 
 
-def quantities(model: SpeedModelSettings, phi: FloatArray, one: PosteriorPair) -> Mapping[str, FloatArray]:
+def quantities(model: SpeedModelSettings, phi: FloatArray, context: Context) -> Mapping[str, FloatArray]:
     """Return draws of every quantity that a posterior reports, by name; peak active stiffness of fewer draws.
 
     The parameters by their own names, the peak active stiffness behind those that are reported, and the
@@ -124,14 +86,12 @@ def quantities(model: SpeedModelSettings, phi: FloatArray, one: PosteriorPair) -
     columns = dict(zip(model.prior.names, phi.T, strict=True))
     if RESISTANCE in columns and TIME_CONSTANT in columns:
         columns[CAPACITANCE] = columns[TIME_CONSTANT] / columns[RESISTANCE]
-    return {PEAK_ACTIVE.name: _shown(model, phi[:SIMULATED], one), **columns}
+    return {PEAK_ACTIVE.name: _shown(model, phi[:SIMULATED], context), **columns}
 
 
-def _shown(model: SpeedModelSettings, phi: FloatArray, one: PosteriorPair) -> FloatArray:
+def _shown(model: SpeedModelSettings, phi: FloatArray, context: Context) -> FloatArray:
     """Return the peak active stiffness of draws in kPa; those that have no beat are left out."""
-    beats = simulate_active(
-        phi[:, OF_THETA], one.observation.context, model.forward_model, model.physiology(phi)
-    )
+    beats = simulate_active(phi[:, OF_THETA], context, model.forward_model, model.physiology(phi))
     active = active_stiffness_map(model.measurement.active_stiffness_map)
     shown = active(beats.active_stiffness_kpa).max(axis=1)
     return np.asarray(shown[np.isfinite(shown)])

@@ -34,18 +34,10 @@ def recover(
 ) -> pd.DataFrame:
     """Return a row a recording and parameter: truth, its level, and the moments of the posterior.
 
-    A recording with fewer than ``min_in_prior_draws`` candidates in the prior's bounds has no posterior
-    that the study would report: it is left out, and the number of recordings scored says so. The level is
-    the share of the draws in bounds below the truth, ties counted by half.
-
-    Args:
-        truth: (N, 3) parameters that the recordings were simulated with.
-        candidates: (N, S, 3) unfiltered draws from the estimator for each.
-        prior: The prior whose bounds filter the draws.
-        settings: The least number of draws.
-
-    Raises:
-        NothingRecoveredError: No recording is left.
+    Truths are (N, 3), unfiltered candidates (N, S, 3). A recording with fewer than ``min_in_prior_draws`` of
+    them in the prior's bounds has no posterior that the study would report: it is left out, and the number of
+    recordings scored says so. None left is a NothingRecoveredError. The level is the share of the draws in
+    bounds below the truth, ties counted by half.
     """
     inside = [draws[in_bounds(draws, prior)] for draws in candidates]
     scored = [i for i, draws in enumerate(inside) if len(draws) >= settings.min_in_prior_draws]

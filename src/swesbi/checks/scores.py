@@ -50,10 +50,7 @@ def band(values: FloatArray, interval: float) -> Band:
 def score(phase: FloatArray, observed: FloatArray, predicted: Band) -> Scores:
     """Score a predictive band against an observed curve at the same phases, all of shape (points,).
 
-    Post-peak means from the observed peak to the end of the cycle.
-
-    Raises:
-        ValueError: The observed values are not all finite, or are constant.
+    Post-peak means from the observed peak to the end of the cycle. An observed curve must be finite and vary.
     """
     if not np.all(np.isfinite(observed)) or np.ptp(observed) == 0.0:
         raise ValueError(f"the observed curve must be finite and vary, found {observed.tolist()}")
@@ -87,7 +84,7 @@ def coverage(observed: FloatArray, predicted: Band) -> float:
 
 
 def reduction_percent(rmse_before: float, rmse_after: float) -> float:
-    """Return by how many percent the error fell: 100 (1 - after / before)."""
+    """Return by how many percent the error fell."""
     return 100.0 * (1.0 - rmse_after / rmse_before)
 
 
@@ -105,8 +102,7 @@ class FeatureCheck:
     @property
     def inside(self) -> BoolArray:
         """Which observed features lie inside their interval; False where there is no prediction."""
-        inside: BoolArray = (self.observed >= self.predicted.low) & (self.observed <= self.predicted.high)
-        return inside
+        return np.asarray((self.observed >= self.predicted.low) & (self.observed <= self.predicted.high))
 
 
 @dataclass(frozen=True)
@@ -139,14 +135,7 @@ NO_COVERAGES: Final = Coverages(*[float("nan")] * 3)
 
 
 def cover(observed: FloatArray, noiseless: FloatArray, noisy: FloatArray, interval: float) -> Coverages:
-    """Count the observed values (points,) inside each interval.
-
-    Args:
-        observed: The observed curve.
-        noiseless: Curves of the draws, without noise; shape (n, points).
-        noisy: The same draws as new observations would show them; shape (n, points).
-        interval: Probability mass of the central intervals.
-    """
+    """Count the observed values (points,) inside each interval of noiseless and noisy draws (n, points)."""
     if len(noiseless) == 0:
         return NO_COVERAGES
     return Coverages(

@@ -50,11 +50,10 @@ def own_recovery(
 ) -> WholeTable:
     """Simulate fresh theta from the prior in the cohort's contexts, infer them, and score the posteriors.
 
-    Each recording has the context, the phases and the passive baseline of one subject, and the noise of
-    the experiment's observation model.
+    Each recording has the context, the phases and the passive baseline of one subject, and the noise of the
+    experiment's observation model.
 
     Raises:
-        UnfitError: An input does not fit the others.
         NothingRecoveredError: No recording has enough draws.
     """
     truth, raw = synthetic_recordings(
@@ -117,11 +116,7 @@ def posterior_seed(seed: int) -> int:
 def inferred(
     pool: Pool, estimator: TrainedEstimator, raw: FloatArray, recovery: RecoverySettings, seed: int
 ) -> FloatArray:
-    """Draw candidates (N, draws, 3) for recordings given as raw features with context (N, C).
-
-    Raises:
-        UnfitError: The estimator was trained on other components than the pool's.
-    """
+    """Draw candidates (N, draws, 3) for recordings given as raw features with context (N, C)."""
     pool.check_components(estimator.components, "estimator")
     z = pool.standardisation.apply(raw)
     return draw_candidates(estimator, z, recovery.candidate_draws, posterior_seed(seed))
@@ -163,11 +158,10 @@ def acquisition_recovery(
 ) -> WholeTable:
     """Record fresh theta with acquisition noise, ingest, calibrate and infer each recording, and score.
 
-    Theta are those of the recovery under the experiment's own observation model. A recording that
-    ingestion or calibration refuses is not scored; the log says how many were.
+    Theta are those of the recovery under the experiment's own observation model. A recording that ingestion
+    or calibration refuses is not scored; the log says how many were.
 
     Raises:
-        UnfitError: An input does not fit the others.
         ValueError: Every recording was refused, or none has enough draws.
     """
 

@@ -21,11 +21,7 @@ class Truths(dict[str, FloatArray]):
 
     @classmethod
     def read(cls, path: Path) -> Truths:
-        """Read ``truth.csv``.
-
-        Raises:
-            ArtefactError: The file lacks a parameter.
-        """
+        """Read ``truth.csv``; one without a parameter is an ArtefactError."""
         table = read_csv(path)
         if missing := [name for name in ("subject", *THETA_NAMES) if name not in table]:
             raise ArtefactError(f"{path}: lacks the columns {', '.join(missing)}")

@@ -25,27 +25,18 @@ from swesbi.recording.problems import Problem, RecordingError, listed
 from swesbi.recording.settings import ContextRow, RecordingSettings
 from swesbi.recording.tables.layout import TableLayout
 
-FOLDER_NAME: Final = re.compile(r"[\w. -]+")
 OUTSIDE: Final = "recordings"
 """What messages call the folder of recordings outside the study's cohort."""
-OWN_PROTOCOL: Final = "says how one recording was made, but networks learn from a cohort of one protocol"
-ONE_PROTOCOL: Final = "leave the subject out of `subjects` and ask `swesbi infer`, or remove the file"
 
 
 @dataclass(frozen=True)
 class Cohort:
     """The subjects of a folder, in the order of its table.
 
-    Attributes:
-        folder: The folder.
-        rows: The context of each subject.
-        clinical: What was measured of them beside the speeds.
-        declared_visits: Whose recordings these are, by the table; also of those who are refused.
-        layout: How the tables differ from this project's form.
-        noise_groups: The group of each subject whose errors are estimated apart from those of the others.
-        refused: Who cannot be used, and why; they have no row here.
-        files: The recording of each subject, where it is known already.
-        described: How those recordings were made that are in memory.
+    ``declared_visits`` are those of the table, also of who is refused; who is refused has no row here.
+    ``layout`` is how the tables differ from this project's form. Errors are estimated apart for each of
+    ``noise_groups``. ``files`` has the recordings that are known already, ``described`` how those in memory
+    were made.
     """
 
     folder: Path = Path()
@@ -57,11 +48,6 @@ class Cohort:
     refused: Mapping[str, str] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
     described: Mapping[str, Description] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """The name of the folder, under which answers lie."""
-        return self.folder.resolve().name
 
     def clinical_of(self, subject: str) -> ClinicalRow:
         """Return what was measured of a subject beside the speeds."""
@@ -79,23 +65,14 @@ class Cohort:
         return persons_of(self.visits)
 
     def recording(self, subject: str) -> Path:
-        """Return the path of a subject's raw samples, CSV or .mat.
-
-        Raises:
-            RecordingError: There is no such file, more than one, or it leads out of the folder.
-        """
+        """Return the path of a subject's raw samples, CSV or .mat."""
         return find_recording(self.folder, subject, self.layout.table.file)
 
 
 def study_cohort(config: Config, source: str) -> Cohort:
     """Return the subjects that a study runs on; every row of its cohort's table must be right.
 
-    Args:
-        config: Names the folder, and who of it is used.
-        source: Where the configuration stands, for messages.
-
-    Raises:
-        ConfigError: The table, or a file of the folder, is missing or wrong, or does not have a name.
+    ``source`` is where the configuration stands, for messages.
     """
     folder, key = Path(config.cohort), f"{source}: cohort"
     table, layout, groups = _read_folder(folder, key, read_subject_table)
@@ -114,7 +91,9 @@ def study_cohort(config: Config, source: str) -> Cohort:
         except RecordingError as error:
             problems.extend(error.problems)
         if (own := own_file(folder, subject)).exists():
-            problems.append(Problem(str(own), OWN_PROTOCOL, ONE_PROTOCOL))
+            reason = "says how one recording was made, but networks learn from a cohort of one protocol"
+            remedy = "leave the subject out of `subjects` and ask `swesbi infer`, or remove the file"
+            problems.append(Problem(str(own), reason, remedy))
     if problems:
         raise ConfigError(f"{key} = {str(folder)!r}: {listed(problems)}")
     return cohort
@@ -123,15 +102,10 @@ def study_cohort(config: Config, source: str) -> Cohort:
 def outside_cohort(folder: Path, settings: RecordingSettings, phases_source: str) -> Cohort:
     """Return the subjects of a folder outside the study; one that cannot be used stops no other.
 
-    Args:
-        folder: The folder.
-        settings: Quality control of recordings that do not say otherwise.
-        phases_source: Where their number of phases is said, for messages.
-
-    Raises:
-        ConfigError: The table, or ``recording.yaml``, is missing or cannot be read.
+    The settings are of recordings that do not say otherwise; ``phases_source`` is where their number of
+    phases is said, for messages.
     """
-    if not FOLDER_NAME.fullmatch(folder.resolve().name):
+    if not re.fullmatch(r"[\w. -]+", folder.resolve().name):
         raise ConfigError(
             f"{OUTSIDE} = {str(folder)!r}: answers lie in a folder of its name, which may have "
             "letters, digits, spaces and . _ - alone; rename it"

@@ -1,4 +1,4 @@
-"""The models behind the experiments of ``config.yaml``, each part with its own settings."""
+"""Sections of the configuration: experiments, studies of them, subjects outside them, resources."""
 
 from __future__ import annotations
 
@@ -7,11 +7,18 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints
 
 from swesbi.base.settings import Settings
-from swesbi.checks.calibration.settings import CalibrationSettings, PushesSettings
-from swesbi.checks.identifiability.settings import IdentifiabilitySettings
-from swesbi.checks.settings import EpochStudySettings, PredictiveSettings, RecoverySettings
+from swesbi.checks.settings import (
+    CalibrationSettings,
+    CmaesSettings,
+    EpochStudySettings,
+    IdentifiabilitySettings,
+    PredictiveSettings,
+    PushesSettings,
+    RecoverySettings,
+)
 from swesbi.measurement.settings import SpeedObservationSettings, SummarySettings
 from swesbi.networks.settings import EstimatorSettings, FlowSettings, ObservationModelSettings
+from swesbi.persons.settings import PlanSettings
 from swesbi.population.settings import (
     ConditionSettings,
     NullSettings,
@@ -21,7 +28,8 @@ from swesbi.population.settings import (
 )
 from swesbi.posterior.settings import ExactSettings, PosteriorSettings
 from swesbi.prior import ParameterPrior
-from swesbi.verdict.settings import MisspecificationSettings, SupportSettings
+from swesbi.recording.settings import NoisePriorSettings
+from swesbi.verdict.settings import MisspecificationSettings, SupportSettings, UninformativeSettings
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=64)]
 
@@ -139,3 +147,63 @@ class PopulationExperimentSettings(Settings):
         description="Calibration on fresh contexts, one recording each."
     )
     nulls: NullSettings = Field(description="Null distributions of the misspecification tests.")
+
+
+class CmaesStudySettings(Settings):
+    """The optimisation-based reference: within the bounds of one of the priors."""
+
+    prior: Name = Field(description="Name of the prior whose bounds limit the search. Paper, Sec. 2.5.")
+    search: CmaesSettings = Field(description="The searches.")
+
+
+class PlanChoiceSettings(PlanSettings):
+    """Planned studies, answered by the network of one experiment."""
+
+    experiment: Name = Field(
+        description="An experiment over a population, whose network answers the simulated persons. They "
+        "have hearts that no cohort has."
+    )
+
+
+class NewSubjectsSettings(Settings):
+    """Recordings outside the study, and how they are answered."""
+
+    phases: int | None = Field(
+        ge=8, le=60, description="Gated phases of their recordings; null: as many as recording.phases."
+    )
+    cohort_title: str = Field(min_length=1, description="What their figures call them.")
+    margin_fraction: float = Field(
+        ge=0.0,
+        lt=1.0,
+        description="How far heart rate, LVEDV and IVSd may lie beyond those trained on, as a fraction of "
+        "these limits. Chosen: a tenth.",
+    )
+    noise_level: float = Field(
+        gt=0.0,
+        lt=0.5,
+        description="False-alarm rate of the test that a recording has the noise of its folder, for many "
+        "repeats. Chosen: of three sweeps it is two to three times as high.",
+    )
+    noise_prior: NoisePriorSettings = Field(
+        description="What is expected of the noise of their folder, before its repeats are seen."
+    )
+    uninformative: UninformativeSettings = Field(description="When a recording counts as uninformative.")
+
+
+class ResourceSettings(Settings):
+    """How the work is split and where it runs; nothing here may change a result."""
+
+    shards_per_subject: int = Field(
+        ge=1,
+        le=1000,
+        description="Simulation jobs a subject and prior. One takes a second, most of it start-up.",
+    )
+    population_parts: int = Field(
+        ge=1,
+        le=1000,
+        description="Jobs of the simulations, and of the calibration, of an experiment over a population.",
+    )
+    device: Literal["auto", "cpu", "cuda"] = Field(
+        description="Where the network is trained. auto takes a GPU where there is one, but not for "
+        "procedure fast."
+    )

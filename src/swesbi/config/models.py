@@ -16,16 +16,14 @@ from pydantic import Field, model_validator
 from swesbi.base.settings import Settings
 from swesbi.config.experiments import (
     AnyExperiment,
+    CmaesStudySettings,
     ExperimentSettings,
     Name,
-    PopulationExperimentSettings,
-    SpeedExperimentSettings,
-)
-from swesbi.config.sections import (
-    CmaesStudySettings,
     NewSubjectsSettings,
     PlanChoiceSettings,
+    PopulationExperimentSettings,
     ResourceSettings,
+    SpeedExperimentSettings,
 )
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.settings import (
@@ -34,8 +32,7 @@ from swesbi.measurement.settings import (
     summary_names,
 )
 from swesbi.parameters import THETA_NAMES, THETA_RANGES
-from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.cohort.settings import ChangeGroupsSettings, HierarchySettings
+from swesbi.persons.settings import ChangeGroupsSettings, ChangeSettings, HierarchySettings
 from swesbi.prior import NuisanceSettings, PriorSettings
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.cohort.clinical import ClinicalErrors
@@ -327,14 +324,14 @@ class Config(Settings):
     @property
     def feature_experiments(self) -> Mapping[str, ExperimentSettings]:
         """The experiments with noise on features, by name."""
-        parts = self.experiments.items()
-        return {name: part for name, part in parts if isinstance(part, ExperimentSettings)}
+        return {name: part for name, part in self.experiments.items() if isinstance(part, ExperimentSettings)}
 
     @property
     def speed_experiments(self) -> Mapping[str, SpeedExperimentSettings]:
         """The experiments with noise on the measured speeds, by name."""
-        parts = self.experiments.items()
-        return {name: part for name, part in parts if isinstance(part, SpeedExperimentSettings)}
+        return {
+            name: part for name, part in self.experiments.items() if isinstance(part, SpeedExperimentSettings)
+        }
 
     def simulations_per_subject(self, prior: str) -> int:
         """Return how many simulations the experiments that use this prior need, the most of any."""

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from swesbi.config.read import ConfigError
-from swesbi.config.refusals import context_refusal, values_in
-from swesbi.config.study import Study
+from swesbi.config.study import Study, context_refusal, values_in
 from swesbi.recording.cohort.files import SUBJECTS
 
 LEAST_VISITS: Final = 2
-NO_FOLDER: Final = ("/", "\\", "\0")
 
 
 @dataclass(frozen=True)
@@ -54,23 +52,11 @@ def refused_visits(study: Study, experiment: str, pair: VisitPair) -> tuple[str,
 
 
 def visit_pair(study: Study, person: str, earlier: str | None = None, later: str | None = None) -> VisitPair:
-    """Return the visits of a person outside the study that are to be compared: the first and the last.
-
-    Args:
-        study: With the folder of the person's recordings.
-        person: The person.
-        earlier: Name of the visit to begin with; None: the first.
-        later: Name of the visit to end with; None: the last.
-
-    Raises:
-        ConfigError: There is no such person or visit, or there are not two of them.
-    """
+    """Return two visits of a person outside the study: those named, else the first and the last."""
     table = study.outside.folder / SUBJECTS
     persons = {each.name: each for each in study.outside.persons}
     if person not in persons:
         raise ConfigError(f"person = {person!r}: {table} has {', '.join(persons)}")
-    if any(character in person for character in NO_FOLDER) or person in (".", ".."):
-        raise ConfigError(f"person = {person!r}: cannot name a folder; rename the person in {table}")
     found = persons[person]
     # a visit without a name is called by its recording
     labels = [visit or subject for visit, subject in zip(found.visits, found.subjects, strict=True)]

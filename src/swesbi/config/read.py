@@ -107,11 +107,7 @@ def _is_model(value: object) -> bool:
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
-    """Read a YAML mapping.
-
-    Raises:
-        ConfigError: The file cannot be read, is no YAML mapping, or has a key twice.
-    """
+    """Read a YAML mapping."""
     try:
         return read_yaml_mapping(path)
     except OSError as error:
@@ -133,9 +129,6 @@ def at_configuration(options: argparse.Namespace) -> argparse.Namespace:
 
     There the paths in it mean what they mean to the workflow. Those of the command line count from where it
     was typed.
-
-    Raises:
-        ConfigError: There is no configuration.
     """
     typed_in = Path.cwd()
     config = found_configuration(options.config)
@@ -155,17 +148,11 @@ def _from(folder: Path, value: object) -> object:
 
 
 def found_configuration(given: Path | None) -> Path:
-    """Return the configuration: the given one, or that of this folder, or that of the installed project.
-
-    Raises:
-        ConfigError: There is none.
-    """
+    """Return the configuration: the given one, or that of this folder, or that of the installed project."""
     if given is not None:
         return given
     here, installed = Path(CONFIGURATION), installation() / CONFIGURATION
-    if here.exists() or not installed.is_file():
-        return here
-    return installed
+    return here if here.exists() or not installed.is_file() else installed
 
 
 def installation() -> Path:
@@ -186,11 +173,7 @@ def parts_of(config: Path) -> list[Path]:
 
 
 def read_merged(config: Path, changes: Path | None = None) -> dict[str, Any]:
-    """Read the files of a configuration and put another file over them, if there is one.
-
-    Raises:
-        ConfigError: A file cannot be read, is not YAML, or is not a mapping.
-    """
+    """Read the files of a configuration and put another file over them, if there is one."""
     raw: dict[str, Any] = {}
     for path in merged_files(config, changes):
         own = read_yaml(path)
@@ -203,13 +186,8 @@ def read_merged(config: Path, changes: Path | None = None) -> dict[str, Any]:
 def relocate(merged: dict[str, Any], path: Path, home: Path, folders: Sequence[str] = FOLDERS) -> None:
     """Have the folders that a file names count from its own, if it lies outside ``home``, in place.
 
-    Those of a file within count from ``home``, as in the workflow.
-
-    Args:
-        merged: The configuration; what other files or the command line say in it stays.
-        path: A file that was merged into it.
-        home: Folder of ``config.yaml``.
-        folders: Keys of those that are meant.
+    Those of a file within count from ``home``, as in the workflow. What other files or the command line say
+    in the merged configuration stays.
     """
     if path.resolve().is_relative_to(home.resolve()):
         return
@@ -234,16 +212,9 @@ def _relocate_lists(merged: dict[str, Any], experiments: Mapping[str, Any], abov
 
 
 def typed_again(merged: dict[str, Any], said: Sequence[str]) -> dict[str, Any]:
-    """Return a configuration with values of Snakemake's ``--config`` as YAML has them.
+    """Return a configuration with the ``KEY=VALUE`` of Snakemake's ``--config`` as YAML has them.
 
     Snakemake reads a number within braces or brackets as text. What has none is left as Snakemake reads it.
-
-    Args:
-        merged: The configuration, with these values in it.
-        said: The values as they were typed, ``KEY=VALUE``.
-
-    Raises:
-        ConfigError: What stands within braces or brackets is no YAML.
     """
     for key, _, value in (one.partition("=") for one in said):
         if not value.startswith(("{", "[")):
@@ -274,11 +245,7 @@ def snakemake_options(config: Path, changes: Path | None) -> str:
 
 
 def parse_config(raw: Mapping[str, Any], source: str = "config.yaml", files: Sequence[Path] = ()) -> Config:
-    """Validate a configuration as read from YAML; ``files`` are those that were merged.
-
-    Raises:
-        ConfigError: Lists every problem with key, value, remedy and place.
-    """
+    """Validate a configuration as read from YAML; ``files`` are those that were merged."""
     return parse_section(raw, source, Config, files)
 
 
@@ -287,15 +254,8 @@ def parse_section(
 ) -> Section:
     """Validate a section of the configuration, that of a side study for instance.
 
-    Args:
-        raw: The section.
-        source: Where it stands, for messages.
-        model: What it is compared with.
-        files: Those that were merged, the last of which wins.
-        section: Its key in the files; none: it is all of them.
-
-    Raises:
-        ConfigError: Lists every problem with key, value, remedy, file and line.
+    ``files`` are those that were merged, the last of which wins; ``section`` is its key in them, empty of the
+    whole. The error lists every problem with key, value, remedy, file and line.
     """
     try:
         return model.model_validate_json(json.dumps(raw, default=str))

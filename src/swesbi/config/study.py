@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,7 +10,15 @@ from typing import Any
 
 from swesbi.config.cohort import Cohort, outside_cohort, study_cohort
 from swesbi.config.models import Config
-from swesbi.config.read import ConfigError, overlay, parse_config, read_yaml
+from swesbi.config.read import (
+    ConfigError,
+    in_words,
+    merged_files,
+    overlay,
+    parse_config,
+    read_merged,
+    read_yaml,
+)
 from swesbi.population.settings import in_declared_range
 from swesbi.recording.cohort.recording_file import Description, description_of
 from swesbi.recording.samples import CONFIGURED
@@ -20,10 +29,7 @@ from swesbi.recording.settings import RecordingSettings
 class Study:
     """A validated configuration, and whose recordings it is about.
 
-    Attributes:
-        config: The configuration.
-        cohort: The subjects that the study runs on; none where its folder is not there.
-        outside: Subjects outside it, which trained networks answer.
+    Without its folder the cohort has no subjects; trained networks answer those outside it.
     """
 
     config: Config
@@ -47,11 +53,7 @@ class Study:
         return tuple(name for name in self.subjects if listed is None or name in listed)
 
     def check_subject(self, experiment: str, subject: str) -> None:
-        """Check that an experiment answers a subject of the study.
-
-        Raises:
-            ConfigError: It does not have the subject, or refuses it.
-        """
+        """Check that an experiment answers a subject of the study."""
         if subject not in self.subjects_of(experiment):
             base = self.config.base_of(experiment)
             raise ConfigError(
@@ -62,11 +64,7 @@ class Study:
             raise ConfigError(f"subject = {subject!r}: refused by {experiment!r}: {reason}")
 
     def description(self, subject: str) -> Description:
-        """Return what is said of how the recording of a subject outside the study was made.
-
-        Raises:
-            RecordingError: A file cannot be used, or says otherwise than the configuration.
-        """
+        """Return what is said of how the recording of a subject outside the study was made."""
         known = self.outside.described.get(subject)
         return known or description_of(self.outside.folder, subject, *self.settings_of_outside)
 
@@ -106,11 +104,7 @@ class Study:
         return {subject: "; ".join(reasons) for subject, reasons in problems.items() if reasons}
 
     def with_changes(self, changes: Mapping[str, Any], source: str) -> Study:
-        """Return the same cohort under a configuration with other values; ``source`` names them in errors.
-
-        Raises:
-            ConfigError: The changed configuration is not valid.
-        """
+        """Return the same cohort under a configuration with other values; ``source`` names them in errors."""
         return replace(self, config=parse_config(overlay(self.config.to_plain(), changes), source))
 
 
@@ -122,17 +116,9 @@ def load_study(
 ) -> Study:
     """Validate a raw configuration and the cohort it names, before anything runs.
 
-    Of subjects outside the cohort, one that cannot be used does not stop the others. They are answered also
-    where the study's own cohort is not there.
-
-    Args:
-        raw: The configuration.
-        source: Where it stands, for messages.
-        new_cohort: Folder of recordings outside the cohort, as ``--cohort`` of a command names it.
-        files: Those that were merged, for messages.
-
-    Raises:
-        ConfigError: The configuration, the table of subjects, or a subject's file is missing or wrong.
+    Of subjects outside the cohort, in the folder ``new_cohort``, one that cannot be used does not stop the
+    others. They are answered also where the study's own cohort is not there. ``files`` are those that were
+    merged, for messages.
     """
     for path in files:
         read_yaml(path)  # Snakemake, which has merged them, takes the last of two equal keys
@@ -169,3 +155,42 @@ def _check_reference(study: Study, source: str) -> None:
             reference_among([visit.group for visit in study.cohort.visits.values()], reference)
     except ValueError as error:
         raise ConfigError(f"{source}: cohort_posterior.reference_group: {error}") from error
+
+
+def context_refusal(study: Study, experiment: str, subject: str) -> str:
+    """Return why the network of an experiment cannot answer for a subject's heart; empty where it can."""
+    # SciPy's distributions take a while to import, and most who read the configuration ask nothing of it
+    from swesbi.verdict.context import declared_refusal, refusal
+
+    context = study.outside.rows[subject].to_context()
+    populations = study.config.population_experiments
+    if experiment in populations:
+        return declared_refusal(context, populations[experiment].population)
+    trained = [study.cohort.rows[name].to_context() for name in study.subjects_of(experiment)]
+    return refusal(context, trained, study.config.new_subjects.margin_fraction)
+
+
+def values_in(refusal: str) -> list[str]:
+    """Return the values that a refusal lists, each with the range that it lies outside."""
+    return [line[4:] for line in refusal.splitlines() if line.startswith("  - ")]
+
+
+def why_in_short(refusal: str) -> str:
+    """Return a refusal in a few words: of a list the values alone."""
+    values = ", ".join(values_in(refusal))
+    return f"does not know such a heart ({values})" if values else refusal
+
+
+def study_of(
+    options: argparse.Namespace, changes: Mapping[str, Any], new_cohort: Path | None = None
+) -> Study:
+    """Return the study of the configuration that a command is given, with what its other options change."""
+    given = (options.config, options.overlay)
+    raw = overlay(read_merged(*given), changes)
+    return load_study(raw, in_words(*given), new_cohort, merged_files(*given))
+
+
+def study_with(folder: Path, options: argparse.Namespace) -> Study:
+    """Return the study with a folder of recordings as the cohort of its new subjects."""
+    chosen = {} if options.phases is None else {"phases": options.phases}
+    return study_of(options, {"new_subjects": chosen}, folder)

@@ -24,10 +24,6 @@ class View:
     A name stands for a value that is worked out (`WORKED_OUT`), or for a section of the experiment that the
     wildcards name, of its base for one over a population, or for a section of the configuration. Where a
     value lies deeper in such a section, `PATHS` says where.
-
-    Attributes:
-        study: The study.
-        wildcards: Of the job: subject, experiment, ...
     """
 
     def __init__(self, study: Study, wildcards: Mapping[str, str]) -> None:
@@ -35,12 +31,7 @@ class View:
         self.config = study.config
 
     def __getitem__(self, name: str) -> Any:  # noqa: ANN401
-        """Return a plain value.
-
-        Raises:
-            ConfigError: A wildcard is missing or names nothing that the study has, or the experiment is of a
-                kind that has no such section.
-        """
+        """Return a plain value; ConfigError where the study, or the experiment's kind, has no such thing."""
         if name in WORKED_OUT:
             return WORKED_OUT[name](self)
         section, _, path = PATHS.get(name, name).partition(".")
@@ -67,11 +58,7 @@ class View:
         return getattr(next(holders, self.config), name)
 
     def named(self, kind: str) -> str:
-        """Return a wildcard; the study must have the subject, experiment or prior that it names.
-
-        Raises:
-            ConfigError: It is missing, or the study has no such thing.
-        """
+        """Return a wildcard; the study must have the subject, experiment or prior that it names."""
         if kind not in self.wildcards:
             raise ConfigError(f"say which {kind}")
         name = self.wildcards[kind]
@@ -96,11 +83,7 @@ class View:
 
     @property
     def population(self) -> PopulationExperimentSettings:
-        """The section of an experiment over a population.
-
-        Raises:
-            ConfigError: It is none.
-        """
+        """The section of an experiment over a population."""
         if self.experiment not in self.config.population_experiments:
             known = ", ".join(self.config.population_experiments) or "none"
             raise ConfigError(
@@ -115,11 +98,7 @@ class View:
 
     @classmethod
     def of_job(cls, study: Study, wildcards: Mapping[str, str]) -> View:
-        """Return the view of a job of the study.
-
-        Raises:
-            ConfigError: The experiment does not answer the subject.
-        """
+        """Return the view of a job of the study."""
         view = cls(study, wildcards)
         if {"subject", "experiment"} <= view.wildcards.keys():
             study.check_subject(view.experiment, view.named("subject"))
@@ -131,11 +110,7 @@ class View:
 
 
 def shard_draws(shard: int, shards: int, draws: int) -> range:
-    """Return the draw numbers of one shard: contiguous, the shards as equal in size as can be.
-
-    Raises:
-        ValueError: The shard does not exist.
-    """
+    """Return the draw numbers of one shard: contiguous, the shards as equal in size as can be."""
     if not 0 <= shard < shards:
         raise ValueError(f"shard {shard} does not exist: there are {shards}, numbered from 0")
     return range(shard * draws // shards, (shard + 1) * draws // shards)

@@ -73,13 +73,7 @@ def activations(
     """Return s(t) in [0, 1] of n simulations at uniform times from one R peak to the next; shape (n, points).
 
     s = 1/2 [tanh(2 (t - t_on) / w) - tanh(2 (t - t_on - D_T) / w)], repeated with the period, to 1e-13.
-
-    Args:
-        points: Times, both R peaks included.
-        period_s: Cardiac period T.
-        onset_s: t_on (n,).
-        duration_s: D_T (n,), at this period.
-        ramp_s: w (n,).
+    Both R peaks are among the times; onset t_on, duration D_T at this period, and ramp w are (n,).
     """
     curves = np.empty((onset_s.size, points))
     _activation_kernel()(curves, period_s, onset_s, duration_s, ramp_s)

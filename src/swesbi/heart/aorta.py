@@ -12,10 +12,6 @@ def aortic_pressure_mmhg(beats: Beats, settings: ForwardModelSettings) -> FloatA
 
     The recorded arterial pressure P_s is that of the capacitance behind the proximal resistance, tens of
     mmHg below in systole. A proximal capacitance is left out here: it smooths by R_p C_p, a millisecond.
-
-    Args:
-        beats: Simulated beats.
-        settings: Those of the simulations; R_p is in no physiology of one simulation.
     """
     resistance_mmhg_s_ml = settings.proximal_resistance_pa_s_m3 / PA_PER_MMHG / ML_PER_M3
     pressure: FloatArray = beats.arterial_pressure_mmhg + resistance_mmhg_s_ml * beats.aortic_flow_ml_s

@@ -111,11 +111,9 @@ def own_of(physiology: Physiology, model: Model, settings: ForwardModelSettings)
 
 
 def options_of(settings: ForwardModelSettings, by_simulation: bool = False) -> Options:
-    """Translate the options' names into the compiled loop's switches.
+    """Translate the options' names into the switches of the compiled loop.
 
-    Args:
-        settings: The options.
-        by_simulation: Whether simulations have physiology of their own, all of which then has its terms.
+    Where simulations have physiology of their own, all of its terms are switched on.
     """
     return Options(
         thin_wall=settings.geometry == "thin",
@@ -220,10 +218,8 @@ def starts(n: int, model: Model, physiology: Physiology | None = None) -> tuple[
     where the blood lies at the start does not matter. A factor f of the stressed volume T scales what lies
     outside the cavity, V: all pressures of the start by g = (f T - V) / (T - V), so that the total is f T.
 
-    Where f T is less than the cavity takes, the state is NaN, and the simulation counts as failed.
-
-    Raises:
-        ValueError: A factor is not 1, and the circulation is open: it keeps no volume.
+    Where f T is less than the cavity takes, the state is NaN, and the simulation counts as failed. An open
+    circulation keeps no volume, so a factor other than 1 is a ValueError.
     """
     x = np.repeat(model.start[None, :], n, axis=0)
     total = np.broadcast_to(total_volume(model.start[None], model, physiology), n)

@@ -212,16 +212,10 @@ def run_to_periodic(
     kept: Sequence[int] = ALL_RECORDS,
     own: Own | None = None,
 ) -> Records:
-    """Return the first beat of each simulation that ends where it began.
+    """Return the first beat of each simulation that ends where it began, to a relative change of a state.
 
-    Args:
-        theta: (n, 3) k_0 (Pa), k_ATP (1/s), k_SR (1/s).
-        model: The subject's heart and circulation.
-        tolerance: Largest relative change over a beat of a state that counts as periodic.
-        maximum_beats: Beats after which a simulation counts as not periodic.
-        memory: Earlier beats from which the periodic state is extrapolated; 0 runs beat after beat.
-        kept: Which of the kernel's records to return.
-        own: What the simulations have in place of the model's.
+    theta (n, 3) holds k_0 (Pa), k_ATP (1/s), k_SR (1/s). The periodic state is extrapolated from ``memory``
+    earlier beats; 0 runs beat after beat.
     """
     n = theta.shape[0]
     values = np.full((len(kept), n, model.samples), np.nan)

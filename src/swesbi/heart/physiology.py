@@ -33,20 +33,9 @@ RANGES: Final = {
 class Physiology:
     """Physiology of n simulations, every array of shape (n,); names and meanings are those of the settings.
 
-    Attributes:
-        activation_onset_s: t_on, after the R peak.
-        activation_duration_s: D, at the settings' reference period; the subject's period scales it.
-        activation_ramp_s: w, the width of the tanh ramps.
-        destruction_alpha: Bonds destroyed per unit of strain.
-        sigma_0_pa: Active stress of the fully activated fibre.
-        passive_wall_factor: Multiplies both moduli of the passive wall, C_0 and C_2 (or W_1 and W_2).
-        distal_resistance_pa_s_m3: R_d.
-        systemic_capacitance_m3_pa: C_s.
-        stressed_volume_factor: Multiplies the stressed volume that the settings give the closed loop to start
-            with, whatever its C_s (``heart.model.starts``).
-        length_dependence: gamma, the share of the length dependence of bonds.
-        atrial_kick_pa: P_a, by how much atrial contraction raises the atrial pressure.
-        atrial_delay_s: Its start, from 0.26 s before the R peak.
+    Times count from the R peak; the duration is that at the settings' reference period. The wall's factor
+    multiplies both moduli of the passive wall. The factor of the stressed volume multiplies what the closed
+    loop starts with, whatever its C_s (``heart.model.starts``).
     """
 
     activation_onset_s: FloatArray
@@ -74,17 +63,10 @@ class Physiology:
     def of_nuisances(
         cls, values: FloatArray, names: Sequence[str], settings: ForwardModelSettings
     ) -> Self | None:
-        """Return the physiology that free nuisance parameters say; the settings' own where they are silent.
+        """Return the physiology that free nuisance parameters (n, k) say; the settings' own for the others.
 
         The capacitance follows from the time constant of the arteries, C_s = (R_d C_s) / R_d.
-
-        Args:
-            values: Their values in n simulations; shape (n, k).
-            names: Names of the k, of ``parameters.PHYSIOLOGY_NAMES``.
-            settings: Give the rest.
-
-        Returns:
-            The physiology; None where no parameter is free.
+        None where no parameter is free.
         """
         if not names:
             return None
@@ -100,11 +82,7 @@ class Physiology:
         return type(self)(**{name: getattr(self, name)[rows] for name in NAMES})
 
     def checked(self, n: int) -> Self:
-        """Return the physiology as floating-point arrays, given that it is one of ``n`` simulations.
-
-        Raises:
-            ValueError: A quantity is not of shape (n,), not finite or outside its declared range.
-        """
+        """Return it as floats of shape (n,); ValueError where one is not finite or outside its range."""
         return type(self)(**{name: _checked(name, getattr(self, name), n) for name in NAMES})
 
 

@@ -61,8 +61,7 @@ class PriorSimulations(Artefact, kind="simulations"):
     def joined(cls, parts: Sequence[PriorSimulations]) -> PriorSimulations:
         """Return the shards of one subject together, in the order of the draws whatever that of the files.
 
-        Raises:
-            ArtefactError: A draw is missing or doubled, or the shards are of different simulations.
+        A draw that is missing or doubled, or shards of different simulations, are an ArtefactError.
         """
         if any(
             one.nuisance_names != parts[0].nuisance_names
@@ -83,11 +82,7 @@ class PriorSimulations(Artefact, kind="simulations"):
 
 
 def first_of(shards: Mapping[str, PriorSimulations], subject: str, number: int) -> PriorSimulations:
-    """Return the first draws of a subject.
-
-    Raises:
-        UnfitError: There are none of it, or fewer.
-    """
+    """Return the first draws of a subject; UnfitError where there are fewer."""
     whole = shards[subject]
     if (given := len(whole.theta)) < number:
         raise UnfitError(
@@ -140,8 +135,7 @@ def draw_simulations(
 ) -> PriorSimulations:
     """Simulate the numbered draws of one subject's prior, redrawing each until it succeeds.
 
-    Raises:
-        SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
+    A draw that failed ``MAXIMUM_ATTEMPTS`` times is a SimulationFailure.
     """
     streams = [generator(seed, "prior", context.subject, int(index)) for index in draw_index]
     simulated = SimulatedPrior(theta=prior)

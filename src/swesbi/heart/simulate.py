@@ -160,16 +160,9 @@ def simulate(
 ) -> Beats:
     """Simulate beats until they repeat themselves and return the last one.
 
-    A simulation's result depends on its own theta and physiology alone, not on the others it is run with.
-
-    Args:
-        theta: (n, 3) in the order of ``THETA_NAMES``: k_0 (kPa), k_ATP (1/s), k_SR (1/s).
-        context: The subject; HR, IVSd and LVEDV set period and geometry (paper, Eq. 2).
-        settings: Options, parameters and numerics.
-        physiology: Of each simulation; the settings' own for all without it.
-
-    Raises:
-        ValueError: theta, the context or the physiology is not finite or outside the declared ranges.
+    theta (n, 3) has the order of ``THETA_NAMES``, in kPa and 1/s. HR, IVSd and LVEDV of the context set
+    period and geometry (paper, Eq. 2). A simulation's result depends on its own theta and physiology alone,
+    not on the others it is run with. What is not finite or outside the declared ranges is a ValueError.
     """
     theta = _checked_theta(theta)
     check_ranges(context)
@@ -187,17 +180,7 @@ def simulate_active(
     settings: ForwardModelSettings,
     physiology: Physiology | None = None,
 ) -> ActiveBeats:
-    """Simulate beats as :func:`simulate` does and return what a stiffness needs alone, which is faster.
-
-    Args:
-        theta: (n, 3) in the order of ``THETA_NAMES``.
-        context: The subject.
-        settings: Options, parameters and numerics.
-        physiology: Of each simulation; the settings' own for all without it.
-
-    Raises:
-        ValueError: theta, the context or the physiology is not finite or outside the declared ranges.
-    """
+    """Simulate beats as :func:`simulate` does and return what a stiffness needs alone, which is faster."""
     theta = _checked_theta(theta)
     check_ranges(context)
     physiology = physiology.checked(len(theta)) if physiology else None

@@ -23,13 +23,7 @@ LOG_ROOT_TWO_PI: Final = 0.5 * np.log(2.0 * np.pi)
 
 @dataclass(frozen=True)
 class ClinicalModel:
-    """The model of one recording with the pressures of a cuff.
-
-    Attributes:
-        speeds: The model of the speeds.
-        clinical: Has both pressures.
-        errors: How far they lie from those at the root of the aorta.
-    """
+    """The model of a recording with both pressures of a cuff; errors count from the root of the aorta."""
 
     speeds: SpeedModel
     clinical: ClinicalMeasures
@@ -61,11 +55,7 @@ def log_pressure_density(
     """Return log p(systolic, diastolic | beat) of the two pressures of a cuff; shape (n,).
 
     Each is normal about the largest and the smallest pressure at the root of the aorta, plus its bias.
-
-    Args:
-        aortic_mmhg: That pressure along n beats; NaN where one failed, which gives -inf; shape (n, M).
-        clinical: The measured pressures.
-        errors: Biases and standard deviations; the errors are independent.
+    The errors are independent. A failed beat has NaN in its pressure (n, M), which gives -inf.
     """
     systolic = clinical.sbp_mmhg - aortic_mmhg.max(axis=1) - errors.sbp_bias_mmhg
     diastolic = clinical.dbp_mmhg - aortic_mmhg.min(axis=1) - errors.dbp_bias_mmhg
@@ -80,8 +70,7 @@ def _log_normal(error: FloatArray, sd: float) -> FloatArray:
 def with_pressures(model: SpeedModel, clinical: ClinicalMeasures, errors: ClinicalErrors) -> ClinicalModel:
     """Return the model of a recording with its pressures, given that of its speeds.
 
-    Raises:
-        ValueError: A pressure was not measured, or the circulation is open and has no volume of its own.
+    ValueError: a pressure was not measured, or the circulation is open and has no volume of its own.
     """
     subject = model.recording.subject
     if not clinical.has_pressures:

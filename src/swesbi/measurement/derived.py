@@ -36,12 +36,9 @@ Part of what the quantities mean, so no setting.
 def curve_quantities(
     cycle_phase: FloatArray, total_kpa: FloatArray, period_s: float
 ) -> dict[str, FloatArray]:
-    """Return the quantities of ``CURVE`` of n curves, by name; NaN where a curve has NaN.
+    """Return the quantities of ``CURVE`` of n curves (n, M), by name; NaN where a curve has NaN.
 
-    Args:
-        cycle_phase: Uniform fractions of the cycle from the R peak; shape (M,).
-        total_kpa: Total stiffness; shape (n, M).
-        period_s: Length of the cycle.
+    The phases are uniform fractions of the cycle from the R peak.
     """
     works = np.isfinite(total_kpa).all(axis=1)
     curves = total_kpa[works]
@@ -109,11 +106,6 @@ def derived(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, F
     """Return the quantities of ``DERIVED`` of n draws, by name, each of shape (n,); NaN where a beat failed.
 
     The stiffness is the heart's own, without the scale of the speeds.
-
-    Args:
-        model: The recording and its model.
-        phi: Draws; shape (n, d).
-        beats: Their beats.
     """
     passive, shown = model.parts(phi, beats)
     period_s = model.recording.context.period_s

@@ -38,13 +38,8 @@ REACH: Final = 6.0  # standard deviations of log lambda to either side
 class CellData:
     """n rows of p data about their means, and what makes their errors in c cells.
 
-    Attributes:
-        distance: Data less their means; shape (n, p).
-        slope: d log c / ds of each row; shape (n, p).
-        se: Standard deviations of the own errors; shape (p,).
-        cell: Cell of each datum, those of one side by side; shape (p,).
-        speed_fraction: delta.
-        timing_cycle: tau.
+    Distances and slopes d log c / ds are (n, p). Own errors and the cell of each datum are (p,); the data of
+    one cell lie side by side. The fraction is delta, the timing tau.
     """
 
     distance: FloatArray
@@ -88,12 +83,8 @@ class CellSums:
         d^T C^-1 d = (d^T D^-1 d - b^T (lambda^2 + A)^-1 b) / lambda^2,
         det C = lambda^(2 p) det D det(1 + A / lambda^2).
 
-    Attributes:
-        level, cross, timing: The entries of A; (c,), (n, c) and (n, c).
-        by_level, by_timing: Those of b; (n, c) each.
-        squares: d^T D^-1 d over all cells; (n,).
-        log_det: log det D over all cells.
-        data: p.
+    The entries of A are ``level`` (c,), ``cross`` and ``timing`` (n, c); those of b ``by_level`` and
+    ``by_timing`` (n, c). ``squares`` is d^T D^-1 d over all cells (n,), ``log_det`` log det D.
     """
 
     level: FloatArray
@@ -152,10 +143,7 @@ def over_cells(values: FloatArray, cell: IntArray, axis: int = -1) -> FloatArray
 class CellErrors:
     """Errors of n rows of p data with the covariance diag(s^2) + delta^2 1 1^T in each cell.
 
-    Attributes:
-        sd: Standard deviations s of the own errors; shape (n, p).
-        cell: Cell of each datum, those of one side by side; shape (p,).
-        speed_fraction: delta.
+    s is (n, p), the cell of each datum (p,), those of one side by side.
     """
 
     sd: FloatArray
@@ -182,10 +170,6 @@ def error_factors(log_sd: float, pushes: int) -> tuple[FloatArray, FloatArray]:
     The trapezium rule in u = log lambda / v over +-6. Of a normal density of standard deviation s it is off
     by 2 exp(-2 pi^2 s^2 / h^2) with steps of h (Trefethen and Weideman 2014, SIAM Review 56:385), 5e-9 with
     h = s. The information of p speeds on log lambda is 2 p at most, so s^2 >= 1 / (1 + 2 p v^2).
-
-    Args:
-        log_sd: v.
-        pushes: p.
     """
     if log_sd == 0.0:
         return np.ones(1), np.zeros(1)
@@ -200,12 +184,7 @@ def likeliest_factor(chi_squared: FloatArray, pushes: int, log_sd: float) -> Flo
     """Return the likeliest factor lambda of all errors, as if nothing else made them; shape (n,).
 
     It is where p u + chi^2 exp(-2 u) / 2 + u^2 / (2 v^2) is least, u = log lambda, by Newton's steps. The
-    slope is concave in u, so they go to its root from below.
-
-    Args:
-        chi_squared: Sums of p squared residuals at a factor of one; shape (n,).
-        pushes: p.
-        log_sd: v.
+    slope is concave in u, so they go to its root from below. chi^2 is that at a factor of one.
     """
     u = np.zeros(len(chi_squared))
     if log_sd == 0.0:

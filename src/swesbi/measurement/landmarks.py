@@ -37,13 +37,7 @@ FindCrossing = Callable[[FloatArray, FloatArray, Peak, FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class LandmarkRules:
-    """How landmarks of curves (n, G) on a grid (G,) are found.
-
-    Attributes:
-        peak: Of grid, curves and baselines (n,), the peaks.
-        before: Of grid, curves, peaks and levels (n,), the phases (n,) at which curves rise through levels.
-        after: The same of falling.
-    """
+    """How landmarks of curves (n, G) on a grid (G,) are found: peaks, rise and fall through levels."""
 
     peak: FindPeak
     before: FindCrossing
@@ -54,12 +48,8 @@ def find_peak(grid: FloatArray, curves: FloatArray) -> Peak:
     """Find the largest grid value, and its phase by the parabola through it and its two neighbours.
 
     The vertex moves continuously where the largest value passes from one grid point to the next; the
-    parabola's height would jump there, the largest value itself does not. At an end of the grid the
-    phase is that of the grid point.
-
-    Args:
-        grid: Uniform phases; shape (G,).
-        curves: Values; shape (n, G).
+    parabola's height would jump there, the largest value itself does not. At an end of the uniform grid (G,)
+    the phase is that of the grid point.
     """
     rows = np.arange(len(curves))
     index = np.argmax(curves, axis=1)
@@ -109,11 +99,6 @@ def fitted_peak(grid: FloatArray, curves: FloatArray, baseline: FloatArray) -> P
     A value's weight is by how much it exceeds the level of ``LARGEST``, so that none enters or leaves with a
     jump. The vertex stays among the largest values; where these do not bend down, the phase is their weighted
     mean and the height the largest value.
-
-    Args:
-        grid: Uniform phases; shape (G,).
-        curves: Values; shape (n, G).
-        baseline: Baseline of each curve; shape (n,).
     """
     single = find_peak(grid, curves)
     level = baseline + LARGEST * (single.height - baseline)

@@ -55,13 +55,8 @@ def log_speed_sd(
 ) -> FloatArray:
     """Return the standard deviation of what each measured log speed has for itself; shape (n, p).
 
-    sd^2 = se^2 + delta^2 + (tau d log c / ds)^2: the relative standard error of the mean speed, the
-    model's relative error, and its error in phase carried over by the slope (first order in each).
-
-    Args:
-        predicted: Log speeds and slopes of n simulations.
-        relative_se: Standard error over mean, at the p phases, without what they share; (p,) or (n, p).
-        discrepancy: delta and tau.
+    sd^2 = se^2 + delta^2 + (tau d log c / ds)^2: the relative standard error of the mean speed, without what
+    phases share, the model's relative error, and its error in phase carried over by the slope (first order).
     """
     timing = discrepancy.timing_cycle * predicted.slope
     return np.asarray(np.sqrt(relative_se**2 + discrepancy.speed_fraction**2 + timing**2))
@@ -127,11 +122,8 @@ def draw_speeds(
 ) -> FloatArray:
     """Draw one recording's speeds (n, p), in m/s, for each of n simulations.
 
-    Args:
-        predicted: Log speeds and slopes of n simulations.
-        errors: Relative errors of the means, one recording's (p, ...) for all or one each (n, p, ...).
-        discrepancy: delta and tau.
-        rng: Source of the errors; what phases share is drawn last, once a recording and sweep.
+    The errors are one recording's (p, ...) for all, or one each (n, p, ...). What phases share is drawn last,
+    once a recording and sweep.
     """
     sd = log_speed_sd(predicted, errors.own, discrepancy)
     own = sd * rng.standard_normal(sd.shape)
@@ -345,11 +337,7 @@ def measured_subjects(
     passives: Mapping[str, PassiveBaseline],
     measurement: MeasurementSettings,
 ) -> tuple[MeasuredSubject, ...]:
-    """Put each recording together with the passive baseline of its subject, in the order of the recordings.
-
-    Raises:
-        UnfitError: They are not of the same subjects.
-    """
+    """Put each recording together with the passive baseline of its subject, in the order of recordings."""
     names = [recording.subject for recording in observations]
     if sorted(names) != sorted(passives):
         raise UnfitError(
@@ -367,9 +355,5 @@ def reference_beat(context: Context, prior: PriorSettings, forward_model: Forwar
 
 
 def speed_model(observation: Observation, noise: CohortNoise, settings: SpeedModelSettings) -> SpeedModel:
-    """Return the model of a recording whose errors are those of its group.
-
-    Raises:
-        ArtefactError: The noise of the subject is not known.
-    """
+    """Return the model of a recording whose errors are those of its group."""
     return SpeedModel(speeds.measured_speeds(observation, noise.of(observation.subject)), settings)

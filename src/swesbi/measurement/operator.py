@@ -37,9 +37,6 @@ def identity(active_stiffness_kpa: FloatArray) -> FloatArray:
 
     A shear wave passes in a millisecond, in which bonds neither form nor break (active law of Chapelle
     et al. 2012).
-
-    Args:
-        active_stiffness_kpa: k_c; any shape.
     """
     return active_stiffness_kpa
 
@@ -49,9 +46,6 @@ def series_spring(active_stiffness_kpa: FloatArray) -> FloatArray:
 
     Sarcomere models have such an element (Caruel et al. 2014, where its strain is part of the fibre's);
     here it is rigid in the mechanics and enters the measured stiffness alone, to see what it would change.
-
-    Args:
-        active_stiffness_kpa: k_c; any shape.
     """
     return active_stiffness_kpa * SERIES_MODULUS_KPA / (active_stiffness_kpa + SERIES_MODULUS_KPA)
 
@@ -63,11 +57,7 @@ ACTIVE_STIFFNESS_MAPS: Final[Mapping[str, StiffnessMap]] = {
 
 
 def active_stiffness_map(name: str) -> StiffnessMap:
-    """Return the map of this name; a further one is added to ``ACTIVE_STIFFNESS_MAPS`` and the settings.
-
-    Raises:
-        ValueError: No map has this name.
-    """
+    """Return the map of this name; a further one is added to ``ACTIVE_STIFFNESS_MAPS`` and the settings."""
     if name not in ACTIVE_STIFFNESS_MAPS:
         raise ValueError(f"no active stiffness map {name!r}; known: {', '.join(ACTIVE_STIFFNESS_MAPS)}")
     return ACTIVE_STIFFNESS_MAPS[name]
@@ -101,16 +91,10 @@ def passive_shape(stretch: FloatArray, exponent_b: float) -> FloatArray:
 def passive_scale(
     observed_kpa: FloatArray, active_kpa: FloatArray, shape: FloatArray, window: BoolArray
 ) -> FloatArray:
-    """Return the scale a that makes passive plus active stiffness meet the observed mean in a window.
+    """Return the scale a in kPa that makes passive plus active stiffness meet the observed mean in a window.
 
-    Args:
-        observed_kpa: Observed stiffness at the phases, of one or several recordings; shape (..., P).
-        active_kpa: Active stiffness of the reference beat there; shape (P,).
-        shape: g of the reference beat there; shape (P,).
-        window: Which phases count; shape (P,).
-
-    Returns:
-        The scale in kPa, shape (...); not positive if the active part alone exceeds the observed mean.
+    Observed stiffness may be of several recordings (..., P), which gives scales (...); active stiffness and
+    shape are those of the reference beat (P,). Where the active part alone is above the mean, a is negative.
     """
     excess = observed_kpa[..., window].mean(axis=-1) - active_kpa[window].mean()
     return np.asarray(excess / shape[window].mean())
@@ -130,15 +114,8 @@ def calibrate_passive(
 ) -> PassiveBaseline:
     """Calibrate the passive baseline of one subject on the measured late-diastolic phases.
 
-    Args:
-        observation: The subject's observed curve.
-        reference: One beat, simulated in the subject's context at the reference theta.
-        settings: Exponent and window.
-        measurement: Names the map from active stiffness to E_act.
-
-    Raises:
-        PassiveCalibrationError: The reference beat failed, the window holds no measured phase, or the
-            observed stiffness there does not exceed the reference beat's active part.
+    The reference beat runs in the subject's context. PassiveCalibrationError: it failed, the window has no
+    measured phase, or the stiffness there does not exceed the reference beat's active part.
     """
     window = late_diastolic(observation, settings)
     _check_inputs(observation.subject, reference, window, settings)
@@ -176,11 +153,7 @@ def _check_inputs(subject: str, reference: Beats, window: BoolArray, settings: P
 
 
 def total_cycle(active: ActiveCycles, passive: PassiveBaseline, settings: MeasurementSettings) -> FloatArray:
-    """Return total stiffness E_pass + E_act over the simulated cycle, shape (n, M), in kPa.
-
-    Raises:
-        ValueError: The cycle has other phases than the passive baseline.
-    """
+    """Return total stiffness E_pass + E_act over the simulated cycle, shape (n, M), in kPa."""
     cycle_phase, active_stiffness_kpa = _cycles(active)
     if not np.array_equal(cycle_phase, passive.cycle_phase):
         raise ValueError(
@@ -201,19 +174,9 @@ def total_at_phases(
 def total_curves(
     active: ActiveCycles, passive: PassiveBaseline, observation: Observation, settings: MeasurementSettings
 ) -> FloatArray:
-    """Return total stiffness on the analysis grid, as the subject's measured phases show it.
+    """Return total stiffness (n, G) in kPa on the analysis grid, as the subject's measured phases show it.
 
-    Args:
-        active: Successful simulated beats, n of them.
-        passive: The subject's passive baseline, on the same cycle phases.
-        observation: Gives the phases and which of them were measured.
-        settings: Grid size and active stiffness map.
-
-    Returns:
-        Curves E_sim in kPa; shape (n, G).
-
-    Raises:
-        ValueError: A cycle holds NaN (drop failed simulations first), or its phases do not match.
+    Failed simulations are dropped before: a cycle with NaN is a ValueError.
     """
     cycle_phase, _ = _cycles(active)
     total = total_cycle(active, passive, settings)

@@ -27,12 +27,7 @@ def normal_log_density(z: FloatArray, log_sd: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of n rows of p data with the covariance diag(s^2) + W W^T.
-
-    Attributes:
-        sd: Standard deviations s of the own errors; shape (n, p).
-        shared: Factor W of the shared errors, the same in all rows; shape (p, R).
-    """
+    """Errors of n rows of p data with the covariance diag(s^2) + W W^T; s is (n, p), W of all rows (p, R)."""
 
     sd: FloatArray
     shared: FloatArray
@@ -51,11 +46,9 @@ class Errors:
 
 @dataclass(frozen=True)
 class Innovations:
-    """n rows of p data, each datum given those before it in its row.
+    """n rows of p data, each datum given those before it in its row; shapes (n, p).
 
-    Attributes:
-        z: Standardised residuals, independent standard normals where C is the covariance; shape (n, p).
-        sd: Conditional standard deviations sqrt(v); shape (n, p).
+    z are independent standard normals where C is the covariance, sd the conditional standard deviations.
     """
 
     z: FloatArray
@@ -73,12 +66,9 @@ class Innovations:
 
 
 def innovations(distance: FloatArray, sd: FloatArray, shared: FloatArray) -> Innovations:
-    """Standardise n rows of data, each datum given those before it.
+    """Standardise n rows of data less their means (n, p), each datum given those before it.
 
-    Args:
-        distance: Data less their means, d; shape (n, p). A row with NaN stays NaN from there on.
-        sd: Standard deviations s of the own errors; shape (n, p).
-        shared: Factor W of the shared errors, the same in all rows; shape (p, R).
+    A row with NaN stays NaN from there on.
     """
     if not shared.shape[1]:
         return Innovations(np.asarray(distance / sd), sd)
@@ -98,10 +88,7 @@ def innovations(distance: FloatArray, sd: FloatArray, shared: FloatArray) -> Inn
 def draw_shared(shared: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
     """Draw W n of ``count`` rows, each with n of its own; shape (count, p).
 
-    Args:
-        shared: Factor W, of all rows (p, R) or of each (count, p, R).
-        count: Rows.
-        rng: Source of n; with R = 0 nothing is drawn.
+    W is that of all rows (p, R) or of each (count, p, R); with R = 0 nothing is drawn.
     """
     normal = rng.standard_normal((count, shared.shape[-1]))
     return np.asarray(np.einsum("...pr,...r->...p", shared, normal))

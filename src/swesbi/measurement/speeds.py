@@ -27,15 +27,10 @@ LEAST_EXCURSION: Final = 1e-6  # of the stretch; a wall that moves less does not
 class SpeedRecording:
     """The points of one recording at which a speed was measured, p of them: gated phases, or pushes.
 
-    Attributes:
-        context: The subject's context.
-        phase: Measured phases in [0, 1), ascending; shape (p,).
-        speed_m_s: Mean shear-wave speed there, or the push's; shape (p,).
-        relative_se: Standard error of each as a fraction of it, without what it shares; shape (p,).
-        shared: Factor W of the relative errors that the means share, whose covariance is W W^T; shape (p, R),
-            a column for each sweep, R = 0 where repeats are separate, and of pushes.
-        cell: Cell of each push, within which the model has one error; (p,). None: each phase is its own.
-        errors_log_sd: Prior standard deviation of the log of a factor of all errors; 0 where they are known.
+    Phases ascend in [0, 1). Relative errors are fractions of the speed, without what it shares. ``shared`` is
+    the factor W of the errors that the means share, whose covariance is W W^T; shape (p, R), a column for
+    each sweep, R = 0 where repeats are separate, and of pushes. The model has one error within a cell of
+    pushes. ``errors_log_sd`` is the prior's width of the log of a factor of all errors; 0: they are known.
     """
 
     context: Context
@@ -72,11 +67,9 @@ class SpeedRecording:
 def measured_speeds(observation: Observation, noise: NoiseComponents | None = None) -> SpeedRecording:
     """Return the measured points of an observation with their speeds and standard errors.
 
-    Args:
-        observation: Gated phases, or pushes, whose errors it holds itself.
-        noise: Components of the cohort, from which the standard errors of gated phases follow by the
-            recording's own numbers of repeats and samples, and what the phases share by which of them each
-            sweep has; without them, those of the recording itself, which knows of no sweeps.
+    By the components of the cohort the errors of gated phases follow from the recording's own numbers of
+    repeats and samples, and what they share from which of them each sweep has. Without them they are those of
+    the recording itself, which knows of no sweeps. Pushes hold their errors themselves.
     """
     measured, gated = observation.measured, observation.is_gated
     if gated:
@@ -115,11 +108,7 @@ class WallCycles(Protocol):
 class WallPhases:
     """What the wall's stiffness is made of in n simulations at p phases, with slopes per cycle; (n, p) each.
 
-    Attributes:
-        active_kpa: Active stiffness E_act.
-        active_slope_kpa: Its slope.
-        shortening: Shortening x of the wall, 0 at the largest stretch of the own beat, 1 at the smallest.
-        shortening_slope: Its slope.
+    Shortening is 0 at the largest stretch of the own beat, 1 at the smallest.
     """
 
     active_kpa: FloatArray
@@ -130,10 +119,8 @@ class WallPhases:
     def between(self, offset: FloatArray) -> WallPhases:
         """Return the same at instants beside the phases, the centres of p equal parts of the cycle.
 
-        Between two phases lies the cubic of their values and slopes (Hermite).
-
-        Args:
-            offset: Instants less the phases, from -1 to 1, in 1 / p of the cycle; shape (n, p).
+        Between two phases lies the cubic of their values and slopes (Hermite). Offsets (n, p) from the phases
+        go from -1 to 1, in 1 / p of the cycle.
         """
         if not offset.any():
             return self
@@ -153,11 +140,8 @@ def _cubic(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the periodic Hermite cubic through values and slopes per cycle, and its slope; (n, p) each.
 
-    Args:
-        values: At the centres of p equal parts of the cycle; shape (n, p).
-        slopes: Likewise.
-        t: Place between the two neighbours, 0 to 1; shape (n, p).
-        after: Whether these are a phase and the next, or the one before and it; shape (n, p).
+    t is the place between two neighbours, 0 to 1: of a phase and the next where ``after``, else of the one
+    before and it.
     """
     parts = values.shape[1]
     pairs = []
@@ -177,11 +161,9 @@ def _cubic(
 class MeasuredBy:
     """What turns the wall of n simulations into speeds; each of shape (n,), the last three also one for all.
 
-    Attributes:
-        stretched_kpa: Passive stiffness a at the largest stretch of the beat.
-        ratio: r, passive stiffness at the smallest stretch over that at the largest.
-        middle_factor: m, passive stiffness at the middle stretch over the geometric mean of the ends.
-        speed_scale: q, by which every measured speed is off.
+    ``stretched_kpa`` is the passive stiffness a at the largest stretch of the beat, ``ratio`` r that at the
+    smallest over it, ``middle_factor`` m that at the middle over the geometric mean of the ends.
+    ``speed_scale`` q is by what every measured speed is off.
     """
 
     stretched_kpa: FloatArray
@@ -248,11 +230,6 @@ def predict_speeds(by: MeasuredBy, wall: WallPhases, density_kg_m3: float) -> Pr
 
     E = E_pass + E_act (paper, Eq. 3) and E = 3 rho c^2 (paper, Sec. 2.1), so log c = log q
     + 1/2 log(E / 3 rho) and d log c / ds = 1/2 E' / E.
-
-    Args:
-        by: Passive law and scale of the speeds q of each simulation.
-        wall: Active stiffness and shortening at the p phases.
-        density_kg_m3: rho.
     """
     passive = by.passive_kpa(wall.shortening)
     passive_slope = passive * by.passive_log_slope(wall.shortening) * wall.shortening_slope

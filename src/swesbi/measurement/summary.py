@@ -21,20 +21,10 @@ CHUNK: Final = 2048  # rows; keeps the work arrays within the processor's cache
 
 
 def summarise(curves: FloatArray, settings: SummarySettings) -> FloatArray:
-    """Return the features x = S(E) of stiffness curves (paper, Eq. 4).
+    """Return the features x = S(E) of stiffness curves (paper, Eq. 4), in the order of ``summary_names``.
 
-    Every feature depends continuously on a curve with one peak; a level never crossed
-    counts as crossed at an end of the cycle.
-
-    Args:
-        curves: Stiffness in kPa on the analysis grid; shape (n, G).
-        settings: Baseline window, landmarks and trajectory.
-
-    Returns:
-        Features in the order of ``summary_names(settings)``; shape (n, F), F = 46 in the study.
-
-    Raises:
-        ValueError: The curves are not a two-dimensional array of finite numbers.
+    Curves in kPa on the analysis grid are (n, G), features (n, F), F = 46 in the study. Every feature depends
+    continuously on a curve with one peak; a level never crossed counts as crossed at an end of the cycle.
     """
     if curves.ndim != 2 or not np.isfinite(curves).all():
         raise ValueError(f"curves must be finite, of shape (n, grid); got shape {curves.shape} or NaN in it")

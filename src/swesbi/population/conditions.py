@@ -27,12 +27,9 @@ ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True)
 class Conditions:
-    """Of n recordings at the P phases of a protocol.
+    """Of n recordings at the P phases of a protocol, each phase with its own number of failed samples.
 
-    Attributes:
-        level: Standard error of the mean speed of a phase without failed samples, over the speed; shape (n,).
-        errors: Own and shared errors at each phase, with its own number of failed samples; (n, P), (n, P, R).
-        measured: Which phases were measured; shape (n, P).
+    ``level`` is the standard error of the mean speed of a phase without failed samples, over the speed.
     """
 
     level: FloatArray
@@ -111,14 +108,11 @@ def _longest_run(missing: BoolArray) -> IntArray:
 
 @dataclass(frozen=True)
 class FreePushes:
-    """Of n free-running recordings, N pushes in all.
+    """Of n free-running recordings, N pushes in all, by ascending row.
 
-    Attributes:
-        row: Number of each push's recording, ascending; shape (N,).
-        phase: Its instant in [0, 1); shape (N,).
-        relative_se: Standard error of its speed over it, where declared its prior median; shape (N,).
-        factor: What all errors of a recording are multiplied by, 1 where they are known; shape (n,).
-        errors_log_sd: Prior standard deviation of the logarithm of that; 0 where they are known; shape (n,).
+    ``relative_se`` (N,) is over the speed, where declared its prior median; ``factor`` (n,) what all errors
+    of a recording are multiplied by, 1 where they are known; ``errors_log_sd`` (n,) the prior standard
+    deviation of the logarithm of that, else 0.
     """
 
     row: IntArray
@@ -149,12 +143,10 @@ def draw_pushes(number: int, settings: FreeConditionSettings, rng: np.random.Gen
 class CellConditions:
     """Of n recordings in the P cells of the cycle.
 
-    Attributes:
-        errors: Own and shared errors of the mean speed of each cell, as they are; (n, P), (n, P, R).
-        relative_se: Their total as it is known; shape (n, P).
-        measured: Which cells hold a point; shape (n, P).
-        offset: Mean instant of the points less the centre of the cell, in widths of a cell; shape (n, P).
-        errors_log_sd: Prior standard deviation of the log of a factor of all errors; shape (n,).
+    ``errors`` of the mean speeds are as they are, ``relative_se`` (n, P) is their total as it is known.
+    ``measured`` cells hold a point; ``offset`` is the mean instant of the points less the centre of the cell,
+    in widths of a cell; ``errors_log_sd`` (n,) the prior standard deviation of the log of a factor of all
+    errors.
     """
 
     errors: MeanErrors

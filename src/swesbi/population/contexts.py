@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -35,13 +35,9 @@ MAX_ATTEMPTS: Final = 1000
 
 @dataclass(frozen=True)
 class DrawnContext:
-    """One context, and how it came about.
+    """One context and its group, and how many draws the limits refused before.
 
-    Attributes:
-        context: The context.
-        group: Name of its group.
-        broad: Whether HR, LVEDV and IVSd were drawn over the whole declared range.
-        redrawn: Number of draws that the limits refused before.
+    If ``broad``, HR, LVEDV and IVSd were drawn over the whole declared range.
     """
 
     context: Context
@@ -53,17 +49,9 @@ class DrawnContext:
 def draw_contexts(
     index: Sequence[int], population: PopulationSettings, seed: int, *name: str | int, broad: bool = False
 ) -> tuple[Context, ...]:
-    """Draw the contexts of these numbers.
+    """Draw the contexts of these numbers for a purpose, as "training".
 
-    Args:
-        index: Numbers of the contexts, from zero; each determines its context whatever the others.
-        population: Whom to draw.
-        seed: The study's seed.
-        *name: What the contexts are for, e.g. "training".
-        broad: Whether `broad_share` of them spread over the whole declared range, as in training.
-
-    Raises:
-        RuntimeError: A context stays outside the limits in many attempts.
+    Where ``broad``, as in training, `broad_share` of them spread over the whole declared range.
     """
     drawn = draw_population(index, population, seed, *name, broad=broad)
     redrawn = sum(draw.redrawn for draw in drawn)
@@ -86,7 +74,7 @@ def draw_population(
 def draw_one(
     number: int, population: PopulationSettings, rng: np.random.Generator, broad: bool = False
 ) -> DrawnContext:
-    """Draw the context of this number from a generator of the caller's; errors as of ``draw_contexts``."""
+    """Draw the context of this number from a generator of the caller's."""
     # Group, sex, age and spread are kept when the body is drawn again: the limits do not change their shares.
     group = _choose_group(float(rng.random()), population)
     sex: Literal["F", "M"] = "M" if rng.random() < 0.5 else "F"
@@ -149,9 +137,8 @@ def _spread(context: Context, population: PopulationSettings, rng: np.random.Gen
     """Replace what enters the simulator by draws over the declared range; BSA and EF stay."""
     limits = np.log([population.declared_range.limits(name) for name in DECLARED_NAMES])
     hr_bpm, lvedv_ml, ivsd_cm = np.exp(rng.uniform(limits[:, 0], limits[:, 1])).tolist()
-    values = asdict(context) | {"hr_bpm": hr_bpm, "lvedv_ml": lvedv_ml, "ivsd_cm": ivsd_cm}
-    values["lvesv_ml"] = lvedv_ml * context.lvesv_ml / context.lvedv_ml
-    return Context(**values)
+    lvesv_ml = lvedv_ml * context.lvesv_ml / context.lvedv_ml
+    return replace(context, hr_bpm=hr_bpm, lvedv_ml=lvedv_ml, lvesv_ml=lvesv_ml, ivsd_cm=ivsd_cm)
 
 
 def is_plausible(context: Context) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.settings import Settings
-from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.population.conditions import draw_conditions, draw_pushes, protocol_noise, whole_phase_se
@@ -26,7 +25,6 @@ from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.neighbours import speed_by_neighbours
 from swesbi.recording.phases import cells_of, nominal_phases
 from swesbi.recording.settings import RecordingSettings
-from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 
 MODEL_NOISE: Final = "model_noise"
@@ -49,28 +47,17 @@ class FreshSettings(Settings):
 class FreshSubject:
     """A context drawn from the population, and the conditions under which it is recorded.
 
-    Attributes:
-        model: The model of its recording; the speeds in it are placeholders.
-        level: Standard error of the mean speed of a phase without failed samples, over the speed.
-        missing: Indices of the phases that are missed.
+    The speeds in ``model`` are placeholders; ``level`` is the standard error of the mean speed of a phase
+    without failed samples, over the speed; ``missing`` are the phases that are missed.
     """
 
     model: SpeedModel
     level: float
     missing: tuple[int, ...]
 
-    @property
-    def context(self) -> Context:
-        """The context."""
-        return self.model.recording.context
-
 
 def fresh_subject(index: int, settings: FreshSettings, seed: int, name: str) -> FreshSubject:
-    """Draw the context and conditions with this number of the stream ``name``; never one trained on.
-
-    Raises:
-        ValueError: Its reference beat does not become periodic.
-    """
+    """Draw the context and conditions with this number of the stream ``name``; never one trained on."""
     context = draw_contexts([index], settings.population, seed, "fresh", name)[0]
     rng = generator(seed, "population conditions", name, index)
     drawn = draw_conditions(1, settings.conditions, settings.acquisition, settings.recording, rng)
@@ -91,10 +78,8 @@ def record_fresh(
 ) -> Synthetic:
     """Draw phi and one recording of the subject, under the model's own noise or sample by sample.
 
-    Phases far outside their neighbours are left out of both, as they are of any recording.
-
-    Returns:
-        One recording, or none where ingestion refused it.
+    Phases far outside their neighbours are left out of both, as they are of any recording. Of those that
+    ingestion refuses there is none.
     """
     if kind == MODEL_NOISE:
         made = own_recordings(subject.model, 1, seed, "population", *name)
@@ -119,20 +104,8 @@ def record_pushes(
 ) -> tuple[SpeedModel, FloatArray]:
     """Draw context, instants, errors, phi and speeds of the free-running recording with this number.
 
-    Pushes far outside their neighbours are left out, as they are of any recording.
-
-    Args:
-        number: Of the stream ``name``.
-        pushes: Fewest and most of its pushes; uniform in the logarithm between them.
-        settings: Population, conditions and model.
-        seed: The study's seed.
-        name: Names the stream.
-
-    Returns:
-        The recording under its model, and phi of shape (d,).
-
-    Raises:
-        ValueError: Its reference beat does not become periodic.
+    The number of ``pushes`` is uniform in the logarithm from the fewest to the most; those far outside their
+    neighbours are left out, as they are of any recording. Phi is of shape (d,).
     """
     context = draw_contexts([number], settings.population, seed, "fresh", *name)[0]
     rng = generator(seed, "population conditions", *name, number)
@@ -153,10 +126,7 @@ def record_pushes(
 def _acquisition(subject: FreshSubject, settings: FreshSettings) -> Acquisition:
     """Return the protocol whose whole phases have the subject's standard error."""
     protocol = settings.acquisition
-    unit, factor = protocol_noise(protocol), subject.level / whole_phase_se(protocol)
-    noise = NoiseComponents(
-        factor * unit.repeat_fraction, factor * unit.sample_fraction, factor * unit.sweep_fraction
-    )
+    noise = protocol_noise(protocol).times(subject.level / whole_phase_se(protocol))
     return Acquisition.with_noise(
         protocol, noise, subject.missing, settings.recording, settings.model.measurement
     )

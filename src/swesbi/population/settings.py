@@ -13,11 +13,9 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from swesbi.base.settings import Settings
-from swesbi.context import CONTEXT_RANGES, RELATIVE_THICKNESS_RANGE, Context, wall_in_words
+from swesbi.context import CONTEXT_RANGES, RELATIVE_THICKNESS_RANGE, Context, outside, wall_in_words
 
-QUANTITIES: Final = ("bsa_m2", "hr_bpm", "lvedv_ml", "ivsd_cm", "ejection_fraction")
-"""What is drawn for one person of known age, in the order of the correlation matrices."""
-DECLARED_NAMES: Final = ("hr_bpm", "lvedv_ml", "ivsd_cm")
+DECLARED_NAMES: Final = tuple(CONTEXT_RANGES)
 """What of the context enters the simulator (paper, Eq. 2)."""
 MOST_SHOWN: Final = 32
 """Subjects of a cohort that still have figures and a row on the page each; larger ones are counted."""
@@ -176,8 +174,8 @@ class DeclaredRange(Settings):
 
     @model_validator(mode="after")
     def _within_the_model(self) -> Self:
-        ranges = {name: CONTEXT_RANGES[name] for name in DECLARED_NAMES}
-        for name, (lowest, highest) in (ranges | {"relative_thickness": RELATIVE_THICKNESS_RANGE}).items():
+        ranges = CONTEXT_RANGES | {"relative_thickness": RELATIVE_THICKNESS_RANGE}
+        for name, (lowest, highest) in ranges.items():
             low, high = self.limits(name)
             if low < lowest or high > highest:
                 raise ValueError(
@@ -229,11 +227,7 @@ class PopulationSettings(Settings):
 
 
 def of_group(population: PopulationSettings, name: str) -> PopulationSettings:
-    """Return the population of which one group is all.
-
-    Raises:
-        ValueError: It has no such group.
-    """
+    """Return the population of which one group is all."""
     group = population.groups.get(name)
     if group is None:
         raise ValueError(f"the population has no group {name!r}; it has {', '.join(population.groups)}")
@@ -374,13 +368,9 @@ class NullSettings(Settings):
 
 def in_declared_range(context: Context, population: PopulationSettings) -> tuple[str, ...]:
     """Say what of a context is outside the declared range, with its limits; empty if nothing is."""
-    problems = []
-    for name in DECLARED_NAMES:
-        value = float(getattr(context, name))
-        low, high = population.declared_range.limits(name)
-        if not low <= value <= high:
-            problems.append(f"{name} = {value:g} is outside [{low:g}, {high:g}]")
-    low, high = population.declared_range.relative_thickness
+    declared = population.declared_range
+    problems = outside(vars(context), {name: declared.limits(name) for name in DECLARED_NAMES})
+    low, high = declared.relative_thickness
     if not low <= context.relative_thickness <= high:
         problems.append(f"{wall_in_words(context)}, outside [{low:g}, {high:g}]")
     return tuple(problems)

@@ -107,54 +107,24 @@ def shard_of_population(
     experiment: str,
     seed: int,
 ) -> PopulationSimulations:
-    """Simulate the contexts from the first number to before the second.
-
-    Raises:
-        SimulationFailure: A draw failed too often.
-        ValueError: The reference beat of a context does not become periodic.
-    """
-    first, stop = context_numbers
-    label = f"simulations {experiment}, contexts {first} to {stop - 1}"
-    made = simulate_population(range(first, stop), draws_per_context, population, phases, model, seed, label)
-    failed, drawn = int(made.failures.sum()), made.theta.shape[0] * made.theta.shape[1]
-    LOGGER.info("%d contexts, %d simulations, %d failed and drawn again", len(made.contexts), drawn, failed)
-    return made
-
-
-def simulate_population(
-    index: Sequence[int],
-    draws: int,
-    population: PopulationSettings,
-    phases: int,
-    model: SpeedModelSettings,
-    seed: int,
-    label: str = "population",
-) -> PopulationSimulations:
-    """Simulate the numbered contexts of the training set.
+    """Simulate the contexts of the training set from the first number to before the second.
 
     Each context, and each draw in it, has a random stream of its own, so neither shards nor cores matter.
-
-    Args:
-        index: Numbers of the contexts.
-        draws: Draws of theta in each.
-        population: From which contexts are drawn.
-        phases: Nominal phases.
-        model: Prior, forward model and passive law.
-        seed: The study's seed.
-        label: Name in progress lines.
-
-    Raises:
-        SimulationFailure: A draw failed too often.
     """
-    contexts = draw_contexts(index, population, seed, "training", broad=True)
+    first, stop = context_numbers
+    contexts = draw_contexts(range(first, stop), population, seed, "training", broad=True)
+    label = f"simulations {experiment}, contexts {first} to {stop - 1}"
     progress = Progress(label, len(contexts), unit="context")
     parts = []
     for context in contexts:
-        parts.append(_simulate(context, draws, nominal_phases(phases), model, seed))
+        parts.append(_simulate(context, draws_per_context, nominal_phases(phases), model, seed))
         progress.step()
     theta, physiology, *others = (np.stack(column) for column in zip(*parts, strict=True))
     names = model.prior.theta.physiology_names
-    return PopulationSimulations(contexts, theta, physiology, names, *others)
+    made = PopulationSimulations(contexts, theta, physiology, names, *others)
+    failed, drawn = int(made.failures.sum()), len(contexts) * draws_per_context
+    LOGGER.info("%d contexts, %d simulations, %d failed and drawn again", len(contexts), drawn, failed)
+    return made
 
 
 def _simulate(

@@ -39,28 +39,20 @@ LOGGER = logging.getLogger("swesbi")
 
 @dataclass(frozen=True)
 class Synthetic:
-    """Recordings of one subject with the phi that each was made with.
-
-    Attributes:
-        phi: True parameters; shape (n, d).
-        recordings: The n recordings.
-        refused: Recordings that ingestion refused; they are not among the n.
-    """
+    """Recordings of one subject, n of them, with the phi (n, d) of each; those refused are not among them."""
 
     phi: FloatArray
     recordings: tuple[SpeedRecording, ...]
-    refused: int = 0
 
 
 @dataclass(frozen=True)
 class Acquisition:
-    """How recordings are acquired and read: errors, quality control, noise components, missing phases."""
+    """How recordings are acquired and read: protocol, quality control, noise components."""
 
     settings: AcquisitionSettings
     recording: RecordingSettings
     measurement: MeasurementSettings
     noise: NoiseComponents
-    missing_phases: tuple[int, ...]
 
     @classmethod
     def with_noise(
@@ -71,13 +63,18 @@ class Acquisition:
         recording: RecordingSettings,
         measurement: MeasurementSettings,
     ) -> Acquisition:
-        """Return a protocol with other errors than its own, which ingestion is told."""
-        errors = {
+        """Return a protocol with other errors than its own, which ingestion is told.
+
+        One scale of all speeds is a parameter of phi, and in the truth already where it is free.
+        """
+        changes = {
             "sample_sd_fraction": noise.sample_fraction,
             "repeat_sd_fraction": noise.repeat_fraction,
             "sweep_fraction": noise.sweep_fraction,
+            "scale_fraction": 0.0,
+            "missing_phases": missing_phases,
         }
-        return cls(protocol.model_copy(update=errors), recording, measurement, noise, missing_phases)
+        return cls(protocol.model_copy(update=changes), recording, measurement, noise)
 
 
 def own_recordings(model: SpeedModel, count: int, seed: int, *name: str | int) -> Synthetic:
@@ -116,15 +113,11 @@ def acquired_recordings(
         else:
             kept.append(index)
             recordings.append(measured_speeds(observed, acquisition.noise))
-    return Synthetic(phi[kept], tuple(recordings), count - len(kept))
+    return Synthetic(phi[kept], tuple(recordings))
 
 
 def fresh_beats(model: SpeedModel, count: int, seed: int, *name: str | int) -> tuple[FloatArray, Beats]:
-    """Draw phi (count, d) from the joint prior and simulate it; failing draws are replaced by later ones.
-
-    Raises:
-        SimulationFailure: A draw failed ``MAXIMUM_ATTEMPTS`` times.
-    """
+    """Draw phi (count, d) from the joint prior and simulate it; failing draws are replaced by later ones."""
     subject, prior = model.recording.subject, model.settings.prior
     rng = generator(seed, "synthetic", "phi", *name, subject)
     phi, failed = np.empty((count, len(prior.parameters))), np.arange(count)
@@ -144,12 +137,10 @@ def fresh_beats(model: SpeedModel, count: int, seed: int, *name: str | int) -> t
 def _acquire(
     model: SpeedModel, acquisition: Acquisition, truth: TruthCurve, rng: np.random.Generator
 ) -> Observation:
-    # one scale of all speeds is a parameter of phi, and in the truth already where it is free
-    changes = {"missing_phases": acquisition.missing_phases, "scale_fraction": 0.0}
-    settings = acquisition.settings.model_copy(update=changes)
-    samples = acquire(truth, model.recording.context, settings, rng)
-    moved = _with_discrepancy(samples, truth, settings.phases, model.settings.discrepancy, rng)
-    return ingest(moved, model.recording.context, acquisition.recording, acquisition.measurement.grid_points)
+    context, phases = model.recording.context, acquisition.settings.phases
+    samples = acquire(truth, context, acquisition.settings, rng)
+    moved = _with_discrepancy(samples, truth, phases, model.settings.discrepancy, rng)
+    return ingest(moved, context, acquisition.recording, acquisition.measurement.grid_points)
 
 
 def _with_discrepancy(
@@ -172,14 +163,7 @@ def _with_discrepancy(
 class Reacquisition:
     """What one subject's recordings are made and read with.
 
-    Attributes:
-        subject: Gives context, measured phases and the true passive baseline.
-        reference: One beat in the subject's context, on which the passive baseline is calibrated.
-        acquisition: Protocol and noise.
-        recording: Quality control.
-        passive: Passive calibration.
-        measurement: Measurement operator.
-        summary: Summary operator S(.).
+    ``reference`` is one beat in the subject's context, on which the passive baseline is calibrated.
     """
 
     subject: MeasuredSubject
@@ -196,11 +180,8 @@ class Reacquisition:
         """Record the curve of one active stiffness (M,) and return its features, shape (F,).
 
         The recording takes its passive baseline from itself, as every recording of the study does; the
-        estimator knows the subject's first baseline, so the recording is moved to it.
-
-        Raises:
-            RecordingError: Too few samples or phases passed quality control.
-            PassiveCalibrationError: The recording's late diastole admits no positive passive scale.
+        estimator knows the subject's first baseline, so the recording is moved to it. A recording may be
+        refused.
         """
         true_passive, observed_at = self.subject.passive, self.subject.observation
         truth = total_cycle((cycle_phase, active_stiffness_kpa[None]), true_passive, self.measurement)[0]
@@ -222,15 +203,8 @@ def features_under(
     """Return the features (F,) of a recording, moved from its own passive baseline to that of the training.
 
     An estimator knows each subject under one passive baseline. A recording with another is moved by the
-    difference of the two at its phases, which is what training under the new one would amount to:
-    E_obs - E_pass is compared with E_act in both.
-
-    Args:
-        trained: The baseline under which the subject's training features were simulated.
-        recorded: The recording.
-        calibrated: The baseline calibrated on the recording.
-        measurement: The measurement operator.
-        summary: The summary operator S(.).
+    difference of the two at its phases, which is what training under the new one would amount to: E_obs -
+    E_pass is compared with E_act in both.
     """
     phase = recorded.measured_phase
     move = trained.stiffness_kpa - calibrated.stiffness_kpa

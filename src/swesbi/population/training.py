@@ -21,7 +21,7 @@ from swesbi.networks.flow.cells import (
 )
 from swesbi.networks.flow.training import FlowParts, Rows, TrainedWithLosses, fit_flow, single
 from swesbi.networks.settings import FlowSettings
-from swesbi.networks.standardisation import Standardisation, fit_standardisation
+from swesbi.networks.standardisation import fit_standardisation
 from swesbi.population.conditions import draw_cells
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import PopulationSimulations
@@ -35,16 +35,7 @@ CONTEXTS_AT_A_TIME: Final = 500  # what is made on the way to their rows takes a
 
 @dataclass(frozen=True)
 class RowMaker:
-    """Turns simulations into training rows.
-
-    Attributes:
-        model: Prior, discrepancy and density.
-        conditions: Gated and free-running recordings, noise levels and missing phases.
-        acquisition: Repeats, samples and failures behind the standard errors.
-        recording: What ingestion admits.
-        cells: What the network sees.
-        seed: Of everything that is drawn.
-    """
+    """Turns simulations into training rows; the seed is of everything that is drawn."""
 
     model: SpeedModelSettings
     conditions: ConditionSettings
@@ -60,7 +51,6 @@ class RowMaker:
             yield self._raw(_part(made, slice(start, start + CONTEXTS_AT_A_TIME)), rng)
 
     def _raw(self, made: PopulationSimulations, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-        draws = made.theta.shape[1]
         theta, physiology, prior = _flat(made.theta), _flat(made.physiology), self.model.prior
         phi = prior.joined(theta, physiology, sample(len(theta), prior.operator, rng))
         drawn = draw_cells(len(theta), self.conditions, self.acquisition, self.recording, rng)
@@ -69,32 +59,16 @@ class RowMaker:
         predicted = self.model.predict(phi, wall)
         speeds = draw_speeds(predicted, drawn.errors, self.model.discrepancy, rng)
         seen = SeenCells(np.log(speeds), drawn.measured, drawn.relative_se, drawn.offset, drawn.errors_log_sd)
-        context = _each(np.stack([context_inputs(context) for context in made.contexts]), draws)
+        context = np.stack([context_inputs(context) for context in made.contexts]).repeat(
+            made.theta.shape[1], axis=0
+        )
         return to_logit(prior.heart(phi), prior.simulated), cell_inputs(context, seen, self.cells)
-
-    def rows(
-        self,
-        made: PopulationSimulations,
-        conditioner: CellConditioner,
-        eta: Standardisation,
-        *name: str | int,
-    ) -> Rows:
-        """Draw one epoch's rows, standardised; the stream depends on the seed and the name."""
-        parts = [
-            (single(eta.apply(raw_eta)), single(conditioner.standardise(inputs)))
-            for raw_eta, inputs in self.raw(made, *name)
-        ]
-        return Rows(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def split_by_context(
     made: PopulationSimulations, held_out_fraction: float
 ) -> tuple[PopulationSimulations, PopulationSimulations]:
-    """Split into training and held-out contexts, the last ones held out: a network must know new hearts.
-
-    Raises:
-        ValueError: A side would be empty.
-    """
+    """Split into training and held-out contexts, the last ones held out: a network must know new hearts."""
     number = len(made.contexts)
     edge = number - round(held_out_fraction * number)
     if not 0 < edge < number:
@@ -114,10 +88,6 @@ def _flat(values: FloatArray) -> FloatArray:
     return values.reshape(math.prod(values.shape[:-1]), values.shape[-1])  # -1 cannot stand for no columns
 
 
-def _each(values: FloatArray, times: int) -> FloatArray:
-    return np.repeat(values, times, axis=0)
-
-
 def train_population(
     made: PopulationSimulations, maker: RowMaker, settings: FlowSettings, label: str = "training"
 ) -> TrainedWithLosses:
@@ -125,10 +95,6 @@ def train_population(
 
     Contexts are split into training and held-out ones; standardisation comes from the training ones; the
     weights of the best epoch on the held-out ones are kept. Runs on one thread and repeats exactly.
-
-    Raises:
-        ValueError: Too few contexts for a split.
-        TrainingDivergedError: The loss was not finite too often.
     """
     training, held_out = split_by_context(made, settings.validation_fraction)
     raw_eta, inputs = map(np.concatenate, zip(*maker.raw(training, "statistics"), strict=True))
@@ -136,7 +102,12 @@ def train_population(
     del raw_eta, inputs
 
     def rows_of(part: PopulationSimulations, name: str, number: int) -> Rows:
-        return maker.rows(part, conditioner, eta, name, number)
+        """Draw one epoch's rows, standardised; the stream depends on the seed, the name and the number."""
+        parts = [
+            (single(eta.apply(raw_eta)), single(conditioner.standardise(inputs)))
+            for raw_eta, inputs in maker.raw(part, name, number)
+        ]
+        return Rows(*map(np.concatenate, zip(*parts, strict=True)))
 
     parts = FlowParts(conditioner, eta, maker.model.prior.simulated)
     return fit_flow(training, held_out, rows_of, parts, settings, maker.seed, label)
@@ -156,20 +127,6 @@ def trained_over_population(
     """Train q(heart | z) on recordings drawn over the population.
 
     Runs on the CPU, on one thread, and repeats exactly.
-
-    Args:
-        shards: The simulations.
-        model: Prior, discrepancy and density.
-        conditions: Gated and free-running recordings, noise levels and missing phases.
-        acquisition: Protocol of the recordings.
-        recording: What ingestion admits.
-        estimator: Architecture and schedule.
-        experiment: Its name, in progress lines.
-        seed: Of the study.
-
-    Raises:
-        ValueError: Too few contexts for a split.
-        TrainingDivergedError: The loss was not finite too often.
     """
     maker = RowMaker(
         model=model,

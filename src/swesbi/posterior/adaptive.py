@@ -77,13 +77,7 @@ class PriorProposal:
 
 @dataclass(frozen=True)
 class AdaptedDraws:
-    """The draws so far, and whether their weights are reliable.
-
-    Attributes:
-        weighted: All draws with their weights.
-        reliable: Pareto shape and effective draws are those at which rounds end.
-        placed: The draws in the spaces in which proposals are fitted.
-    """
+    """The draws so far, placed in the spaces of proposals, and whether their weights are reliable."""
 
     weighted: WeightedDraws
     reliable: bool
@@ -128,14 +122,8 @@ def adaptive_rounds(
 ) -> Iterator[AdaptedDraws]:
     """Yield the draws after each round, until their weights are reliable or rounds are used up.
 
-    Args:
-        model: Prior and exact likelihood of the recording.
-        settings: Give the criteria of reliable weights.
-        seed: Seed of everything.
-        network: A network's posterior of the recording, with which it begins; None: with the prior alone.
-
-    Raises:
-        NoLikelihoodError: The likelihood is zero at every draw of the first round.
+    They begin with the network's posterior of the recording, or with the prior alone. NoLikelihoodError: the
+    likelihood is zero at every draw of the first round.
     """
     first, counts = _first_proposals(model.settings.prior, network, settings)
     names = ("prior", "network")
@@ -233,16 +221,10 @@ def adapted(
 def weighted_by_all(
     drawn: EvaluatedPoints, log_parts: Sequence[FloatArray], counts: Sequence[int]
 ) -> WeightedDraws:
-    """Weight draws by the mixture of all that they come from.
+    """Weight draws, those of the prior first, by the mixture of all that they come from.
 
-    Args:
-        drawn: n draws with their likelihood, those of the prior first.
-        log_parts: Log densities at every draw, (n,) each: of the prior, then of each proposal, or of the one
-            of two that belongs to the draw's half.
-        counts: Draws of the prior, and of each proposal.
-
-    Raises:
-        NoLikelihoodError: The likelihood is zero at every draw.
+    Log densities (n,) are those of the prior, then of each proposal, or of the one of two that belongs to the
+    draw's half. NoLikelihoodError: the likelihood is zero at every draw.
     """
     draws = len(drawn.phi)
     shares = np.array(counts)[:, None] / draws

@@ -27,12 +27,8 @@ EPSILON: Final = 2.0**-52
 def smooth(log_ratio: FloatArray) -> tuple[FloatArray, float]:
     """Smooth the largest importance ratios by a generalised Pareto distribution (Vehtari et al. 2024).
 
-    Args:
-        log_ratio: Logarithms of the ratios, -inf where one is zero; shape (n,).
-
-    Returns:
-        Logarithms of the weights, which sum to one, and the Pareto shape k-hat. It is infinite where the tail
-        is too short to tell, and 0 where all ratios are equal, the best weights that there are.
+    Log ratios (n,) are -inf where one is zero. The log weights sum to one. The Pareto shape k-hat is infinite
+    where the tail is too short to tell, and 0 where all ratios are equal, the best weights that there are.
     """
     draws = len(log_ratio)
     if log_ratio.min() == log_ratio.max():

@@ -43,28 +43,14 @@ def exact_posterior(
     *name: str | int,
     fitted: PlacedProposal | None = None,
 ) -> tuple[ExactPosterior, tuple[float, ...]]:
-    """Draw from the exact posterior of a recording.
+    """Draw from the exact posterior of a recording; ``name`` names the streams of random numbers.
 
     Rounds of weighted draws begin with the network's. Without a network they begin with what is given in its
     place, with a normal approximation about the likeliest phi, where the model has residuals, or with the
     prior alone. Where their weights fail the criteria after the last round, MCMC started from them takes
     over. A sampler that does not converge gives its draws all the same, and ``converged`` and ``reasons`` say
-    so.
-
-    Args:
-        model: Prior and exact likelihood; of a recording, that of its heart (``posterior.hearts``).
-        network: The network's posterior of this recording; None: from the prior on.
-        settings: Sizes and criteria.
-        seed: Seed of everything.
-        name: Names the streams.
-        fitted: What they begin with where there is no network.
-
-    Returns:
-        The posterior, with the network's or the prior's own draws beside it, and the efficiency of all draws
-        after each round, the network's own first.
-
-    Raises:
-        NoLikelihoodError: The likelihood is zero at every draw of the first round.
+    so. Beside the posterior stands the efficiency of all draws after each round, the network's own first.
+    NoLikelihoodError: the likelihood is zero at every draw of the first round.
     """
     seeds = [integer_seed(seed, *name, part) for part in ("rounds", "exact", "npe")]
     began = fitted if network is None else network
@@ -100,14 +86,7 @@ def described(
 def certified(
     model: LikelihoodModel, weighted: WeightedDraws, settings: ExactSettings, seed: int
 ) -> ExactPosterior:
-    """Return equal draws of the posterior: of the weights where these are reliable, and else of MCMC.
-
-    Args:
-        model: Prior and exact likelihood.
-        weighted: Draws with their weights; MCMC starts from them.
-        settings: Sizes and criteria.
-        seed: Seed of everything.
-    """
+    """Return equal draws of the posterior: of the weights where these are reliable, else of MCMC."""
     limit = k_hat_limit(len(weighted.phi), settings.max_k_hat)
     if reasons := weight_failures(weighted, limit, settings.min_effective_draws):
         return _by_mcmc(model, weighted, limit, reasons, settings, seed)
@@ -134,21 +113,11 @@ def weighted_posterior(
     settings: ExactSettings,
     seed: int,
 ) -> tuple[WeightedDraws, bool]:
-    """Return the exact posterior of a recording by as few weighted draws as a check of it needs.
+    """Return the posterior by as few weighted draws as a check of it needs, and whether they are MCMC's.
 
     Rounds of weighted draws go on until their weights are reliable, as in a posterior that is reported, with
-    so many effective draws; where they never are, MCMC started from them takes over. None is left out.
-
-    Args:
-        model: Prior and exact likelihood.
-        network: The network's posterior.
-        effective_draws: Effective draws that are enough.
-        settings: The study's own criteria.
-        seed: Seed of everything.
-
-    Returns:
-        The draws, and whether they are MCMC's: then of equal weight, with Pareto shape, efficiency and
-        evidence of the weights that were not reliable.
+    so many effective draws; where they never are, MCMC started from them takes over. None is left out. Draws
+    of MCMC have equal weight, with k-hat, efficiency and evidence of the weights that were not reliable.
     """
     wanted = asking(settings, effective_draws)
     weighted = adapted(model, wanted, integer_seed(seed, "rounds"), network).weighted

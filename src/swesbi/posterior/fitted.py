@@ -22,13 +22,7 @@ from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_pro
 
 @dataclass(frozen=True)
 class PlacedDraws:
-    """Draws as they lie in a space.
-
-    Attributes:
-        space: The space.
-        u: Where they lie in it; shape (n, d).
-        log_slope: log |du / dphi|; shape (n,).
-    """
+    """Draws as they lie in a space, u of shape (n, d), with log |du / dphi| (n,)."""
 
     space: Space
     u: FloatArray
@@ -98,14 +92,8 @@ def fit_in_nearest(draws: Sequence[PlacedDraws], log_weight: FloatArray) -> Fitt
     """Fit a proposal to weighted draws in the space in which Student distributions come nearest to them.
 
     Nearest is the largest mean log density, which is the least divergence of the posterior from the proposal,
-    up to a constant.
-
-    Args:
-        draws: The same draws in every space; the last is one that all have a place in.
-        log_weight: Their log weights; shape (n,).
-
-    Raises:
-        LinAlgError: Their covariance is singular in double precision in every space.
+    up to a constant. In the last space all draws have a place. LinAlgError: their covariance is singular in
+    double precision in every space.
     """
     fits = [fit for placed in draws if (fit := _fitted(placed, log_weight)) is not None]
     if not fits:

@@ -65,9 +65,8 @@ class HeartSettings:
 class HeartModel(Marginal[WallPhases]):
     """Prior and likelihood of hearts, theta and physiology, given a recording; k parameters.
 
-    Attributes:
-        speeds: What predicts the speeds of all parameters phi, and their likelihood.
-        pressures: The same recording with the pressures of a cuff; None where none are taken.
+    ``speeds`` predicts the speeds of all parameters phi; ``pressures`` is the same recording with those of a
+    cuff, where they are taken.
     """
 
     speeds: MeasuredSpeeds

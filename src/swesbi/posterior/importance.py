@@ -36,12 +36,9 @@ class LikelihoodModel(Protocol):
 
 @dataclass(frozen=True)
 class EvaluatedPoints:
-    """n points of a sampler under a recording.
+    """n points of a sampler under a recording; a failed simulation has the log likelihood -inf.
 
-    Attributes:
-        log_likelihood: log p(data | point), -inf where the simulation failed; shape (n,).
-        phi: All d parameters; where some are integrated out, drawn given data and point; shape (n, d).
-        log_likelihood_of_phi: log p(data | phi); shape (n,).
+    phi (n, d) are all parameters: those that are integrated out are drawn given data and point.
     """
 
     log_likelihood: FloatArray
@@ -106,14 +103,10 @@ class NoLikelihoodError(ValueError):
 
 @dataclass(frozen=True)
 class WeightedDraws:
-    """Draws from the proposal, weighted to the exact posterior.
+    """Draws from the proposal, weighted to the exact posterior; phi has the shape (n, d).
 
-    Attributes:
-        phi: Draws of all parameters; shape (n, d).
-        log_likelihood: Of phi, -inf where the simulation failed.
-        k_hat: Of the largest weights; infinite where there are too few to tell.
-        efficiency: Effective sample size over n: 1 / (n sum w^2).
-        log_evidence: log p(data), from the weights before smoothing.
+    The efficiency is 1 / (n sum w^2). The evidence log p(data) is that of the weights before smoothing.
+    k-hat is infinite where there are too few large weights to tell.
     """
 
     phi: FloatArray

@@ -50,10 +50,6 @@ def laplace_proposal(model: ResidualModel, seed: int) -> FittedProposal:
 
     The searches begin at the prior's centre and at the likeliest of some draws of the prior. The share of
     each is a power of the evidence that its approximation gives.
-
-    Args:
-        model: Prior and residuals of the recording.
-        seed: Of the draws of the prior.
     """
     prior = model.settings.prior
     space, d = ScoreSpace(prior), len(prior.parameters)

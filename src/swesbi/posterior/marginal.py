@@ -42,11 +42,9 @@ Simulated = TypeVar("Simulated")
 
 @dataclass(frozen=True)
 class Conditional:
-    """The Student distributions about the modes of the four scores, given n points.
+    """The Student distributions about the modes of the scores, given n points.
 
-    Attributes:
-        mode: Scores at the mode; shape (n, o).
-        root: Cholesky factor of the scale matrix; shape (n, o, o).
+    Modes are (n, o), Cholesky factors of the scale matrices (n, o, o).
     """
 
     mode: FloatArray

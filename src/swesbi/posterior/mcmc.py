@@ -37,9 +37,6 @@ def starting_points(
     """Return distinct points (count, k) that have a likelihood: draws of the proposal, picked at random.
 
     Where the proposal itself has too few, over-dispersed points about the weighted draws fill up.
-
-    Raises:
-        ValueError: Not enough points with a likelihood are found there either.
     """
     usable = ~weighted.from_prior & np.isfinite(weighted.log_likelihood)
     points = np.unique(points_of(model, weighted.phi[usable]), axis=0)
@@ -54,8 +51,7 @@ def overdispersed(
 ) -> FloatArray:
     """Return points (count, k) with a likelihood, normal in eta with twice the spread of the weighted draws.
 
-    Raises:
-        ValueError: Not enough points with a likelihood are found.
+    ValueError: not enough are found.
     """
     prior = model.settings.prior
     eta = to_logit(points_of(model, weighted.phi), prior)
@@ -78,13 +74,8 @@ def overdispersed(
 class McmcDraws:
     """Draws of independent ensembles, warm-up left out.
 
-    Attributes:
-        phi: Draws in the order of steps, all walkers of a step together; shape (ensembles, n, d).
-        walkers: Walkers of an ensemble; n is a multiple of them.
-        r_hat: Rank-normalised split R-hat over the ensembles, by parameter; shape (d,).
-        effective_draws: Effective number of draws, by parameter; shape (d,).
-        steps: Steps of each walker, warm-up included.
-        converged: Every R-hat is below its limit, and there are as many effective draws as asked for.
+    phi (ensembles, n, d) has the order of steps, all walkers of a step together. R-hat (rank-normalised,
+    split, over the ensembles) and effective draws are by parameter. Steps of a walker include the warm-up.
     """
 
     phi: FloatArray
@@ -95,11 +86,7 @@ class McmcDraws:
     converged: bool
 
     def thinned(self, draws: int, rng: np.random.Generator) -> FloatArray:
-        """Return draws (draws, d) of steps as far apart as can be, in random order.
-
-        Raises:
-            ValueError: More are asked for than there are.
-        """
+        """Return draws (draws, d) of steps as far apart as can be, in random order."""
         ensembles, kept, dimensions = self.phi.shape
         if draws > ensembles * kept:
             raise ValueError(f"{draws} draws asked for, the sampler kept {ensembles * kept}; raise its steps")
@@ -130,16 +117,8 @@ def sample_mcmc(
     steps is left out anew after each. Effective draws count beside R-hat, which passes ensembles of which a
     walker or two still stray where hardly any posterior mass is.
 
-    Args:
-        model: Prior and exact likelihood of the recording.
-        start_phi: Where the walkers start, inside the prior's box; shape (ensembles * walkers, 4).
-        settings: Ensembles, walkers, steps, the limit of R-hat and the least number of effective draws.
-        seed: Seed of the sampler.
-        least_effective: Least number of effective draws of every parameter, where the settings ask for fewer.
-        space: Where the posterior is near standard normal; None: eta, where nothing is known of its shape.
-
-    Raises:
-        ValueError: ``start_phi`` has another number of rows, or one of them no posterior density.
+    Walkers start at (ensembles * walkers, 4) points inside the prior's box. ValueError: there are others than
+    these, or one has no posterior density.
     """
     from swesbi.posterior.moves import moves
 

@@ -103,12 +103,7 @@ class NearNormal:
 
 
 def moves(ensembles: int, near_normal: bool) -> list[tuple[SideBySide, float]]:
-    """Return the moves with the shares of the steps that they take.
-
-    Args:
-        ensembles: Number of independent ensembles.
-        near_normal: Whether the posterior is near standard normal where the walkers move.
-    """
+    """Return the moves with their shares of the steps; others where the posterior is near normal."""
     shares = [
         (emcee.moves.DEMove(sigma=GAMMA_SD), 1.0 - JUMP_SHARE - STRETCH_SHARE),
         (emcee.moves.DEMove(sigma=GAMMA_SD, gamma0=1.0), JUMP_SHARE),

@@ -48,18 +48,10 @@ SEPARATOR: Final = "; "
 class ExactPosterior(Artefact):
     """Equally weighted draws of the exact posterior of one recording, and how they were obtained.
 
-    Attributes:
-        phi: Draws; shape (n, d).
-        reasons: Why the weights were not used, and what the sampler then missed; empty if all is well.
-        proposal_phi: Draws of the network as they came, what it does not propose drawn given the recording;
-            of the prior where there is no network; shape (m, d).
-        weighted: All draws of the proposal with their weights.
-        effective_draws: By parameter; shape (d,).
-        converged: Weights that are reliable, or a sampler that reached its R-hat and effective draws.
-        interval_mass: Mass of the credible intervals.
-        condition: Conditioning vector of the network, shape (C,); empty where there was none.
-        components: Names of its components.
-        parameters: Names of the d parameters; a posterior without them cannot be written.
+    phi is (n, d). ``reasons`` say why the weights were not used, and what the sampler then missed.
+    ``proposal_phi`` (m, d) are draws of the network as they came, or of the prior where there is none; what
+    it does not propose is drawn given the recording. The conditioning vector (C,) is empty without a
+    network. ``converged``: the weights are reliable, or a sampler reached its R-hat and effective draws.
     """
 
     phi: FloatArray

@@ -81,11 +81,8 @@ def fitted_proposal(eta: FloatArray, log_weight: FloatArray) -> StudentMixture:
 
     Where few draws carry the weight, it is flattened to a power below one until enough do. The parts of the
     mixture begin as slices of the draws along the coordinate in which they vary most, and are fitted by
-    expectation maximisation.
-    The covariance of a part with few draws is shrunk towards that of all.
-
-    Raises:
-        LinAlgError: Draws lie so far apart that a covariance is singular in double precision.
+    expectation maximisation. The covariance of a part with few draws is shrunk towards that of all.
+    LinAlgError: a covariance is singular in double precision.
     """
     weight = normalised(_tempering(log_weight, DRAWS_A_PARAMETER * eta.shape[1]) * log_weight)
     parts = int(np.clip(1.0 / (weight**2).sum() / DRAWS_A_PART, 1, MOST_PARTS))

@@ -28,9 +28,8 @@ COLUMNS: Final = {
 class Posterior(artefacts.Artefact, kind="posterior"):
     """Draws and summary of one subject's posterior; the summary is NaN where there are too few draws.
 
-    Attributes:
-        theta: (n, 3) draws within the prior's bounds; n may be zero.
-        unfiltered: (m, 3) the first candidates as they came.
+    theta (n, 3) lies within the prior's bounds, n may be zero. ``unfiltered`` (m, 3) holds the first
+    candidates as they came.
     """
 
     theta: FloatArray
@@ -95,17 +94,10 @@ def summarise_posterior(
     prior: PriorSettings,
     settings: PosteriorSettings,
 ) -> Posterior:
-    """Keep the first in-prior candidates and summarise them.
+    """Keep the first in-prior candidates of (n, 3) and summarise them.
 
     Keeping the candidates within the bounds, in order, draws from q(theta | z_obs) truncated to the
     prior's box.
-
-    Args:
-        candidates: (n, 3) draws from the estimator given z_obs.
-        z_obs: (C,) observed conditioning vector.
-        component_names: Names of its components.
-        prior: The prior whose bounds count.
-        settings: How many draws are kept, and the interval's mass.
     """
     inside = in_bounds(candidates, prior)
     theta = candidates[inside][: settings.draws]
@@ -124,16 +116,7 @@ def summary_of(
     *,
     interval: float,
 ) -> Posterior:
-    """Summarise draws that are known to lie within the prior's bounds.
-
-    Args:
-        theta: (n, 3) draws.
-        unfiltered: (m, 3) the first candidates.
-        in_prior: (m,) whether each lies within the bounds.
-        z_obs: (C,) observed conditioning vector.
-        component_names: Names of its components.
-        interval: Mass of the credible intervals.
-    """
+    """Summarise draws (n, 3) that are known to lie within the prior's bounds, beside the first (m, 3)."""
     return Posterior(
         theta=theta,
         unfiltered=unfiltered,

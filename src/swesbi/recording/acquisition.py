@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.phases import nominal_phases
@@ -37,56 +37,39 @@ class TruthCurve:
     stiffness_kpa: FloatArray
 
 
-@dataclass(frozen=True)
-class _Draws:
-    """Everything random of one recording, shape (P, repeats) or (P, repeats, samples).
-
-    ``shared`` is the factor on all speeds of each repeat, of shape (repeats,).
-    """
-
-    beat: FloatArray
-    repeat: FloatArray
-    sample: FloatArray
-    fate: FloatArray
-    failure: FloatArray
-    size: FloatArray
-    good_fit: FloatArray
-    poor_fit: FloatArray
-    shared: FloatArray
-
-
 def acquire(
     truth: TruthCurve,
     context: Context,
     settings: AcquisitionSettings,
     generator: np.random.Generator,
 ) -> Samples:
-    """Record a stiffness curve: gated pushes, repeats, spatial samples, noise, outliers and failures.
+    """Record a curve as a file has it: gated pushes, repeats, spatial samples, noise, outliers and failures.
 
     Each repeat falls into a beat of its own RR; the push comes at a fixed delay, so the wave meets the
-    stiffness at the phase delay / RR of that beat. Speeds are c = sqrt(E / (3 rho)) (paper, Sec. 2.1),
-    times (1 + repeat error) (1 + sample error), and times what the recording shares: one factor
-    (1 + sweep error) for all phases of a repeat, and exp(scale error) for all speeds.
-
-    Args:
-        truth: The noiseless curve of total stiffness.
-        context: Gives the heart rate.
-        settings: Protocol and noise.
-        generator: Source of all randomness; the same number of draws whatever the curve.
-
-    Returns:
-        The samples in the form that ``swesbi.recording.ingest`` takes, rounded as in a file.
+    stiffness at the phase delay / RR of that beat. Speeds are c = sqrt(E / (3 rho)) (paper, Sec. 2.1), times
+    (1 + repeat error) (1 + sample error), and times what the recording shares: one factor (1 + sweep error)
+    for all phases of a repeat, and exp(scale error) for all speeds. The number of draws does not depend on
+    the curve.
     """
-    draws = _draw(settings, generator)
-    rr_ms = _rr_ms(context, settings, draws)
+    of_repeats = (settings.phases, settings.repeats)
+    of_samples = (*of_repeats, settings.samples_per_repeat)
+    beat, repeat_error = generator.standard_normal((2, *of_repeats))
+    sample_error = generator.standard_normal(of_samples)
+    fate, failure, size = generator.random((3, *of_samples))
+    good_fit, poor_fit = generator.beta(*GOOD_FIT, of_samples), generator.uniform(*POOR_FIT, of_samples)
+    shared = _shared_factor(settings, generator)
+
+    rr_ms = _rr_ms(context, settings, beat)
     delay_ms = np.round(nominal_phases(settings.phases) * 1e3 * context.period_s)
     clean = _clean_speed(truth, delay_ms[:, None] / rr_ms, settings.density_kg_m3)
-    noisy = (clean * draws.shared * (1.0 + settings.repeat_sd_fraction * draws.repeat))[..., None]
-    speed = noisy * (1.0 + settings.sample_sd_fraction * draws.sample)
-    failed, wrong = _fates(settings, draws)
-    speed = np.clip(np.where(wrong, speed * _outlier_factor(draws.size), speed), SLOWEST_M_S, FASTEST_M_S)
-    status = np.where(failed, _failure_status(draws.failure), STATUS_OK)
-    fit_r2 = np.where(status == "low_r2", draws.poor_fit, np.where(failed, np.nan, draws.good_fit))
+    noisy = (clean * shared * (1.0 + settings.repeat_sd_fraction * repeat_error))[..., None]
+    speed = noisy * (1.0 + settings.sample_sd_fraction * sample_error)
+    failed = fate < settings.failed_fraction
+    failed[list(settings.missing_phases)] = True
+    wrong = ~failed & (fate > 1.0 - settings.outlier_fraction)
+    speed = np.clip(np.where(wrong, speed * _outlier_factor(size), speed), SLOWEST_M_S, FASTEST_M_S)
+    status = np.where(failed, _failure_status(failure), STATUS_OK)
+    fit_r2 = np.where(status == "low_r2", poor_fit, np.where(failed, np.nan, good_fit))
     phase, repeat, sample = (axis.ravel() for axis in np.indices(speed.shape))
     return Samples(
         gate=phase,
@@ -105,22 +88,6 @@ def _rounded(values: FloatArray) -> FloatArray:
     return np.round(values.ravel(), DECIMALS)
 
 
-def _draw(settings: AcquisitionSettings, generator: np.random.Generator) -> _Draws:
-    beats = (settings.phases, settings.repeats)
-    samples = (*beats, settings.samples_per_repeat)
-    return _Draws(
-        beat=generator.standard_normal(beats),
-        repeat=generator.standard_normal(beats),
-        sample=generator.standard_normal(samples),
-        fate=generator.random(samples),
-        failure=generator.random(samples),
-        size=generator.random(samples),
-        good_fit=generator.beta(*GOOD_FIT, samples),
-        poor_fit=generator.uniform(*POOR_FIT, samples),
-        shared=_shared_factor(settings, generator),
-    )
-
-
 def _shared_factor(settings: AcquisitionSettings, generator: np.random.Generator) -> FloatArray:
     # Drawn last, and only where there is one: without, whoever draws on from this generator goes on as ever.
     factor = np.ones(settings.repeats)
@@ -131,8 +98,8 @@ def _shared_factor(settings: AcquisitionSettings, generator: np.random.Generator
     return factor
 
 
-def _rr_ms(context: Context, settings: AcquisitionSettings, draws: _Draws) -> FloatArray:
-    ratio = 1.0 + settings.rr_sd_fraction * draws.beat
+def _rr_ms(context: Context, settings: AcquisitionSettings, deviation: FloatArray) -> FloatArray:
+    ratio = 1.0 + settings.rr_sd_fraction * deviation
     for beat in settings.ectopic_beats:
         ratio[beat.phase_index, beat.repeat] = beat.rr_ratio
     return np.round(1e3 * context.period_s * ratio)
@@ -144,13 +111,6 @@ def _clean_speed(truth: TruthCurve, beat_phase: FloatArray, density_kg_m3: float
     phase = np.append(truth.cycle_phase, truth.cycle_phase[0] + 1.0)
     curve = CubicSpline(phase, np.append(truth.stiffness_kpa, truth.stiffness_kpa[0]), bc_type="periodic")
     return shear_wave_speed_m_s(curve(beat_phase), density_kg_m3)
-
-
-def _fates(settings: AcquisitionSettings, draws: _Draws) -> tuple[BoolArray, BoolArray]:
-    failed = draws.fate < settings.failed_fraction
-    failed[list(settings.missing_phases)] = True
-    wrong = ~failed & (draws.fate > 1.0 - settings.outlier_fraction)
-    return failed, wrong
 
 
 def _outlier_factor(size: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.recording.problems import Problem, raise_any
+from swesbi.recording.samples import Samples
 from swesbi.recording.tables.columns import SPEED
 
 MOST_BY_CHANCE: Final = 1.0e-3
@@ -28,36 +29,32 @@ Block = tuple[float | None, ...]
 """The speeds of one beat or repeat in their order, None where there is none."""
 
 
-def check_copies(
-    source: str, speed_m_s: FloatArray, block: IntArray, place: IntArray, names: Sequence[str]
-) -> None:
-    """Refuse a recording in which a beat or repeat stands twice.
-
-    Args:
-        source: The recording, for messages.
-        speed_m_s: Speeds, NaN where there is none; shape (N,).
-        block: Which beat or repeat each is of, B of them from 0; shape (N,).
-        place: Phase of each block, or the same number for all; shape (B,).
-        names: What each block is called.
-
-    Raises:
-        RecordingError: Lists the copies.
-    """
-    rows = _blocks(speed_m_s, block, len(names))
+def check_copies(samples: Samples) -> None:
+    """Refuse a recording in which a repeat of a gate, or a numbered beat, stands twice."""
+    beats = samples.beats
+    if samples.gate is not None:
+        place, repeat = samples.gate[beats.first], samples.repeat[beats.first]
+        names = [f"repeat {r} of phase_index {p}" for p, r in zip(place, repeat, strict=True)]
+    elif samples.beat is not None:
+        place = np.zeros(len(beats.first), dtype=np.int64)
+        names = [f"beat {beat}" for beat in samples.beat[beats.first]]
+    else:
+        return
+    order = np.argsort(beats.of, kind="stable")
+    rows = [_key(part) for part in np.split(samples.speed_m_s[order], np.cumsum(beats.sizes)[:-1])]
     raise_any(
         Problem(
-            source, f"{names[second]} has the same {number} speeds as {names[first]}", REMEDY, column=SPEED
+            samples.source,
+            f"{names[second]} has the same {number} speeds as {names[first]}",
+            REMEDY,
+            column=SPEED,
         )
         for first, second, number in _copies(rows, place)
     )
 
 
 def twins(recordings: Mapping[str, FloatArray]) -> dict[str, str]:
-    """Return the recordings of a folder that have all speeds of another one, in whatever order, and which.
-
-    Args:
-        recordings: All speeds of each, NaN where there is none.
-    """
+    """Return the recordings of a folder that have all speeds of another one, in whatever order, and which."""
     alike: dict[Block, list[str]] = {}
     for name, speed in recordings.items():
         alike.setdefault(_key(np.sort(speed)), []).append(name)
@@ -106,12 +103,6 @@ def _chance_of_equal(rows: Sequence[Block], place: IntArray) -> float:
         if one is not None and other is not None
     ]
     return max(anywhere, float(np.mean([one == other for one, other in pairs])) if pairs else 0.0)
-
-
-def _blocks(speed_m_s: FloatArray, block: IntArray, count: int) -> list[Block]:
-    order = np.argsort(block, kind="stable")
-    ends = np.cumsum(np.bincount(block, minlength=count))[:-1]
-    return [_key(part) for part in np.split(speed_m_s[order], ends)]
 
 
 def _key(speed_m_s: FloatArray) -> Block:

@@ -13,9 +13,7 @@ from swesbi.base.arrays import FloatArray, IntArray
 class Groups:
     """Which of n values belong together, G groups in the ascending order of their keys.
 
-    Attributes:
-        of: The group of each value, from 0; shape (n,).
-        first: The first value of each group; shape (G,).
+    ``of`` is the group of each value (n,), from 0, ``first`` the first value of each group (G,).
     """
 
     of: IntArray
@@ -41,8 +39,8 @@ class Groups:
     def unwrapped(self, phase: FloatArray) -> FloatArray:
         """Return phases (n,) of period 1 of which those of a group lie together; (n,).
 
-        A group that lies within half a period stays as it is. Another one spans the seam of the cycle, and
-        what of it lies behind the seam is moved on by a period.
+        Of a group that spans half a period or more, what lies behind the seam of the cycle is moved on by a
+        period.
         """
         spans = self.largest(phase) + self.largest(-phase) >= 0.5
         return np.where(spans[self.of] & (phase < 0.5), phase + 1.0, phase)
@@ -57,12 +55,7 @@ class Groups:
 
 
 def grouped(outer: IntArray, inner: IntArray | None = None) -> Groups:
-    """Group values by one key, or by two, the second within the first.
-
-    Args:
-        outer: The key of each value, from 0; shape (n,).
-        inner: The second key, likewise.
-    """
+    """Group values by one key from 0, or by two, the second within the first."""
     keys = outer if inner is None or len(inner) == 0 else outer * (inner.max() + 1) + inner
     _, first, of = np.unique(keys, return_index=True, return_inverse=True)
     return Groups(of.astype(np.int64), first.astype(np.int64))

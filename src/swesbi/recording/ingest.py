@@ -11,7 +11,7 @@ from swesbi.context import Context
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import locate_phases
-from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.problems import Problem, raise_any, refusal
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import (
     ACCEPTED,
@@ -40,20 +40,34 @@ def incomplete(
 ) -> tuple[Problem, ...]:
     """Return in what a recording is incomplete: missing phases, too long a gap, too little late diastole.
 
-    Args:
-        phase: Phases in ascending order; shape (P,).
-        measured: Which of them were measured, at least one; shape (P,).
-        settings: Holds the three limits.
-        source: The recording, for messages.
+    Phases are ascending; at least one is measured.
     """
     missing = ", ".join(f"{value:.3f}" for value in phase[~measured])
     advice = f"missing phases: {missing or 'none'}; record them again or leave the subject out"
+    fraction, most = float(np.mean(~measured)), settings.max_missing_fraction
+    there = phase[measured]
+    steps = np.diff(there, append=there[0] + 1.0)
+    longest, limit = int(np.argmax(steps)), settings.max_gap_fraction
+    (low, high), least = settings.late_diastolic_window, settings.min_late_diastolic_phases
+    late = int(np.count_nonzero((there >= low) & (there <= high)))
     reasons = (
-        _fraction(measured, settings),
-        _gap(phase[measured], settings.max_gap_fraction),
-        _late_diastole(phase[measured], settings),
+        (
+            fraction > most + ROUNDING,
+            f"{fraction:.0%} of the phases are missing, limit {most:.0%} ({len(there)} of the "
+            f"{len(measured)} were measured)",
+        ),
+        (
+            steps[longest] > limit + BEAT_VARIATION,
+            f"no phase was measured for {steps[longest]:.3f} of the cycle after {there[longest]:.3f}, "
+            f"limit {limit:g}",
+        ),
+        (
+            late < least,
+            f"{late} phases were measured in late diastole, [{low:g}, {high:g}] of the cycle, but the "
+            f"passive baseline needs {least}",
+        ),
     )
-    return tuple(Problem(source, reason, advice) for reason in reasons if reason)
+    return tuple(Problem(source, reason, advice) for refused, reason in reasons if refused)
 
 
 def _advice(samples: Samples, settings: RecordingSettings) -> str:
@@ -75,88 +89,42 @@ def _advice(samples: Samples, settings: RecordingSettings) -> str:
     )
 
 
-def longest_gap(measured_phase: FloatArray) -> tuple[float, float]:
-    """Return the longest distance between neighbouring phases around the cycle, and where it starts."""
-    steps = np.diff(measured_phase, append=measured_phase[0] + 1.0)
-    longest = int(np.argmax(steps))
-    return float(steps[longest]), float(measured_phase[longest])
-
-
-def _fraction(measured: BoolArray, settings: RecordingSettings) -> str:
-    fraction, limit = float(np.mean(~measured)), settings.max_missing_fraction
-    if fraction <= limit + ROUNDING:
-        return ""
-    return (
-        f"{fraction:.0%} of the phases are missing, limit {limit:.0%} ({int(measured.sum())} of the "
-        f"{len(measured)} were measured)"
-    )
-
-
-def _gap(measured_phase: FloatArray, limit: float) -> str:
-    gap, start = longest_gap(measured_phase)
-    if gap <= limit + BEAT_VARIATION:
-        return ""
-    return f"no phase was measured for {gap:.3f} of the cycle after {start:.3f}, limit {limit:g}"
-
-
-def _late_diastole(measured_phase: FloatArray, settings: RecordingSettings) -> str:
-    (low, high), least = settings.late_diastolic_window, settings.min_late_diastolic_phases
-    late = int(np.count_nonzero((measured_phase >= low) & (measured_phase <= high)))
-    if late >= least:
-        return ""
-    return (
-        f"{late} phases were measured in late diastole, [{low:g}, {high:g}] of the cycle, but the passive "
-        f"baseline needs {least}"
-    )
-
-
 def implausible(
     samples: Samples, accepted: BoolArray, context: Context, settings: RecordingSettings
 ) -> tuple[Problem, ...]:
-    """Return what cannot be true of a recording: its heart rate, its delays, its speeds.
-
-    Args:
-        samples: The recording, N samples.
-        accepted: Which samples passed quality control; shape (N,), at least one.
-        context: The subject's context.
-        settings: Holds the largest deviation of RR.
-    """
+    """Return what cannot be true of a recording: its heart rate, its delays, its accepted speeds."""
     problems = (
-        _heart_rate(samples, context, settings.max_rr_deviation_fraction),
+        other_heart_rate(samples, context, settings.max_rr_deviation_fraction),
         _delays(samples),
-        _speeds(samples, accepted),
+        other_unit(samples.speed_m_s[accepted], samples.source),
     )
     return tuple(problem for problem in problems if problem)
 
 
-def _heart_rate(samples: Samples, context: Context, limit: float) -> Problem | None:
-    return other_heart_rate(samples.median_rr_ms, context, limit, samples.source)
-
-
-def other_heart_rate(median: float, context: Context, limit: float, source: str) -> Problem | None:
+def other_heart_rate(samples: Samples, context: Context, limit: float) -> Problem | None:
     """Return what is wrong where a recording's median RR interval (ms) is too far from its context's."""
-    expected = 1e3 * context.period_s
+    median, expected = samples.median_rr_ms, 1e3 * context.period_s
     if abs(median / expected - 1.0) <= limit:
         return None
-    reason = (
+    return Problem(
+        samples.source,
         f"the median RR interval is {median:.0f} ms ({6e4 / median:.0f} beats per minute), but hr_bpm of "
-        f"{context.subject} in subjects.csv is {context.hr_bpm:g} ({expected:.0f} ms), limit {limit:.0%}"
+        f"{context.subject} in subjects.csv is {context.hr_bpm:g} ({expected:.0f} ms), limit {limit:.0%}",
+        "give the heart rate of this recording",
+        column="rr_ms",
     )
-    return Problem(source, reason, "give the heart rate of this recording", column="rr_ms")
 
 
 def _delays(samples: Samples) -> Problem | None:
     reach = float(samples.beat_phase.max())
     if reach >= LEAST_REACH:
         return None
-    longest = f"{samples.time_ms.max():g} ms"
-    reason = f"the longest trigger delay is {longest}, and reaches {reach:.3f} of its beat"
-    remedy = "give the delay from the R peak in ms, up to late diastole"
-    return Problem(samples.source, reason, remedy, column="trigger_delay_ms")
-
-
-def _speeds(samples: Samples, accepted: BoolArray) -> Problem | None:
-    return other_unit(samples.speed_m_s[accepted], samples.source)
+    return Problem(
+        samples.source,
+        f"the longest trigger delay is {samples.time_ms.max():g} ms, and reaches {reach:.3f} of its beat",
+        "give the delay from the R peak in ms, up to late diastole",
+        column="trigger_delay_ms",
+    )
 
 
 def other_unit(speed_m_s: FloatArray, source: str) -> Problem | None:
@@ -165,9 +133,12 @@ def other_unit(speed_m_s: FloatArray, source: str) -> Problem | None:
     low, high = MEDIAN_SPEED_RANGE_M_S
     if low <= median <= high:
         return None
-    reason = f"the median shear-wave speed is {median:.3g} m/s, expected {low:g} to {high:g}"
-    remedy = "check the unit: m/s; kPa are for the column youngs_modulus_kpa"
-    return Problem(source, reason, remedy, column=SPEED)
+    return Problem(
+        source,
+        f"the median shear-wave speed is {median:.3g} m/s, expected {low:g} to {high:g}",
+        "check the unit: m/s; kPa are for the column youngs_modulus_kpa",
+        column=SPEED,
+    )
 
 
 def ingest(
@@ -177,30 +148,18 @@ def ingest(
     grid_size: int,
     clinical: ClinicalMeasures = NOT_MEASURED,
 ) -> Observation:
-    """Turn raw samples into the observed curve of one subject.
+    """Turn raw samples into the observed curve of one subject, or refuse them.
 
     Quality control, of samples and of whole phases; spatial mean of c_s at each phase; then E = 3 rho c_s^2,
-    in this order, since the mean of squares exceeds the square of the mean; then the periodic interpolant on
-    the analysis grid.
-    A missing phase is interpolated on the grid and marked by ``measured``.
-
-    Args:
-        samples: The recording.
-        context: The subject's context.
-        settings: Quality limits and density.
-        grid_size: Number of grid points G.
-        clinical: What was measured beside the speeds.
-
-    Raises:
-        RecordingError: The recording is too incomplete, its phases make no sense, or it cannot be of
-            this context.
+    in this order, since the mean of squares exceeds the square of the mean. A missing phase stays, marked by
+    ``measured``.
     """
     verdict = rejection(samples, settings)
     accepted, rejected = count_by_phase(samples, verdict, settings.phases)
     if not accepted.any():
         counts = ", ".join(f"{reason} {n}" for reason, n in zip(REASONS, rejected.sum(axis=1), strict=True))
         reason = f"no sample is acceptable ({counts})"
-        raise RecordingError(Problem(samples.source, reason, _advice(samples, settings)))
+        raise refusal(samples.source, reason, _advice(samples, settings))
     raise_any(implausible(samples, verdict == ACCEPTED, context, settings))
     speeds = average_speeds(samples, verdict == ACCEPTED, settings.phases)
     regular = ~ectopic(samples, settings.max_rr_deviation_fraction)
@@ -211,7 +170,7 @@ def ingest(
     raise_any(incomplete(phase, measured, settings, samples.source))
     if speed[measured].min() == speed[measured].max():
         reason = f"every phase has the same speed, {speed[measured][0]:g} m/s: no beat looks so"
-        raise RecordingError(Problem(samples.source, reason, "check what the column holds", column=SPEED))
+        raise refusal(samples.source, reason, "check what the column holds", column=SPEED)
     stiffness = youngs_modulus_kpa(speed, settings.density_kg_m3)
     return Observation(
         context=context,

@@ -1,9 +1,8 @@
 """Speeds far outside their neighbours along the cycle: one rule for gated phases and for single pushes.
 
 But for a steep rise and fall the speed changes slowly, so its neighbours predict a speed. Its log is taken
-for a random walk around the cycle that comes back to where it began. Given the neighbours it has a mean and
-a standard deviation. A rise within one step stays, however high:
-what lies between its two nearest neighbours is never far outside.
+for a random walk around the cycle that comes back to where it began. A rise within one step stays, however
+high: what lies between its two nearest neighbours is never far outside.
 """
 
 from __future__ import annotations
@@ -31,15 +30,8 @@ def speed_by_neighbours(
 ) -> FloatArray:
     """Return what the neighbours say of each speed that lies far outside them, in m/s; else NaN; shape (n,).
 
-    The farthest is taken out first, and the others are judged without it. Fewer than
-    ``settings.outlier_min_points`` speeds have no neighbours: nothing is far outside. The order of the speeds
-    does not matter.
-
-    Args:
-        phase: Instants, fractions of the cycle in [0, 1); shape (n,).
-        speed_m_s: Speeds there; shape (n,).
-        relative_se: Their standard errors as fractions of them; shape (n,).
-        settings: Largest z-score, least error, change of the curve, fewest speeds.
+    The farthest is taken out first, and the others are judged without it. Of fewer speeds than
+    ``settings.outlier_min_points`` none is far outside. The order of the speeds does not matter.
     """
     told = np.full(len(phase), np.nan)
     left = np.argsort(speed_m_s, kind="stable")

@@ -32,10 +32,10 @@ from swesbi.recording.phases import analysis_grid, to_grid
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 
-SUBJECTS: Final = {"subject": Variable("subject", "1", "subjects of the cohort")}
-COHORT: Final = SUBJECTS | schema_of(Context, along="subject")["/"]
-
-
+COHORT: Final = {
+    "subject": Variable("subject", "1", "subjects of the cohort"),
+    **schema_of(Context, along="subject")["/"],
+}
 ErrorSource = Literal["repeats", "se_m_s", "fit_r2", "declared"]
 SOURCES: Final[dict[str, str]] = {
     "repeats": "standard errors by the repeats",
@@ -167,10 +167,9 @@ def contexts_of(dataset: Group, along: str) -> tuple[Context, ...]:
 
 def same_recording(one: Observation, other: Observation) -> bool:
     """Tell whether two are of the same samples, heart, errors and further measures."""
-    if one.context != other.context or not one.clinical.same_as(other.clinical):
-        return False
-    if (one.errors_from, one.errors_log_sd) != (other.errors_from, other.errors_log_sd):
+    said, its = ((each.context, each.errors_from, each.errors_log_sd) for each in (one, other))
+    if said != its or not one.clinical.same_as(other.clinical):
         return False
     names = ("phase", "phase_index", "speed_m_s", "speed_se_m_s", "samples_accepted", "samples_by_repeat")
     pairs = [(getattr(one, name), getattr(other, name)) for name in names]
-    return all(np.array_equal(mine, its, equal_nan=mine.dtype.kind == "f") for mine, its in pairs)
+    return all(np.array_equal(first, second, equal_nan=first.dtype.kind == "f") for first, second in pairs)

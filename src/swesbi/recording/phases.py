@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import refusal
 from swesbi.recording.samples import Samples
 
 if TYPE_CHECKING:  # a third of a second to import
@@ -34,18 +34,10 @@ def cells_of(phase: FloatArray, cells: int) -> IntArray:
 def locate_phases(samples: Samples, measured_phase: FloatArray, beats: BoolArray) -> FloatArray:
     """Return the phase of every gated acquisition as a fraction of the cycle, shape (P,), in [0, 1).
 
-    A measured phase keeps the mean over its accepted repeats. A phase whose attempts all failed still
-    has rows, and lies at their mean trigger delay / RR. A phase without rows lies between its
-    neighbours, in proportion to the phase index; then the indices must follow the cycle.
-
-    Args:
-        samples: The recording, N attempted samples.
-        measured_phase: Mean beat phase of the accepted repeats, NaN where none; shape (P,).
-        beats: Which samples lie in a beat of regular RR; shape (N,).
-
-    Raises:
-        RecordingError: A push lies beyond the end of its beat, no phase has a row, two phases coincide, or
-            phases without rows have no place.
+    A measured phase keeps the mean over its accepted repeats, (P,), NaN where none. A phase whose attempts
+    all failed still has rows, and lies at their mean trigger delay / RR over regular ``beats`` (N,). A phase
+    without rows lies between its neighbours, in proportion to the phase index; then the indices must follow
+    the cycle.
     """
     attempted = _mean_by_phase(samples, beats, len(measured_phase))
     phase = np.where(np.isnan(measured_phase), attempted, measured_phase)
@@ -74,12 +66,15 @@ def _between_neighbours(phase: FloatArray) -> FloatArray:
 
 def _check_beats(phase: FloatArray, source: str) -> None:
     if np.isnan(phase).all():
-        raise RecordingError(Problem(source, "no phase was attempted in a regular beat", "check rr_ms"))
+        raise refusal(source, "no phase was attempted in a regular beat", "check rr_ms")
     if np.nanmax(phase) >= LATEST_BEAT_PHASE:
         index = int(np.nanargmax(phase))
-        place = f"{phase[index]:.2f} of its beat (trigger_delay_ms / rr_ms)"
-        reason = f"phase_index {index} lies at {place}, after its end"
-        raise RecordingError(Problem(source, reason, "check both columns"))
+        raise refusal(
+            source,
+            f"phase_index {index} lies at {phase[index]:.2f} of its beat (trigger_delay_ms / rr_ms), after "
+            "its end",
+            "check both columns",
+        )
 
 
 def _check_absent(phase: FloatArray, samples: Samples) -> None:
@@ -90,24 +85,29 @@ def _check_absent(phase: FloatArray, samples: Samples) -> None:
     listed = ", ".join(map(str, np.flatnonzero(absent)))
     add = "add a row with its delay and status no_wave for every phase that was attempted"
     if (steps <= 0.0).any():
-        reason = f"phase_index {listed} has no row, and the others do not follow the order of the cycle"
-        raise RecordingError(Problem(samples.source, reason, add))
-    if absent[-1] and steps[-1] < STEPS_OF_A_GAP * np.median(steps):
-        reason = (
-            f"its {len(known)} phases fill the cycle, but {samples.phases_source} is {len(phase)}: "
-            f"phase_index {listed} has no row"
+        raise refusal(
+            samples.source,
+            f"phase_index {listed} has no row, and the others do not follow the order of the cycle",
+            add,
         )
-        remedy = f"{add}; if {len(known)} were attempted, say so by --phases or recording.phases"
-        raise RecordingError(Problem(samples.source, reason, remedy))
+    if absent[-1] and steps[-1] < STEPS_OF_A_GAP * np.median(steps):
+        raise refusal(
+            samples.source,
+            f"its {len(known)} phases fill the cycle, but {samples.phases_source} is {len(phase)}: "
+            f"phase_index {listed} has no row",
+            f"{add}; if {len(known)} were attempted, say so by --phases or recording.phases",
+        )
 
 
 def _check_distinct(phase: FloatArray, source: str) -> None:
     ordered = np.sort(phase)
     close = np.flatnonzero(np.diff(ordered) < 1e-6)
     if close.size:
-        reason = f"two phase indices lie at the same phase {ordered[close[0]]:.4f}"
-        remedy = "check trigger_delay_ms, or give them one phase_index and several repeats"
-        raise RecordingError(Problem(source, reason, remedy))
+        raise refusal(
+            source,
+            f"two phase indices lie at the same phase {ordered[close[0]]:.4f}",
+            "check trigger_delay_ms, or give them one phase_index and several repeats",
+        )
 
 
 def analysis_grid(grid_points: int) -> FloatArray:
@@ -116,50 +116,31 @@ def analysis_grid(grid_points: int) -> FloatArray:
 
 
 def sample_cycle(cycle_phase: FloatArray, curves: FloatArray, phase: FloatArray) -> FloatArray:
-    """Evaluate simulated cycles at a recording's phases by a periodic cubic spline.
+    """Return cycles (..., M) at phases (P,), by a periodic cubic spline; shape (..., P).
 
-    Args:
-        cycle_phase: Phases of the simulated cycle in [0, 1), ascending; shape (M,).
-        curves: One or several cycles; shape (..., M).
-        phase: Where to evaluate; shape (P,).
-
-    Returns:
-        The values at ``phase``; shape (..., P). A cycle that holds NaN gives NaN.
+    A cycle that holds NaN gives NaN.
     """
     weights = _spline_weights(cycle_phase.tobytes(), phase.tobytes())
     return np.asarray(np.einsum("...m,pm->...p", curves, weights, optimize=False))
 
 
 def slope_cycle(cycle_phase: FloatArray, curves: FloatArray, phase: FloatArray) -> FloatArray:
-    """Differentiate simulated cycles at a recording's phases, by the spline of :func:`sample_cycle`.
-
-    Returns:
-        d curve / d phase, per cycle, of shape (..., P) for curves (..., M).
-    """
+    """Return d curve / d phase of the spline of :func:`sample_cycle`; shape (..., P)."""
     weights = _spline_weights(cycle_phase.tobytes(), phase.tobytes(), 1)
     return np.asarray(np.einsum("...m,pm->...p", curves, weights, optimize=False))
 
 
 def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArray:
-    """Interpolate values at some phases onto the analysis grid by periodic, monotone PCHIP.
+    """Interpolate values (..., p) onto the analysis grid (..., G) by periodic, monotone PCHIP.
 
-    The interpolant (Fritsch and Butland 1984) goes through every value, does not overshoot and
-    closes around the cycle. Observed and simulated curves pass this same function.
-
-    Args:
-        phase: Phases in [0, 1), strictly ascending; shape (p,), p >= 3.
-        values: One or several curves at these phases; shape (..., p).
-        grid_points: Number G of grid points.
-
-    Returns:
-        Curves on ``analysis_grid(grid_points)``; shape (..., G); the first value equals the last.
-
-    Raises:
-        ValueError: Fewer than three phases, or phases that are not ascending within [0, 1).
+    The interpolant (Fritsch and Butland 1984) goes through every value, does not overshoot and closes around
+    the cycle: its first value equals the last. It needs three phases, ascending in [0, 1). Observed and
+    simulated curves pass this same function.
     """
     from scipy.interpolate import PchipInterpolator
 
-    _check_phases(phase)
+    if len(phase) < 3:
+        raise ValueError(f"interpolation around the cycle needs at least 3 measured phases, got {len(phase)}")
     knots = np.concatenate([phase[-WRAP:] - 1.0, phase, phase[:WRAP] + 1.0])
     rows = values.reshape(-1, len(phase))
     curves = np.empty((len(rows), grid_points))
@@ -174,16 +155,11 @@ def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArr
 
 @lru_cache(maxsize=256)
 def _spline_weights(cycle_phase: bytes, phase: bytes, derivative: int = 0) -> FloatArray:
-    weights = _weights_at(cycle_phase, np.frombuffer(phase), derivative)
+    """Return what each value of a cycle (M,) counts in its spline at phases (P,), or in a slope; (P, M)."""
+    first, spline = np.frombuffer(cycle_phase)[0], _cardinal_spline(cycle_phase)
+    weights = np.ascontiguousarray(spline(first + (np.frombuffer(phase) - first) % 1.0, derivative))
     weights.flags.writeable = False
     return weights
-
-
-def _weights_at(cycle_phase: bytes, phase: FloatArray, derivative: int) -> FloatArray:
-    """Return what each value of a cycle (M,) counts in its spline at phases (P,), or in a slope; (P, M)."""
-    first = np.frombuffer(cycle_phase)[0]
-    spline = _cardinal_spline(cycle_phase)
-    return np.ascontiguousarray(spline(first + (phase - first) % 1.0, derivative))
 
 
 @lru_cache(maxsize=8)
@@ -194,11 +170,3 @@ def _cardinal_spline(cycle_phase: bytes) -> CubicSpline:
     nodes = np.frombuffer(cycle_phase)
     cardinal = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])
     return CubicSpline(np.append(nodes, nodes[0] + 1.0), cardinal, bc_type="periodic")
-
-
-def _check_phases(phase: FloatArray) -> None:
-    if len(phase) < 3:
-        raise ValueError(f"interpolation around the cycle needs at least 3 measured phases, got {len(phase)}")
-    if phase[0] < 0.0 or phase[-1] >= 1.0 or np.any(np.diff(phase) <= 0.0):
-        listed = ", ".join(f"{value:.4g}" for value in phase)
-        raise ValueError(f"phases must ascend strictly within [0, 1), got {listed}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from swesbi.base.terminal import hidden_signs, printable
@@ -13,16 +14,9 @@ LONGEST_VALUE: Final = 60
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong, and what to do about it.
+    """One thing that is wrong, and what to do about it; the reason follows the value, where there is one.
 
-    Attributes:
-        file: The file, or what stands for it.
-        reason: What is wrong; follows the value, where there is one.
-        remedy: What to do.
-        row: Line of a text file, or number of an element, counted from 1.
-        column: Name of the column.
-        value: The offending value, as text.
-        unit: What ``row`` counts: "row" or "element".
+    ``row`` is the line of a text file, or the number of an element, from 1; ``unit`` says which it counts.
     """
 
     file: str
@@ -46,15 +40,23 @@ class Problem:
 
 
 class RecordingError(ValueError):
-    """A recording or context table that cannot be used; the message lists every problem found.
-
-    Attributes:
-        problems: What is wrong, one entry a problem.
-    """
+    """A recording or context table that cannot be used; the message lists every problem found."""
 
     def __init__(self, *problems: Problem) -> None:
         self.problems = problems
         super().__init__(listed(problems))
+
+
+def refusal(
+    file: Path | str,
+    reason: str,
+    remedy: str,
+    row: int | None = None,
+    column: str | None = None,
+    value: str | None = None,
+) -> RecordingError:
+    """Return the refusal of a file for the one thing that is wrong with it."""
+    return RecordingError(Problem(str(file), reason, remedy, row, column, value))
 
 
 def listed(problems: Iterable[Problem]) -> str:
@@ -66,10 +68,6 @@ def listed(problems: Iterable[Problem]) -> str:
 
 
 def raise_any(problems: Iterable[Problem]) -> None:
-    """Raise if there is any problem.
-
-    Raises:
-        RecordingError: There is.
-    """
+    """Raise a ``RecordingError`` if there is any problem."""
     if raised := tuple(problems):
         raise RecordingError(*raised)

@@ -6,13 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.context import Context
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
 from swesbi.recording.ingest import other_heart_rate, other_unit
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import cells_of
-from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.problems import Problem, raise_any, refusal
 from swesbi.recording.quality import push_quality
 from swesbi.recording.samples import ACCEPTED, REASONS, Samples, sample_rejection
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
@@ -34,18 +33,7 @@ def ingest_pushes(
     """Turn the pushes of a free-running recording into speeds at instants of the cycle.
 
     No two are averaged: each accepted one is a point that was measured. A cell of the cycle is one of
-    ``settings.phases`` equal parts, within which the model has one error.
-
-    Args:
-        samples: The recording.
-        context: The subject's context.
-        settings: Quality limits, density, number of cells.
-        declared: What is said of its errors.
-        clinical: What was measured beside the speeds.
-
-    Raises:
-        RecordingError: Fewer than two pushes are accepted, it cannot be of this context, nothing tells its
-            errors, or too many pushes lie far outside their neighbours.
+    ``settings.phases`` equal parts, within which the model has one error. A ``RecordingError`` says why not.
     """
     _check_pushes(samples, context, settings)
     quality = push_quality(samples, settings, declared)
@@ -80,17 +68,13 @@ def ingest_pushes(
     )
 
 
-def _counts(verdict: IntArray) -> IntArray:
-    return np.bincount(verdict + 1, minlength=len(REASONS) + 1)[1:]
-
-
 def _check_pushes(samples: Samples, context: Context, settings: RecordingSettings) -> None:
     """Refuse a recording of fewer than two pushes that are acceptable by themselves, or of another heart."""
     verdict = sample_rejection(samples, settings)
     accepted = verdict == ACCEPTED
     if accepted.sum() < LEAST_PUSHES:
-        counted = zip(REASONS, _counts(verdict), strict=True)
-        told = ", ".join(f"{reason} {n}" for reason, n in counted if n)
+        counts = [(reason, int((verdict == index).sum())) for index, reason in enumerate(REASONS)]
+        told = ", ".join(f"{reason} {n}" for reason, n in counts if n)
         reason = f"{int(accepted.sum())} pushes are acceptable of {len(verdict)} ({told or 'no other'})"
         remedy = f"an answer needs {LEAST_PUSHES}: record again"
         if (verdict == REASONS.index("ectopic_rr")).sum() >= LEAST_PUSHES:
@@ -98,17 +82,10 @@ def _check_pushes(samples: Samples, context: Context, settings: RecordingSetting
                 f": no beat has an RR interval near the median, {samples.median_rr_ms:.0f} ms, as in bigeminy"
             )
             remedy = "keep the rows of one kind of beat, the long ones say, and give their hr_bpm"
-        raise RecordingError(Problem(samples.source, reason, remedy))
-    _check_plausible(samples, samples.speed_m_s[accepted], context, settings)
-
-
-def _check_plausible(
-    samples: Samples, speed_m_s: FloatArray, context: Context, settings: RecordingSettings
-) -> None:
-    limit = settings.max_rr_deviation_fraction
+        raise refusal(samples.source, reason, remedy)
     found = (
-        other_heart_rate(samples.median_rr_ms, context, limit, samples.source),
-        other_unit(speed_m_s, samples.source),
+        other_heart_rate(samples, context, settings.max_rr_deviation_fraction),
+        other_unit(samples.speed_m_s[accepted], samples.source),
         _other_unit_of_time(samples),
     )
     raise_any(problem for problem in found if problem)
@@ -118,14 +95,18 @@ def _other_unit_of_time(samples: Samples) -> Problem | None:
     """Return what is wrong where times must be in seconds, or may be in per cent and no unit is stated."""
     latest = float(np.max(samples.time_ms, initial=0.0))
     if LATEST_IN_S <= latest <= LATEST_IN_PERCENT and not samples.unit_of_time:
-        reason = f"the latest push is {latest:g} ms after its R peak: these can be per cent of the beat"
-        remedy = (
+        return Problem(
+            samples.source,
+            f"the latest push is {latest:g} ms after its R peak: these can be per cent of the beat",
             f"if they are ms, say `units: {{ {TIME}: ms }}` in recording.yaml; if they are per cent, "
-            "multiply them by rr_ms / 100"
+            "multiply them by rr_ms / 100",
+            column=TIME,
         )
-        return Problem(samples.source, reason, remedy, column=TIME)
     if not 0.0 < latest < LATEST_IN_S:
         return None
-    reason = f"the latest push is {latest:g} ms after its R peak"
-    remedy = f"check the unit: ms, or say `units: {{ {TIME}: s }}` in recording.yaml"
-    return Problem(samples.source, reason, remedy, column=TIME)
+    return Problem(
+        samples.source,
+        f"the latest push is {latest:g} ms after its R peak",
+        f"check the unit: ms, or say `units: {{ {TIME}: s }}` in recording.yaml",
+        column=TIME,
+    )

@@ -15,7 +15,7 @@ from scipy.special import chdtr
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.recording.neighbours import speed_by_neighbours
 from swesbi.recording.noise.declared import DeclaredNoise, declared_noise
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import refusal
 from swesbi.recording.samples import ACCEPTED, OUTLIER, Samples, sample_rejection
 from swesbi.recording.settings import NoiseDeclaration, RecordingSettings
 from swesbi.recording.speed import average_speeds
@@ -29,13 +29,7 @@ VARIES: Final = 0.25
 
 @dataclass(frozen=True)
 class PushQuality:
-    """What quality control makes of N pushes.
-
-    Attributes:
-        verdict: Index into ``REASONS`` of each push's rejection, or ``ACCEPTED``; shape (N,).
-        noise: Errors of the accepted ones, n of them.
-        left_out: The outliers, a sentence each.
-    """
+    """Of each push the index into ``REASONS``, or ``ACCEPTED``; errors of these; the outliers in words."""
 
     verdict: IntArray
     noise: DeclaredNoise
@@ -83,14 +77,6 @@ def push_quality(samples: Samples, settings: RecordingSettings, declared: NoiseD
     """Judge the pushes of a free-running recording; one far outside its neighbours is an outlier.
 
     As of gated phases, a recording that loses more than ``settings.max_missing_fraction`` so is refused.
-
-    Args:
-        samples: The recording, N pushes.
-        settings: Quality limits.
-        declared: What is said of its errors.
-
-    Raises:
-        RecordingError: Nothing tells the errors, or too many pushes lie far outside.
     """
     verdict = sample_rejection(samples, settings)
     accepted = np.flatnonzero(verdict == ACCEPTED)
@@ -101,10 +87,12 @@ def push_quality(samples: Samples, settings: RecordingSettings, declared: NoiseD
     verdict[accepted[~kept]] = OUTLIER
     named = tuple(_named(samples, accepted[i], told[i]) for i in np.flatnonzero(~kept))
     if len(named) > settings.max_missing_fraction * len(accepted):
-        limit = settings.max_missing_fraction
-        reason = f"{len(named)} of {len(accepted)} pushes lie far outside their neighbours, limit {limit:.0%}"
-        remedy = f"check the speeds, or state larger errors; the first: {named[0]}"
-        raise RecordingError(Problem(samples.source, reason, remedy))
+        raise refusal(
+            samples.source,
+            f"{len(named)} of {len(accepted)} pushes lie far outside their neighbours, limit "
+            f"{settings.max_missing_fraction:.0%}",
+            f"check the speeds, or state larger errors; the first: {named[0]}",
+        )
     return PushQuality(verdict, replace(noise, relative_se=noise.relative_se[kept]), named)
 
 
@@ -140,9 +128,6 @@ def clipped(speed_m_s: FloatArray) -> tuple[str, ...]:
 
     Just below the largest, speeds fall into steps of the resolution; so many would fall into one by chance,
     and one more. What has by this a chance (Poisson) below ``RARE`` is no chance.
-
-    Args:
-        speed_m_s: Speeds of the table, NaN where there is none; shape (N,).
     """
     known = np.sort(speed_m_s[np.isfinite(speed_m_s)])
     steps = np.diff(np.unique(known))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -14,7 +13,7 @@ from swesbi.base.arrays import FloatArray, IntArray, rows_of
 from swesbi.recording.copies import check_copies
 from swesbi.recording.groups import grouped
 from swesbi.recording.phases import LATEST_BEAT_PHASE
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import refusal
 from swesbi.recording.samples import CONFIGURED, Samples
 from swesbi.recording.speed import PA_PER_KPA, shear_wave_speed_m_s, youngs_modulus_kpa
 from swesbi.recording.tables.columns import (
@@ -41,16 +40,7 @@ from swesbi.recording.tables.translate import in_own_terms, is_free
 
 MEASURED: Final = (SPEED, MODULUS)
 REQUIRED: Final = tuple(name for name in COLUMNS if name != SPEED)
-NOT_GATED: Final = "is free-running: it has instants (time_ms) and no phases (phase_index)"
-ASK_FREE: Final = (
-    "networks and the experiments of the paper need gated phases; `swesbi infer` answers it without a "
-    "network; in a study's own cohort leave it out of `subjects`"
-)
 NEITHER: Final = "a gated recording has phase_index, a free-running one time_ms; map it under `columns`"
-EVENT_HERE: Final = "says what set off each wave"
-NO_EVENT: Final = (
-    "natural waves are not interpreted: leave them out; a table of pushes goes without this column"
-)
 OTHER_GATE: Final = 0.85  # of the distance of two gates; samples binned by phase lie within one
 SAME_GATE: Final = "correct the label or the delay; a label stands for one gate, in every repeat"
 IN_M_S: Final = "give it in m/s, or leave it empty if it failed; kPa are for the column youngs_modulus_kpa"
@@ -70,21 +60,15 @@ def read_samples(
     layout: TableLayout = OWN_FORM,
     subject: str = "",
 ) -> Samples:
-    """Read a gated recording, one row (CSV, workbook) or element (.mat) per attempted push sample.
-
-    Args:
-        path: The recording; its suffix tells the format.
-        phases: Number of gated phases; ``phase_index`` runs from 0 to ``phases - 1``.
-        density_kg_m3: Density rho behind a Young's modulus.
-        layout: How the cohort's tables differ from this project's form, by its ``recording.yaml``.
-        subject: Whose rows are wanted of a table of several.
-
-    Raises:
-        RecordingError: As of :func:`samples_in`, or the recording is free-running.
-    """
+    """Read a gated recording from its file; a free-running one is refused."""
     samples = samples_in(open_table(path, layout), phases, density_kg_m3, layout, subject)
     if not samples.is_gated:
-        raise RecordingError(Problem(str(path), NOT_GATED, ASK_FREE))
+        raise refusal(
+            path,
+            "is free-running: it has instants (time_ms) and no phases (phase_index)",
+            "networks and the experiments of the paper need gated phases; `swesbi infer` answers it without "
+            "a network; in a study's own cohort leave it out of `subjects`",
+        )
     return samples
 
 
@@ -96,59 +80,41 @@ def samples_in(
     subject: str = "",
     phases_source: str = CONFIGURED,
 ) -> Samples:
-    """Read a table as it stands in its file, or in memory: gated where it has phases, else free-running.
+    """Read a table, from its file or in memory: gated where it has phases, else free-running.
 
     A recording has either the column ``shear_wave_speed_m_s`` or, in its place, ``youngs_modulus_kpa``, of
-    which each value E becomes the speed sqrt(E / (3 rho)).
-
-    Args:
-        table: The table.
-        phases: Number of gated phases.
-        density_kg_m3: Density rho behind a Young's modulus.
-        layout: How the table differs from this project's form.
-        subject: Whose rows are wanted of a table of several.
-        phases_source: Where the number of phases is said.
-
-    Raises:
-        RecordingError: The table is malformed or one of natural waves, a value is impossible, or a sample,
-            repeat or beat is given twice; it lists every problem with file, row, column and value.
-
-    Returns:
-        The samples, gated ones by phase, repeat and sample, whatever the order of the rows.
+    which each value E becomes the speed sqrt(E / (3 rho)). Gated samples are by phase, repeat and sample,
+    whatever the order of the rows. An error lists every problem of the table.
     """
     own = in_own_terms(table, layout, subject)
     if EVENT in own.cells:
-        raise RecordingError(Problem(own.source, EVENT_HERE, NO_EVENT, column=EVENT))
+        raise refusal(
+            own.source,
+            "says what set off each wave",
+            "natural waves are not interpreted: leave them out; a table of pushes goes without this column",
+            column=EVENT,
+        )
     if PHASE not in own.cells and TIME not in own.cells:
         replace(own, remedy=NEITHER).using((PHASE, TIME))  # which says what it has
     free = is_free(own)
     required, optional = (FREE_REQUIRED, FREE_OPTIONAL) if free else (REQUIRED, ())
     used = own.using(required, (*MEASURED, *optional), TEXTS)
     check_measured(used)
-    _refuse_lookalikes(used, optional)
+    remedies = {name: f"call it {name}, or map it under `columns` of recording.yaml" for name in optional}
+    used.refuse_lookalikes(remedies, lambda lowered, name: spelling(lowered) == spelling(name))
+    used.finish()
     samples = _pushes(used, density_kg_m3) if free else samples_of(used, phases, density_kg_m3, phases_source)
     if samples.gate is not None and samples.sample is not None:
         samples = rows_of(samples, np.lexsort((samples.sample, samples.repeat, samples.gate)))
     if not own.copies_allowed:
-        _check_copies(samples)
+        check_copies(samples)
     differing = ", ".join(used.differing)
     unused = (f"not used, though its rows differ in it: {differing}",) if differing else ()
     return replace(samples, left_out=(*used.left_out, *unused))
 
 
 def samples_of(table: Table, phases: int, density_kg_m3: float, phases_source: str = CONFIGURED) -> Samples:
-    """Read the columns of a gated recording cell by cell.
-
-    Args:
-        table: The columns in use.
-        phases: Number of gated phases.
-        density_kg_m3: Density rho behind a Young's modulus.
-        phases_source: Where the number of phases is said.
-
-    Raises:
-        RecordingError: A value is impossible, a sample is given twice, or a row lies at another gate than
-            its phase.
-    """
+    """Read the columns of a gated recording cell by cell."""
     table.unique([PHASE, "repeat", "sample"])
     gate = _phase_index(table, phases, phases_source)
     delay = table.number(DELAY, 0, 5000, "give the delay from the R peak in ms")
@@ -171,16 +137,6 @@ def check_gates(
     """Refuse rows whose label contradicts their time: nearly a gate or more from others of their phase.
 
     Gates follow the R peak by a time or by a share of the beat, so a row is refused that is off in both.
-
-    Args:
-        table: The recording, N rows.
-        phase_index: Label of each row; shape (N,).
-        delay_ms: Its delay; shape (N,).
-        rr_ms: Its RR interval; shape (N,).
-        phases: Number P of gated phases.
-
-    Raises:
-        RecordingError: There is such a row.
     """
     gates = grouped(phase_index)
     share = gates.unwrapped(delay_ms / rr_ms)
@@ -192,17 +148,11 @@ def check_gates(
 
 
 def check_measured(table: Table) -> None:
-    """Refuse a table that has not exactly one column of what was measured.
-
-    Raises:
-        RecordingError: It has none, or both.
-    """
+    """Refuse a table that has not exactly one column of what was measured."""
     measured = [name for name in MEASURED if name in table.cells]
     if len(measured) != 1:
         reason = f"has {'both' if measured else 'none'} of the columns {' and '.join(MEASURED)}"
-        raise RecordingError(
-            Problem(table.source, reason, "give exactly one of them, the one that was measured")
-        )
+        raise refusal(table.source, reason, "give exactly one of them, the one that was measured")
 
 
 def _pushes(table: Table, density_kg_m3: float) -> Samples:
@@ -232,27 +182,6 @@ def _pushes(table: Table, density_kg_m3: float) -> Samples:
         time, rr, repeat, speed, status, beat=beat, se_m_s=se, fit_r2=r2, unit_of_time=unit_of_time,
         source=table.source, places=places,
     )  # fmt: skip
-
-
-def _refuse_lookalikes(table: Table, optional: Sequence[str]) -> None:
-    """Refuse a column that is not used and that looks like an optional one that is not there."""
-    remedies = {name: f"call it {name}, or map it under `columns` of recording.yaml" for name in optional}
-    table.refuse_lookalikes(remedies, lambda lowered, name: spelling(lowered) == spelling(name))
-    table.finish()
-
-
-def _check_copies(samples: Samples) -> None:
-    """Refuse a repeat of a gate, or a numbered beat, that stands twice."""
-    beats = samples.beats
-    if samples.gate is not None:
-        place, repeat = samples.gate[beats.first], samples.repeat[beats.first]
-        names = [f"repeat {r} of phase_index {p}" for p, r in zip(place, repeat, strict=True)]
-    elif samples.beat is not None:
-        place = np.zeros(len(beats.first), dtype=np.int64)
-        names = [f"beat {beat}" for beat in samples.beat[beats.first]]
-    else:
-        return
-    check_copies(samples.source, samples.speed_m_s, beats.of, place, names)
 
 
 def _phase_index(table: Table, phases: int, phases_source: str) -> IntArray:

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.recording.groups import Groups, grouped
-from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import RecordingSettings
-from swesbi.recording.tables.columns import FAILED_STATUSES, STATUSES
+from swesbi.recording.tables.columns import FAILED_STATUSES
 
 ACCEPTED: Final = -1
 REASONS: Final = (*FAILED_STATUSES, "empty_speed", "low_fit_r2", "ectopic_rr", "outlier", "sparse_phase")
@@ -26,24 +25,10 @@ class Samples:
     """Columns of a recording, each of shape (N,), N attempted samples or pushes; None where it has none.
 
     A gated recording has gates, which are measured again and again. A free-running one has pushes at any
-    instants of any beats.
-
-    Attributes:
-        time_ms: Time of the push since the R peak of its beat.
-        rr_ms: RR interval of that beat.
-        repeat: Index of the repeated acquisition of a gate, or of the train; 0 where the file does not say.
-        speed_m_s: Shear-wave speed c_s; NaN where the estimate failed.
-        status: "ok" or one of ``FAILED_STATUSES``.
-        gate: Index of the gated phase, from 0; None of a free-running recording.
-        sample: Index of the spatial sample within the repeat.
-        beat: Which beat.
-        se_m_s: Standard error of the speed; NaN where none is given.
-        fit_r2: R2 of the wave fit; NaN where there was none.
-        unit_of_time: That is stated of the times as they were given; empty where none is.
-        source: Where the samples come from, for messages.
-        places: Where each stands in the file, in words; empty of samples in memory.
-        left_out: What of the file is not used, though it may matter, a sentence each.
-        phases_source: Where the number of phases is said, for messages.
+    instants of any beats. Times are since the R peak of the push's beat. ``repeat`` is that of a gate, or the
+    train of pushes, 0 where the file does not say; ``sample`` is within the repeat. Speeds are NaN where the
+    estimate failed, standard errors and R2 where none is given. ``unit_of_time`` is what is stated of the
+    times, ``places`` where each row stands, ``left_out`` what of the file is not used though it may matter.
     """
 
     time_ms: FloatArray
@@ -61,15 +46,6 @@ class Samples:
     places: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     phases_source: str = CONFIGURED
-
-    def __post_init__(self) -> None:
-        known = np.isin(self.status, STATUSES)
-        if not known.all():
-            reason = f"is none of {', '.join(STATUSES)}"
-            value = str(self.status[~known][0])
-            raise RecordingError(
-                Problem(self.source, reason, "use one of them", column="status", value=value)
-            )
 
     @property
     def is_gated(self) -> bool:

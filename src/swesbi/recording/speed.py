@@ -59,13 +59,9 @@ class NoiseComponents:
 
 @dataclass(frozen=True)
 class PhaseSpeeds:
-    """Mean speed at each gated phase, arrays of shape (P,); NaN where no sample was accepted.
+    """Mean speed at each gated phase, with its standard error; arrays (P,), NaN where no sample was accepted.
 
-    Attributes:
-        speed_m_s: Spatial mean of the shear-wave speed c_s over each repeat, then the mean over repeats.
-        speed_se_m_s: Its standard error.
-        beat_phase: Mean of trigger delay / RR over the same repeats; not wrapped.
-        noise: The variance components behind the standard errors.
+    Speeds and ``beat_phase`` (trigger delay / RR, not wrapped) are means over repeats of means over samples.
     """
 
     speed_m_s: FloatArray
@@ -78,13 +74,7 @@ class PhaseSpeeds:
 class RepeatMeans:
     """The repeats with accepted samples, R of them by phase and then by number; arrays of shape (R,).
 
-    Attributes:
-        phase_index: Index of the gated phase.
-        repeat: Number of the repeat.
-        size: Accepted samples.
-        speed_m_s: Their mean speed.
-        scatter: Sum of their squared deviations from it.
-        beat_phase: Mean of trigger delay / RR.
+    ``size`` counts their samples, ``scatter`` is the sum of squared deviations from their mean speed.
     """
 
     phase_index: IntArray
@@ -101,16 +91,11 @@ class RepeatMeans:
 
 
 def average_speeds(samples: Samples, accepted: BoolArray, phases: int) -> PhaseSpeeds:
-    """Average the accepted samples of each phase.
+    """Average the accepted samples (N,) of each of P phases.
 
-    Samples of one repeat share that repeat's error, so the repeat means, not the samples, are
-    independent: the standard error of the mean of R repeats with n_r samples each is
-    ``c / R * sqrt(sum_r (s_rep^2 + s_sam^2 / n_r))``.
-
-    Args:
-        samples: The recording, N samples.
-        accepted: Which samples passed quality control; shape (N,).
-        phases: Number P of gated phases.
+    Samples of one repeat share that repeat's error, so the repeat means, not the samples, are independent:
+    the standard error of the mean of R repeats with n_r samples each is ``c / R * sqrt(sum_r (s_rep^2 +
+    s_sam^2 / n_r))``.
     """
     repeats = repeat_means(samples, accepted)
     noise, by_phase = estimate_noise(repeats), repeats.phases
@@ -124,12 +109,7 @@ def average_speeds(samples: Samples, accepted: BoolArray, phases: int) -> PhaseS
 
 
 def repeat_means(samples: Samples, accepted: BoolArray) -> RepeatMeans:
-    """Reduce the accepted samples of a recording to the means of its repeats.
-
-    Args:
-        samples: The recording, N samples.
-        accepted: Which samples passed quality control; shape (N,).
-    """
+    """Reduce the accepted samples (N,) of a recording to the means of its repeats."""
     phase_index, repeat = samples.phase_index[accepted], samples.repeat[accepted]
     groups, speed = grouped(phase_index, repeat), samples.speed_m_s[accepted]
     return RepeatMeans(
@@ -145,16 +125,13 @@ def repeat_means(samples: Samples, accepted: BoolArray) -> RepeatMeans:
 def estimate_noise(repeats: RepeatMeans) -> NoiseComponents:
     """Estimate the variance components of a nested design by the method of moments.
 
-    The noise is proportional to the speed, so squared deviations are taken relative to the phase mean
-    and pooled over all phases: one phase has too few repeats to estimate its own. With v_r = s_rep^2 +
-    s_sam^2 / n_r, the expected sum of squares of R repeat means about their mean is
-    (1 - 1/R) sum_r v_r (Searle, Casella and McCulloch, Variance Components, 1992).
+    The noise is proportional to the speed, so squared deviations are taken relative to the phase mean and
+    pooled over all phases: one phase has too few repeats to estimate its own. With v_r = s_rep^2 + s_sam^2 /
+    n_r, the expected sum of squares of R repeat means about their mean is (1 - 1/R) sum_r v_r (Searle,
+    Casella and McCulloch, Variance Components, 1992).
 
-    Beats differ in RR, so repeats at one delay lie at slightly different phases; what they differ by on
-    the slope of the curve is no error, since the phase is averaged like the speed, and is taken out first.
-
-    Args:
-        repeats: As returned by :func:`repeat_means`.
+    Beats differ in RR, so repeats at one delay lie at slightly different phases; what they differ by on the
+    slope of the curve is no error, since the phase is averaged like the speed, and is taken out first.
     """
     phases = repeats.phases
     mean, count = phases.means(repeats.speed_m_s)[phases.of], phases.sizes[phases.of]
@@ -167,12 +144,9 @@ def estimate_noise(repeats: RepeatMeans) -> NoiseComponents:
 
 
 def phase_trend(repeats: RepeatMeans) -> FloatArray:
-    """Return by what fraction each repeat's speed should differ from the phase mean for its beat's phase.
+    """Return by what fraction each speed (R,) should differ from the phase mean for its beat's phase.
 
     The slope at a phase is the central difference over its neighbours around the cycle.
-
-    Returns:
-        Shape (R,).
     """
     phases = repeats.phases
     beat_phase, speed = phases.means(repeats.beat_phase), phases.means(repeats.speed_m_s)

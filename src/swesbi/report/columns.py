@@ -5,11 +5,11 @@ Tables name their columns. Only one whose heading the study gives (a subject, an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from swesbi.context import CONTEXT
-from swesbi.parameters import QUANTITIES
+from swesbi.parameters import NUISANCES, QUANTITIES
 from swesbi.report.numbers import (
     MISSING,
     PARAMETER_UNITS,
@@ -18,14 +18,12 @@ from swesbi.report.numbers import (
     REJECTIONS,
     component,
     count,
-    estimate,
     feature_unit,
+    fixed,
     interval,
     middle,
-    pareto_shape,
     percent,
     quantity,
-    unit,
     with_limits,
     with_minus,
     yes_or_no,
@@ -33,33 +31,24 @@ from swesbi.report.numbers import (
 from swesbi.report.paper.values import DESIGNED
 from swesbi.report.results import columns_of
 from swesbi.report.table import Column, words
-from swesbi.verdict.summary import ANSWERS, LIMITS
+from swesbi.verdict.summary import ANSWERS, LIMITS, RECORDINGS
 
 COVERAGE: Final = ("coverage", "ci_low", "ci_high")
 ACQUIRED: Final = "_acquired"
 """Ends what is of recordings with the noise of an acquisition."""
 SAMPLER_NAMES: Final = {"importance": "importance weights", "mcmc": "MCMC"}
-DECIMALS: Final = {"mL": 0, "kPa": 1, "1": 2}
-"""By unit, what a scanner can tell of a derived quantity."""
 DESIGN_MARK: Final = "†"
+MEANINGS: Final = {parameter.name: parameter.meaning for parameter in NUISANCES}
 
 
 def named(*names: str | Column) -> tuple[Column, ...]:
-    """Return columns by their names; one that is given itself passes.
-
-    Raises:
-        KeyError: There is no column of a name.
-    """
+    """Return columns by their names; one that is given itself passes."""
     return tuple(COLUMNS[name] if isinstance(name, str) else name for name in names)
 
 
-def each_parameter(kind: str) -> tuple[str, ...]:
+def each_parameter(kind: str, of: Iterable[str] = PARAMETERS) -> tuple[str, ...]:
     """Return the names of the columns of a kind: "answer" as "answer k0_kpa", ..."""
-    return tuple(f"{kind} {name}" for name in PARAMETERS)
-
-
-def _derived(median: float, low: float, high: float, of: str) -> tuple[str, str]:
-    return estimate(median, low, high, most_decimals=DECIMALS.get(of, 12))
+    return tuple(f"{kind} {name}" for name in of)
 
 
 def _sampler(name: str, converged: Any) -> str:  # noqa: ANN401
@@ -69,6 +58,22 @@ def _sampler(name: str, converged: Any) -> str:  # noqa: ANN401
 def _origin(origin: str) -> str:
     """Return where a number comes from, with a mark where it is designed."""
     return f"{DESIGN_MARK} {origin}" if origin.startswith(DESIGNED) else origin
+
+
+def _hyperparameter(name: str, of: str) -> str:
+    return name if of == "all" else f"{name}: {of.replace('_', ' ')}"
+
+
+def _hyperparameter_unit(name: str, of: str) -> str:
+    return "" if of == "1" else PARAMETER_UNITS[name]
+
+
+def _draws_behind(draws: float, refreshed: bool) -> str:
+    return f"{draws:.0f}{'*' if refreshed else ''}"
+
+
+def _correlated(name: str, correlation: float) -> str:
+    return f"{MEANINGS.get(name) or quantity(name)} ({fixed(correlation, 2)})"
 
 
 def _of_all(some: int, recorded: int) -> str:
@@ -101,6 +106,9 @@ _BY_SOURCE: Final = (
     words("reasons", "Commonest reasons"),
     words("limits", "What limits them"),
     words("test", "Test"),
+    Column("statistic", "Statistic", "", "3g"),
+    Column("p_value", "p-value", "", "2g"),
+    Column("limit", "Limit", "", "2g"),
     Column("max_abs_z", "Largest |z|", "", "2f"),
     words("worst_component", "Attained by", component),
     Column("in_prior_draws", "Draws in bounds", "", "d"),
@@ -109,7 +117,7 @@ _BY_SOURCE: Final = (
     Column("share", "Share", "%", "1%"),
     # how draws were made
     words("sampler", "Draws by", SAMPLER_NAMES),
-    Column("k_hat", "k-hat", "", pareto_shape),
+    Column("k_hat", "k-hat", "", "2f"),
     Column("efficiency", "Efficiency", "%", "0%"),
     Column("median_efficiency", "Median efficiency", "%", "0%"),
     Column("r_hat", "R-hat", "", "3f"),
@@ -139,6 +147,11 @@ _BY_SOURCE: Final = (
     Column("observed", "Observed", "", "3g"),
     Column("prior_median", "Prior median", "", "3g"),
     # recovery of known parameters, and training
+    words("recordings", "Recordings", RECORDINGS),
+    Column("pooled", "Checks, pooled", "failed of all"),
+    Column("single", "Checks, by subject", "failed of all"),
+    *(Column(f"sbc {name}", f"Coverage of {word}", "%, pooled", "1%") for name, word in PARAMETERS.items()),
+    Column("tarp joint", "Joint coverage", "%, pooled", "1%"),
     Column("nominal", "Nominal", "%", "0%"),
     Column("n", "Recordings", "", "d"),
     Column(f"n{ACQUIRED}", "Recordings", "", "d"),
@@ -150,9 +163,21 @@ _BY_SOURCE: Final = (
     Column("validation_loss", "Lowest validation loss", "", "2f"),
     Column("training_loss", "Training loss there", "", "2f"),
     Column("last", "Validation loss at the end", "", "2f"),
+    # what a recording tells
+    Column("contraction_log", "Contraction", "log scale", "3f"),
+    Column("sensitivity_prior", "Sensitivity to the prior", "", "2f"),
+    Column("sensitivity_nuisances", "to that of nuisance parameters", "", "2f"),
+    Column("sensitivity_likelihood", "to the likelihood", "", "2f"),
+    Column("sd_log", "Posterior sd", "% of the value", "1%"),
+    Column("expected_sd_log", "Expected sd", "% of the value", "1%"),
+    Column("width_4", "With four times the repeats", "% of the sd", "0%"),
     # pressures
     Column("width_ratio", "Width with over without", "median (least to largest)"),
     Column("shift_in_widths", "Shift", "widths, median (least to largest)"),
+    # a cohort, and every subject within it
+    words("verdict", "Verdict"),
+    Column("probability_above_1", "Above 1", "%", "0%"),
+    Column("outlier_probability", "Outlier", "%", "0%"),
     # the paper
     words("statement", "Statement"),
     words("paper", "Paper", with_minus),
@@ -163,7 +188,7 @@ _BY_SOURCE: Final = (
     words("measure", "Mean ± sd over prior-supported subjects"),
 )
 _OF_SEVERAL: Final = {
-    "unit": words("parameter", "Unit", unit),
+    "unit": words("parameter", "Unit", {name: each.html_unit for name, each in QUANTITIES.items()}),
     "feature_unit": words("feature", "Unit", feature_unit),
     "answer": words("sampler", "Answer", ANSWERS),
     "printed": words("quantity", "Quantity"),
@@ -173,8 +198,8 @@ _OF_SEVERAL: Final = {
     "predicted_interval": Column(("pi_low", "pi_high"), "Posterior interval", "", "3g"),
     "derived": words("parameter", "Quantity", quantity),
     "derived_unit": words("unit", "Unit", {"1": "", "1/s": PARAMETER_UNITS["k_sr_per_s"]}),
-    "derived_median": Column((*LIMITS, "unit"), "Median", "", lambda *values: _derived(*values)[0]),
-    "derived_interval": Column((*LIMITS, "unit"), "Interval", "", lambda *values: _derived(*values)[1]),
+    "derived_median": Column((*LIMITS, "unit"), "Median", "", middle),
+    "derived_interval": Column((*LIMITS, "unit"), "Interval", "", interval),
     "ejection": Column(
         ("lvedv_ml", "lvesv_ml"),
         "Ejection fraction",
@@ -189,6 +214,12 @@ _OF_SEVERAL: Final = {
     "coverage_acquired": Column(
         tuple(f"{name}{ACQUIRED}" for name in COVERAGE), "Coverage, acquisition noise", "% (interval)", "1%"
     ),
+    "hyperparameter": words(("quantity", "of"), "Quantity", _hyperparameter),
+    "hyperparameter_interval": Column(LIMITS, "Interval", "", interval),
+    "hyperparameter_unit": words(("parameter", "unit"), "Unit", _hyperparameter_unit),
+    "draws_behind": Column(("effective_draws", "refreshed"), "Draws", "", _draws_behind),
+    "checked": Column("n", "n", "", "d"),
+    "correlated": Column(("correlated_with", "correlation"), "Correlated most with", "", _correlated),
     "cuff": Column(("sbp_mmhg", "dbp_mmhg"), "Cuff", "mmHg", "{:.0f} / {:.0f}".format),
     "pressures_sampler": words(("sampler", "converged"), "Draws by", _sampler),
 }
@@ -198,6 +229,11 @@ _OF_QUANTITIES: Final = {
     for word in [quantity(name)]
     for kind, column in (
         ("answer", Column(columns_of(name), word, each.html_unit, with_limits)),
+        (
+            "alone",
+            Column(columns_of(f"{name}_alone"), f"{word} alone", f"{each.html_unit} (interval)", with_limits),
+        ),
+        ("within", Column(columns_of(name), f"{word} within", f"{each.html_unit} (interval)", with_limits)),
         ("coverage", Column(columns_of(name, COVERAGE), f"Coverage of {word}", "% (interval)", "1%")),
         ("correlation", Column(f"correlation_{name}", f"Correlation with {word}", "", "2f")),
         ("unfiltered", Column(name, f"Unfiltered {word}", each.html_unit, "3g")),

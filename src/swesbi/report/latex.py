@@ -10,7 +10,7 @@ import pandas as pd
 from swesbi.report.columns import named
 from swesbi.report.numbers import SYMBOL
 from swesbi.report.results import PASSED
-from swesbi.report.table import Column, Row, Strong, Table
+from swesbi.report.table import Cell, Column, Strong, Table
 from swesbi.report.tables.subjects import (
     DERIVED,
     POSTERIOR,
@@ -49,23 +49,23 @@ def text(plain: str) -> str:
 def latex(table: Table, label: str) -> str:
     """Return a table as a longtable, its note below the caption; heads of numbers are turned.
 
-    Args:
-        table: The table; where its dataframe has a column ``GROUP`` of several values, these are headings.
-        label: Its label.
+    Where its dataframe has a column ``GROUP`` of several values, these are headings.
     """
     layout = "".join("r" if column.numeric else "l" for column in table.columns)
     head = rf"    \toprule {' & '.join(map(_head, table.columns))} \\ \midrule"
-    lines = [
-        r"{\scriptsize\setlength{\tabcolsep}{2.5pt}",
-        rf"\begin{{longtable}}{{@{{}}{layout}@{{}}}}",
-        rf"    \caption{{{text(table.caption)} {text(table.note)}}}\label{{tab:{label}}}\\",
-        rf"{head} \endfirsthead",
-        rf"{head} \endhead",
-        r"    \bottomrule \endlastfoot",
-        *_body(table),
-        r"\end{longtable}}",
-    ]
-    return "\n".join(lines) + "\n"
+    return "\n".join(
+        [
+            r"{\scriptsize\setlength{\tabcolsep}{2.5pt}",
+            rf"\begin{{longtable}}{{@{{}}{layout}@{{}}}}",
+            rf"    \caption{{{text(table.caption)} {text(table.note)}}}\label{{tab:{label}}}\\",
+            rf"{head} \endfirsthead",
+            rf"{head} \endhead",
+            r"    \bottomrule \endlastfoot",
+            *_body(table),
+            r"\end{longtable}}",
+            "",
+        ]
+    )
 
 
 def _head(column: Column) -> str:
@@ -81,42 +81,34 @@ def _body(table: Table) -> Iterator[str]:
         if several and group != before:
             yield rf"    \addlinespace {across}{{\textit{{{text(group)}}}}} \\*"
             before = group
-        yield f"    {' & '.join(_cells(row))} \\\\"
+        yield f"    {' & '.join(map(_cell, row.cells))} \\\\"
 
 
-def _cells(row: Row) -> Iterator[str]:
-    for cell in row.cells:
-        yield rf"\textbf{{{text(cell.text)}}}" if isinstance(cell, Strong) else text(str(cell))
+def _cell(cell: Cell) -> str:
+    return rf"\textbf{{{text(cell.text)}}}" if isinstance(cell, Strong) else text(str(cell))
 
 
 def ppc_latex(scores: pd.DataFrame, verdicts: Verdicts, cohort_title: str) -> str:
-    """Return table 1 of every experiment.
-
-    Args:
-        scores: As ``ppc_table`` returns it.
-        verdicts: By (experiment, subject).
-        cohort_title: What the subjects are ("virtual volunteers").
-    """
+    """Return table 1 of every experiment; scores are as ``ppc_table`` returns them."""
     parts = []
     for experiment, part in scores.groupby("experiment", sort=False):
         passed = [verdicts[str(experiment), subject].status in PASSED for subject in part["subject"]]
         parts.append(with_mean(part, part[passed]).assign(**{GROUP: experiment}))
-    caption = f"Posterior predictive performance ({cohort_title})."
-    note = (
+    table = Table(
+        f"Posterior predictive performance ({cohort_title}).",
+        pd.concat(parts),
+        named("subject", *SCORES),
         "Coverage: share of the observed curve in the band of noiseless curves, or in the interval of new "
         "observations. The prior's band and envelope are the ceiling of the first. Mean and standard "
-        f"deviation: of subjects whose answers may be read without care. {_excluded(verdicts)}"
+        f"deviation: of subjects whose answers may be read without care. {_excluded(verdicts)}",
     )
-    return latex(Table(caption, pd.concat(parts), named("subject", *SCORES), note), "ppc")
+    return latex(table, "ppc")
 
 
 def posterior_latex(posterior: pd.DataFrame, verdicts: Verdicts, cohort_title: str) -> str:
     """Return the posteriors of every experiment: the parameters, then what follows from them.
 
-    Args:
-        posterior: As ``posterior_table`` returns it.
-        verdicts: By (experiment, subject).
-        cohort_title: What the subjects are ("virtual volunteers").
+    ``posterior`` is as ``posterior_table`` returns it.
     """
     table = posterior.assign(**{GROUP: posterior["experiment"]})
     parameters = Table(

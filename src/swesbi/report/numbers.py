@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from swesbi.context import CONTEXT as VARIABLES
 from swesbi.heart.physiology import CAPACITANCE
-from swesbi.parameters import DERIVED, NUISANCES, PHI, QUANTITIES, THETA
+from swesbi.parameters import DERIVED, NUISANCES, PHI, THETA
 
 MISSING: Final = "–"
 MINUS: Final = "−"
@@ -43,6 +43,8 @@ REJECTIONS: Final = {
     "outlier": "Outlier",
     "sparse_phase": "Sparse phase",
 }
+DECIMALS: Final = {"mL": 0, "kPa": 1, "1": 2}
+"""By unit, what a scanner can tell of a derived quantity."""
 FEATURE_UNITS = {"_kpa_per_cycle": "kPa/cycle", "_kpa": "kPa", "_cycle": "cycle"}
 TRAJECTORY: Final = re.compile(r"trajectory_(\d+)_kpa")
 COMPONENT: Final = re.compile(
@@ -53,16 +55,6 @@ COMPONENT: Final = re.compile(
 def quantity(name: str) -> str:
     """Return a quantity in words or as its symbol; an unknown one by its own name."""
     return QUANTITY_WORDS.get(name) or name.replace("_", " ")
-
-
-def unit(name: str) -> str:
-    """Return the unit of a quantity as the page has it."""
-    return QUANTITIES[name].html_unit
-
-
-def pareto_shape(k_hat: float) -> str:
-    """Return the Pareto shape of weights, which may be infinite."""
-    return "inf" if math.isinf(k_hat) else fixed(k_hat, 2)
 
 
 def component(name: str) -> str:
@@ -130,30 +122,30 @@ def digits(value: float) -> str:
     return text.replace("-", MINUS)
 
 
-def estimate(value: float, low: float, high: float, *, most_decimals: int = 12) -> tuple[str, str]:
+def estimate(value: float, low: float, high: float, *, derived: str = "") -> tuple[str, str]:
     """Return a value and its interval, to three significant digits or more where the interval is narrow.
 
     Two digits of the interval's width are kept, so that its ends differ: 53.7 within 53.52 and 53.83 as
-    "53.70" and "53.52 to 53.83". No more decimals are shown than ``most_decimals``: what can be measured.
+    "53.70" and "53.52 to 53.83". A derived quantity, by its unit, has no more than can be measured.
     """
     if math.isnan(value):
         return MISSING, MISSING
     decimals = _decimals(value, 3)
     if high > low:
         decimals = max(decimals, _decimals(high - low, 2))
-    decimals = min(decimals, most_decimals)
+    decimals = min(decimals, DECIMALS.get(derived, decimals))
     shown, start, end = (_signed(f"{number:,.{decimals}f}") for number in (value, low, high))
     return shown, span(start, end)
 
 
-def middle(value: float, low: float, high: float) -> str:
+def middle(value: float, low: float, high: float, derived: str = "") -> str:
     """Return the value of :func:`estimate`."""
-    return estimate(value, low, high)[0]
+    return estimate(value, low, high, derived=derived)[0]
 
 
-def interval(value: float, low: float, high: float) -> str:
+def interval(value: float, low: float, high: float, derived: str = "") -> str:
     """Return the interval of :func:`estimate`."""
-    return estimate(value, low, high)[1]
+    return estimate(value, low, high, derived=derived)[1]
 
 
 def with_limits(value: float, low: float, high: float) -> str:

@@ -29,24 +29,11 @@ def no_rows() -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is shown of one experiment.
+    """What is shown of one experiment: its rows of the tables of the study, by their names.
 
-    Attributes:
-        name: Its name in the configuration.
-        settings: Its section of the configuration, plain; the prior as the prior itself.
-        verdicts: Verdict of each subject.
-        scores: Its rows of ``ppc.csv``.
-        features: Its rows of ``features.csv``.
-        posterior: Its rows of ``posterior.csv``.
-        recovery: ``recovery.csv``: coverage under the noise of the experiment's own observation model.
-        recovery_acquisition: Likewise, under acquisition noise, passed through the whole pipeline.
-        training: ``training.csv``.
-        results: Of an experiment on speeds, as all that follows: exact posterior of each subject.
-        calibration: ``calibration.csv``.
-        alarms: ``alarms.csv``.
-        identifiability: ``identifiability.csv``.
-        truth: Its rows of ``truth.csv``; empty for a cohort without known truth.
-        noise: The cohort's noise.
+    Settings are plain, but for the prior. ``recovery`` has the noise of the experiment's own observation
+    model, ``recovery_acquisition`` that of recordings passed through the whole pipeline. From ``results``
+    on, fields are of experiments on speeds alone; ``truth`` is empty for a cohort without known truth.
     """
 
     name: str

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.free_predictive import FreePredictiveCheck
-from swesbi.checks.identifiability.more_repeats import MoreRepeats
-from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.identifiability.information import MoreRepeats
+from swesbi.checks.predictive import FreePredictiveCheck, PredictiveCheck
 from swesbi.checks.scores import Band, coverage
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
@@ -23,13 +22,8 @@ from swesbi.verdict.verdict import Verdict
 class RecordingSummary:
     """What was recorded, and what quality control made of it.
 
-    Attributes:
-        summary: What there is, in words.
-        unit: What is counted ("samples", "pushes").
-        more: Of what one could record more ("repeats", "pushes").
-        accepted: How many were accepted.
-        rejected: How many were not, by reason.
-        noise: From what standard errors are estimated.
+    ``unit`` is what is counted ("samples", "pushes"), ``more`` what one could record more of ("repeats",
+    "pushes"), ``rejected`` how many were, by reason, and ``noise`` what standard errors are estimated from.
     """
 
     summary: str
@@ -44,16 +38,8 @@ class RecordingSummary:
 class ShownCurve:
     """The recording beside what prior and posterior predict of it; p measured points, G of the grid.
 
-    Attributes:
-        grid: Phases of the bands; (G,).
-        prior: Band of the prior.
-        posterior: Band of the posterior.
-        phase: Measured instants; (p,).
-        stiffness_kpa: What was measured; (p,).
-        se_kpa: Its standard errors; (p,).
-        new: Interval of a new measurement at each; (p,).
-        interval: Mass of bands and intervals.
-        noisy: Whether the bands are those of new measurements, and not of noiseless curves.
+    ``new`` is the interval of a new measurement at each of the points, ``interval`` the mass of bands and
+    intervals. ``noisy`` bands are those of new measurements, and not of noiseless curves.
     """
 
     grid: FloatArray
@@ -84,10 +70,8 @@ class PressuresPosterior:
 class Population:
     """Whom the subject is compared with.
 
-    Attributes:
-        name: Whose prior it is that percentiles are of, in words.
-        prior: Draws of the prior of all that is reported; (m, q).
-        hearts: Contexts of other hearts; none where there are no others.
+    ``name`` says in words whose prior percentiles are of, ``prior`` has draws of all that is reported (m,
+    q). ``hearts`` are other hearts, of which there may be none.
     """
 
     name: str
@@ -99,17 +83,8 @@ class Population:
 class Sheet:
     """All that the page of a subject shows.
 
-    Attributes:
-        context: Who.
-        verdict: The verdict.
-        result: The exact posterior.
-        values: Its draws of all that is reported, in the order of ``answer_lines.ANSWER_LINES``; (n, q).
-        recorded: The recording's quality.
-        curve: The recording, and its predictive check.
-        population: Whom the subject is compared with.
-        more: What more of the same would buy; None where it cannot be told.
-        informed: The posterior with pressures; one or none.
-        cohort_title: What the subject is one of ("virtual volunteers").
+    ``values`` are draws of all that is reported, in the order of ``answer_lines.ANSWER_LINES``; (n, q).
+    ``more`` is None where it cannot be told. ``informed`` has one posterior with pressures or none.
     """
 
     context: Context

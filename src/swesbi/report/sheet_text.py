@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Final
 
@@ -126,16 +126,14 @@ def _percentile(population: FloatArray, *values: float) -> str:
     return f"{median:.0f} ({low:.0f} to {high:.0f})"
 
 
-def _caution(sheet: Sheet) -> list[str]:
-    said = []
+def _caution(sheet: Sheet) -> Iterator[str]:
     if sheet.verdict.status == Status.CONTRADICTED:
-        said.append(
+        yield (
             "CONTRADICTED: this model cannot produce the recording. Medians and intervals are shown to help "
             "find the reason. They are no measurement of this heart."
         )
     if not sheet.result.converged:
-        said.append(f"NOT CONVERGED, do not use: {SEPARATOR.join(sheet.result.reasons)}")
-    return said
+        yield f"NOT CONVERGED, do not use: {SEPARATOR.join(sheet.result.reasons)}"
 
 
 def _with_pressures(informed: PressuresPosterior) -> str:
@@ -170,11 +168,10 @@ def _predictive(curve: ShownCurve, recorded: RecordingSummary) -> str:
     )
 
 
-def _more_words(sheet: Sheet) -> list[str]:
-    if sheet.more is None:
-        return []
-    return [
-        "More data: the expected width of each interval, on a logarithmic scale, with so many "
-        f"times as many {sheet.recorded.more} at the same instants, over that of this recording. "
-        "Repeats do not reduce the errors of the model."
-    ]
+def _more_words(sheet: Sheet) -> Iterator[str]:
+    if sheet.more is not None:
+        yield (
+            "More data: the expected width of each interval, on a logarithmic scale, with so many "
+            f"times as many {sheet.recorded.more} at the same instants, over that of this recording. "
+            "Repeats do not reduce the errors of the model."
+        )

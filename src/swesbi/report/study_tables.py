@@ -9,7 +9,6 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from swesbi.artefacts.csv import PlainTable
 from swesbi.artefacts.typed import ByPlace, BySubject, Text
@@ -17,13 +16,12 @@ from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import PredictiveCheck
 from swesbi.checks.scores import band, reduction_percent
 from swesbi.checks.truths import Truths
-from swesbi.parameters import THETA_NAMES, THETA_UNITS
+from swesbi.parameters import THETA, THETA_NAMES
 from swesbi.posterior.truncated import Posterior
 from swesbi.report.latex import posterior_latex, ppc_latex
 from swesbi.verdict.verdict import Verdict
 
 LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
 TRUTH_COLUMNS: Final = (
     "experiment", "subject", "status", "parameter", "truth", "median", "low", "high", "inside",
 )  # fmt: skip
@@ -43,8 +41,11 @@ class Case:
     @property
     def whose(self) -> dict[str, Any]:
         """The columns that begin every row."""
-        named = {"experiment": self.experiment, "subject": self.subject}
-        return named | {"may_be_read": self.verdict.may_be_read}
+        return {
+            "experiment": self.experiment,
+            "subject": self.subject,
+            "may_be_read": self.verdict.may_be_read,
+        }
 
     def limits(self, median: float, low: float, high: float) -> dict[str, float]:
         """Return a posterior median and its credible interval, NaN where they may not be read."""
@@ -70,18 +71,7 @@ def study_tables(
     *,
     cohort_title: str,
 ) -> StudyTables:
-    """Tabulate every experiment; who has a predictive check has rows, in the order of the checks.
-
-    Args:
-        predictives: Predictive checks.
-        posteriors: Of the same subjects and experiments.
-        verdicts: Likewise.
-        cmaes: Reference fits.
-        cohort_title: What the tables call the subjects.
-
-    Raises:
-        UnfitError: The posterior, the verdict or the fit of a subject is missing.
-    """
+    """Tabulate every experiment; who has a predictive check has rows, in the order of the checks."""
     cases = [
         Case(*place, check, posteriors[place], verdicts[place], cmaes[place.subject])
         for place, check in predictives.items()
@@ -102,9 +92,6 @@ def beside_the_truth(posteriors: ByPlace[Posterior], verdicts: ByPlace[Verdict],
 
     ``low`` and ``high`` are the ends of the credible interval; they, the median and ``inside`` are missing
     where the subject may not be read. Subjects without a known truth are left out.
-
-    Raises:
-        UnfitError: A verdict is missing.
     """
     rows = []
     for place, posterior in posteriors.items():
@@ -164,9 +151,8 @@ def features_table(cases: Sequence[Case]) -> pd.DataFrame:
     the subject is outside the prior's support.
     """
     table = pd.concat([_features(case) for case in cases], ignore_index=True)
-    if not table["may_be_read"].all():
-        blank = ["median", "pi_low", "pi_high", "inside"]
-        table[blank] = table[blank].where(table["may_be_read"])
+    of_posterior = ["median", "pi_low", "pi_high", "inside"]
+    table[of_posterior] = table[of_posterior].where(table["may_be_read"])
     return table
 
 
@@ -201,16 +187,16 @@ def posterior_table(cases: Sequence[Case]) -> pd.DataFrame:
 
 def _parameters(case: Case) -> Iterator[dict[str, Any]]:
     posterior, known = case.posterior, 1.0 if case.verdict.may_be_read else np.nan
-    for j, (name, unit) in enumerate(zip(THETA_NAMES, THETA_UNITS, strict=True)):
+    for j, parameter in enumerate(THETA):
         correlations = zip(THETA_NAMES, known * posterior.correlation[j], strict=True)
         yield {
             **case.whose,
-            "parameter": name,
-            "unit": unit,
+            "parameter": parameter.name,
+            "unit": parameter.unit,
             **case.limits(posterior.median[j], *posterior.interval[j]),
             "measured": np.nan,
             **{f"correlation_{other}": value for other, value in correlations},
-            "unfiltered_median": case.verdict.unfiltered_median[name],
+            "unfiltered_median": case.verdict.unfiltered_median[parameter.name],
             "cmaes": case.fit.theta[j],
         }
 

@@ -49,13 +49,9 @@ def as_words(value: object) -> Cell:
 class Column:
     """One column: what it takes of the dataframe, its heading, its unit, and how a cell is set.
 
-    Attributes:
-        source: Its name in the dataframe; or several, whose values go into one cell.
-        head: Heading.
-        unit: Unit, below the heading.
-        shown: A format of :func:`swesbi.report.numbers.formatted`, or a function of the values. By a format,
-            two values are an interval, and three a value with its interval.
-        numeric: Whether it stands at the right.
+    Of several sources the values go into one cell. ``shown`` is a format of
+    :func:`swesbi.report.numbers.formatted` or a function of the values. By a format, two values are an
+    interval, and three a value with its interval. What is numeric stands at the right.
     """
 
     source: str | tuple[str, ...]
@@ -101,13 +97,9 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """A captioned table.
+    """A captioned table, its note below; a column ``MARK`` of its frame says how each row is set.
 
-    Attributes:
-        caption: Its caption.
-        frame: Its rows; a column ``MARK`` says how each is set.
-        columns: What is shown of them; nothing: every column, as words.
-        note: Stands below.
+    Without columns, every one of the frame is shown, as words.
     """
 
     caption: str

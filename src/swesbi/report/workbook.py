@@ -24,11 +24,7 @@ WIDEST: Final = 60
 
 
 def write_workbook(path: Path, sheets: Mapping[str, pd.DataFrame]) -> None:
-    """Write tables as sheets: names in bold, which stay in view; what is missing is an empty cell.
-
-    Raises:
-        ArtefactError: The file cannot be written.
-    """
+    """Write tables as sheets: names in bold, which stay in view; what is missing is an empty cell."""
     from openpyxl import Workbook  # a third of a second, for this alone
 
     book = Workbook()
@@ -62,15 +58,13 @@ def _fill(sheet: Worksheet, table: pd.DataFrame) -> None:
 
 def _undated(content: bytes) -> bytes:
     """Return a workbook without the time of its writing."""
-    bare = io.BytesIO()
-    year = f">{EPOCH[0]}-01-01T00:00:00Z<".encode()
+    undated = io.BytesIO()
     with (
         zipfile.ZipFile(io.BytesIO(content)) as dated,
-        zipfile.ZipFile(bare, "w", zipfile.ZIP_DEFLATED) as archive,
+        zipfile.ZipFile(undated, "w", zipfile.ZIP_DEFLATED) as archive,
     ):
         for name in dated.namelist():
             member = dated.read(name)
-            entry = zipfile.ZipInfo(name, EPOCH)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, DATES.sub(year, member) if name == CORE else member)
-    return bare.getvalue()
+            bare = DATES.sub(rb">1980-01-01T00:00:00Z<", member) if name == CORE else member
+            archive.writestr(zipfile.ZipInfo(name, EPOCH), bare, zipfile.ZIP_DEFLATED)
+    return undated.getvalue()

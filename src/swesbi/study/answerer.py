@@ -8,46 +8,37 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.answers.files import RecordingRequest
-from swesbi.answers.folder import Folder, observe_folder
 from swesbi.answers.knowledge import Knowledge, knowledge_from
-from swesbi.answers.recording import modelled_pushes
+from swesbi.answers.recording import Folder, modelled_pushes, observe_folder
 from swesbi.answers.settings import OneAnswerSettings
-from swesbi.artefacts import Provenance
+from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.config.read import ConfigError
-from swesbi.config.refusals import context_refusal, why_in_short
-from swesbi.config.study import Study
+from swesbi.config.study import Study, context_refusal, why_in_short
 from swesbi.config.view import View
 from swesbi.networks.flow.trained import SHIPPED_NETWORK
 from swesbi.study.nulls import nulls_of
-from swesbi.study.other_network import check_network
+from swesbi.study.other_network import OtherNetworkError, check_network
 from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 from swesbi.verdict.settings import SHIPPED_NULLS
 
 CODE: Final = "swesbi.answers.answer:answered"
 """What makes an answer: the code whose hash its artefacts keep."""
-FROM_PRIOR: Final = "{subject} is answered from the prior of {name}: {why}"
-OTHER_NULLS: Final = (
-    "{subject} is judged among null recordings of the package, of another prior or forward model"
-)
-BY_PACKAGE: Final = "{subject} is answered by the network that comes with the package"
-INSTEAD: Final = "{subject} is answered by the network of {name}: {why}"
+REFUSALS: Final = (ValueError, ArithmeticError, RuntimeError)
+"""Errors of one subject, person or group, which leave the others as they are; but for these:"""
+OF_ALL: Final = (ArtefactError, OSError, OtherNetworkError)
+"""Errors of the study, its network or the disk, and so of every subject of a folder."""
 
 
 def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
-    """Return the experiments that may answer, the first first: the one asked for, or all that run.
-
-    Raises:
-        ConfigError: The one asked for cannot answer, or none can.
-    """
-    able = {*study.config.speed_experiments, *study.config.population_experiments}
+    """Return the experiments that may answer, the first first: the one asked for, or all that run."""
+    able = (*study.config.speed_experiments, *study.config.population_experiments)
     if asked is not None:
         View(study, {"experiment": asked}).named("experiment")
         if asked not in able:
-            names = (*study.config.experiments, *study.config.population_experiments)
             raise ConfigError(
                 f"--experiment = {asked!r}: infers from features of the curve, and answers no recording "
-                f"outside its own cohort; {' and '.join(name for name in names if name in able)} can"
+                f"outside its own cohort; {' and '.join(able)} can"
             )
         return (asked,)
     if not study.answering_experiments:
@@ -58,11 +49,7 @@ def experiments_to_ask(study: Study, asked: str | None) -> tuple[str, ...]:
 
 
 def answer_settings(study: Study, experiment: str, subject: str) -> OneAnswerSettings:
-    """Return what the answer to a recording outside the study depends on.
-
-    Raises:
-        ConfigError: The experiment has no such settings.
-    """
+    """Return what the answer to a recording outside the study depends on."""
     view = View(study.of_outside, {"experiment": experiment, "subject": subject})
     said = study.description(subject)
     own = {"recording": said.settings.to_plain(), "layout": said.file.layout.to_plain()}
@@ -74,13 +61,8 @@ def answer_settings(study: Study, experiment: str, subject: str) -> OneAnswerSet
 class Answerer:
     """Answers recordings outside the study; what the study leaves for them is read once.
 
-    Attributes:
-        study: With the recordings as its new cohort.
-        experiments: Those that may answer, the first first.
-        options: What Snakemake is given for the same configuration.
-        from_prior: Whether no network is asked, though there is one.
-        required: Whether gated recordings must be answered by the network of the first.
-        in_memory: The recordings, where they are in no folder.
+    The first experiment that can answers; where it is ``required``, the network of the first must answer
+    gated recordings. ``options`` are what Snakemake is given for the same configuration.
     """
 
     study: Study
@@ -104,11 +86,7 @@ class Answerer:
     def request(self, subject: str) -> RecordingRequest:
         """Choose what answers a recording.
 
-        Raises:
-            ConfigError: The folder does not have the subject.
-            ValueError: The recording cannot be used, or the network that must answer does not know its heart.
-            FileNotFoundError: The experiment that must answer has not been run.
-            OtherNetworkError: A network was trained under other settings.
+        ValueError: it cannot be used, or the network that must answer does not know its heart.
         """
         if subject not in self.subjects:
             known = ", ".join(self.subjects)
@@ -126,13 +104,21 @@ class Answerer:
         else:
             recording = modelled_pushes(observed.observation, settings.model)
         made = Provenance("", subject, self.study.config.seed, settings.to_plain(), stage_code(CODE))
-        by_package = network and experiment_files(self.study, network).network == SHIPPED_NETWORK
-        said = BY_PACKAGE if by_package else INSTEAD if network else FROM_PRIOR
-        notes = [said.format(subject=subject, name=experiment, why=why)] if why else []
-        if not (network or self._own_nulls):
-            notes.append(OTHER_NULLS.format(subject=subject))
-        note = "\n".join(notes)
+        note = self._note(subject, network, why)
         return RecordingRequest(recording, knowledge, settings, made, experiment, note, observed.left_out)
+
+    def _note(self, subject: str, network: str, why: str) -> str:
+        """Return what to say of the choice of a network, or of none; empty where it is the usual one."""
+        said = f"from the prior of {self.experiments[0]}: {why}"
+        if network:
+            by_package = experiment_files(self.study, network).network == SHIPPED_NETWORK
+            said = f"by the network {'that comes with the package' if by_package else f'of {network}: {why}'}"
+        lines = [f"{subject} is answered {said}"] if why else []
+        if not (network or self._own_nulls):
+            lines.append(
+                f"{subject} is judged among null recordings of the package, of another prior or forward model"
+            )
+        return "\n".join(lines)
 
     def _network(self, subject: str, *, free: bool) -> tuple[str, str]:
         """Return the first experiment whose network can answer, or none, and why not those before it."""
@@ -149,11 +135,7 @@ class Answerer:
         return "", "; ".join(reasons)
 
     def _refusal(self, experiment: str, subject: str, *, free: bool) -> str:
-        """Return why a network cannot answer for a recording; empty where it can.
-
-        Raises:
-            FileNotFoundError: It must answer, and has not been trained.
-        """
+        """Return why a network, which must be there if it must answer, cannot; empty where it can."""
         if free and experiment not in self.study.config.population_experiments:
             return "takes no pushes"
         finished = experiment_files(self.study, experiment)
@@ -174,11 +156,7 @@ class Answerer:
         return knowledge_from(self._own_nulls or SHIPPED_NULLS)
 
     def _knowledge(self, experiment: str) -> Knowledge:
-        """Return what an experiment knows, trained under the settings that it has now.
-
-        Raises:
-            OtherNetworkError: It was trained under other settings.
-        """
+        """Return what an experiment knows, trained under the settings that it has now."""
         if experiment not in self._known:
             finished = experiment_files(self.study, experiment)
             trained = plain_settings(finished.trained_by, View(self.study, {"experiment": experiment}))

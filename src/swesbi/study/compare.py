@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -18,28 +17,26 @@ from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole
 from swesbi.artefacts.csv import read_csv, write_csv
 from swesbi.base.arrays import FloatArray
 from swesbi.base.ending import EXIT_REFUSED
+from swesbi.base.progress import LOGGER
 from swesbi.checks.truths import Truths
 from swesbi.config.pairs import VisitPair, answered_pairs, left_out, pairs_of, refused_visits, visit_pair
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
-from swesbi.config.study import Study
+from swesbi.config.study import Study, study_with
 from swesbi.config.view import View
 from swesbi.persons.change.groups import change_in_groups
 from swesbi.persons.change.stored import StoredChange
 from swesbi.persons.change.words import change_lines, group_lines
 from swesbi.persons.cohort.cohort import reference_among
-from swesbi.persons.cohort.stored import CohortPosterior
-from swesbi.persons.cohort.table import change_table, person_table
+from swesbi.persons.cohort.stored import CohortPosterior, change_table, person_table
 from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.observation import Observation
 from swesbi.report.figures.cohort_posterior import draw_change_groups
 from swesbi.report.figures.style import save_figure
-from swesbi.study.answerer import Answerer, experiments_to_ask
-from swesbi.study.command import OF_ALL, REFUSALS, study_with
+from swesbi.study.answerer import OF_ALL, REFUSALS, Answerer, experiments_to_ask
 from swesbi.study.job import typed_settings
 from swesbi.study.results import experiment_files
 from swesbi.study.stage import stage_code
 
-LOGGER: Final = logging.getLogger("swesbi")
 CHANGES: Final = "change"
 """The folder of the changes, in that of an experiment; one below it for each person."""
 CODE: Final = "swesbi.answers.change:save_change"
@@ -54,37 +51,21 @@ GROUP_OUTPUTS: Final = (
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run `compare`; return 0 after printing the ratios, or 2 if a person is refused or groups fail.
-
-    Raises:
-        ConfigError: The configuration or the cohort is wrong, or has no such person or visit, or but one.
-        ValueError: A recording cannot be used, or the network cannot answer for its context.
-        OSError: The study has not been run, or the answer cannot be written.
-    """
+    """Run `compare`; return 0 after printing the ratios, or 2 if a person is refused or groups fail."""
     options = at_configuration(options)
     study = study_with(options.cohort, options)
     if options.all:
         return _answer_all(study, options)
     if options.reference:
         raise ConfigError("--reference: names a group, which --all compares; leave it out for one person")
-    _check_visits(study, options.person)
+    # without a visit that cannot be used the pair would be another; a row without a person may be one
+    lost = _lost_visits(study)
+    if reasons := [*lost.get("", []), *lost.get(options.person, [])]:
+        raise ConfigError("\n".join(reasons))
     pair = visit_pair(study, options.person, options.from_visit, options.to_visit)
     answerer, folder = _answerer(study, options)
     _answer(options.out or folder / pair.person, answerer, pair)
     return 0
-
-
-def _check_visits(study: Study, person: str) -> None:
-    """Refuse a person of whom a visit cannot be used: left out, it would make the pair another one.
-
-    A row that cannot be used and names no person may be one of these.
-
-    Raises:
-        ConfigError: Lists what is wrong with it.
-    """
-    lost = _lost_visits(study)
-    if reasons := [*lost.get("", []), *lost.get(person, [])]:
-        raise ConfigError("\n".join(reasons))
 
 
 def _lost_visits(study: Study) -> dict[str, list[str]]:
@@ -96,21 +77,13 @@ def _lost_visits(study: Study) -> dict[str, list[str]]:
 
 
 def experiment_with_network(study: Study, asked: str | None) -> str:
-    """Return the experiment asked for; else the first with a network, the package's among them.
-
-    Raises:
-        ConfigError: The experiment cannot answer, or none can.
-    """
+    """Return the experiment asked for; else the first with a network, the package's among them."""
     names = experiments_to_ask(study, asked)
     return next((name for name in names if experiment_files(study, name).is_there), names[0])
 
 
 def _answerer(study: Study, options: argparse.Namespace) -> tuple[Answerer, Path]:
-    """Return what answers the visits, and where changes lie, a folder a person.
-
-    Raises:
-        FileNotFoundError: Its experiment has not been run.
-    """
+    """Return what answers the visits, and where changes lie, a folder a person."""
     experiment = experiment_with_network(study, options.experiment)
     command = snakemake_options(options.config, options.overlay)
     experiment_files(study, experiment).check(command)
@@ -119,17 +92,11 @@ def _answerer(study: Study, options: argparse.Namespace) -> tuple[Answerer, Path
 
 
 def _answer_all(study: Study, options: argparse.Namespace) -> int:
-    """Compare every person who came twice, then groups of them; no refusal of one stops the others.
-
-    Raises:
-        ConfigError: Nobody came twice, or a row that cannot be used may be a visit of anyone.
-        ValueError: Nobody can be compared, or nobody is of the reference group.
-    """
+    """Compare every person who came twice, then groups of them; no refusal of one stops the others."""
     if options.from_visit is not None or options.to_visit is not None:
         raise ConfigError("--from and --to: name visits of one person; leave them out, or say --person")
     if options.reference:
-        groups = dict.fromkeys(person.group for person in study.outside.persons)
-        reference_among(list(groups), options.reference)
+        reference_among([person.group for person in study.outside.persons], options.reference)
     lost = _lost_visits(study)
     if unnamed := lost.pop("", []):
         raise ConfigError("\n".join(unnamed))
@@ -142,9 +109,7 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
     answerer, folder = _answerer(study, options)
     folder, (experiment,) = options.out or folder, answerer.experiments
     compared: list[VisitPair] = []
-    for pair in answered_pairs(study, experiment):
-        if pair.person in refused:
-            continue
+    for pair in [each for each in answered_pairs(study, experiment) if each.person not in refused]:
         try:
             _answer(folder / pair.person, answerer, pair)
         except OF_ALL:
@@ -162,8 +127,10 @@ def _answer_all(study: Study, options: argparse.Namespace) -> int:
     if not compared:
         raise ValueError(f"{study.outside.folder}: no person can be compared{reasons}")
     files = ", ".join((ALL_CHANGES, *(() if failed else GROUP_OUTPUTS)))
-    written = f"written to {folder}: {files}, a folder a person"
-    print(f"\n{len(compared)} compared, {len(refused)} refused; {written}{reasons}{failed}")
+    print(
+        f"\n{len(compared)} compared, {len(refused)} refused; written to {folder}: {files}, a folder a person"
+        f"{reasons}{failed}"
+    )
     return EXIT_REFUSED if refused or failed else 0
 
 
@@ -223,11 +190,9 @@ def groups_settings(
 
 
 def true_ratios(folder: Path, pairs: Sequence[VisitPair]) -> FloatArray | None:
-    """Return the true ratios of theta (d, 3) of pairs of a generated cohort; None of any other.
+    """Return the true ratios of theta (d, 3) of the d pairs of a generated cohort; None of any other.
 
-    Args:
-        folder: That of the cohort, with a ``truth.csv`` where it was generated.
-        pairs: The d persons.
+    The folder of one that was generated has a ``truth.csv``.
     """
     path = folder / "truth.csv"
     try:
@@ -246,14 +211,9 @@ def save_groups(
     cohort_title: str,
     truth: FloatArray | None = None,
 ) -> None:
-    """Write what has changed in groups, and log it.
+    """Write what has changed in groups into a folder that is there, and log it.
 
-    Args:
-        found: What has changed.
-        folder: Output; it is there.
-        made: Provenance of the file.
-        cohort_title: What the figure calls the persons.
-        truth: True ratios, which the figure shows; shape (d, 3).
+    The figure shows the true ratios, of shape (d, 3), if they are given.
     """
     groups, table, persons, *figures = (folder / name for name in GROUP_OUTPUTS)
     found.write(groups, made)
@@ -265,11 +225,7 @@ def save_groups(
 
 
 def _answer(folder: Path, answerer: Answerer, pair: VisitPair) -> None:
-    """Answer both visits, then the pair, put all of it into ``folder``, or nothing, and print the change.
-
-    Raises:
-        ValueError: A file has the folder's name, or a visit is refused.
-    """
+    """Answer both visits, then the pair, put all of it into ``folder``, or nothing, and print the change."""
     if folder.exists() and not folder.is_dir():
         raise ValueError(
             f"{folder}: is a file where the results go; move it, or name another folder by --out"
@@ -287,11 +243,7 @@ def _answer(folder: Path, answerer: Answerer, pair: VisitPair) -> None:
 
 
 def _visit(made: Path, answerer: Answerer, pair: VisitPair, number: int) -> tuple[RecordingRequest, Answer]:
-    """Answer one visit as `infer` does.
-
-    Raises:
-        ValueError: It is refused; says which visit.
-    """
+    """Answer one visit as `infer` does."""
     visit, subject = pair.visits[number], pair.subjects[number]
     try:
         recording = answerer.request(subject)

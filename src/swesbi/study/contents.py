@@ -22,12 +22,7 @@ Content = tuple[Sections, dict[str, Array]]
 
 
 def read(path: Path) -> Content:
-    """Return what a file contains, once its checksum, if it has one, is known to be right.
-
-    Raises:
-        DamagedArtefactError: It is damaged, or not of the format that its name ends with.
-        ArtefactError: It cannot be opened, or is of a format that is not read.
-    """
+    """Return what a file contains, once its checksum, if it has one, is known to be right."""
     try:
         path.open("rb").close()
         if path.suffix not in READERS:
@@ -63,9 +58,11 @@ def _artefact(provenance: Provenance) -> Sections:
 
 def _hdf5(path: Path) -> Content:
     made = files.provenance_of(path)
-    arrays: dict[str, Array] = {}
-    for group, found in files.read_groups(path).items():
-        arrays |= {f"{group}/{name}".strip("/"): one for name, one in found.items()}
+    arrays = {
+        f"{group}/{name}".strip("/"): one
+        for group, found in files.read_groups(path).items()
+        for name, one in found.items()
+    }
     return _artefact(made), arrays
 
 

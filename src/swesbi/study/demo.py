@@ -22,25 +22,20 @@ COHORT: Final = "data/virtual_volunteers"
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run `demo`; return 0 after printing what came out, in six lines, and where it lies.
-
-    Raises:
-        OSError: The answer cannot be written.
-    """
+    """Run `demo`; return 0 after printing what came out, in six lines, and where it lies."""
     began = time.monotonic()
     options.config = options.config or installation() / CONFIGURATION
     options = at_configuration(options)
-    for line in demonstrated(options.config, options.out):
-        print(line)
+    study = load_study(read_merged(options.config), new_cohort=Path(COHORT))
+    asked = Answerer(study, experiments_to_ask(study, None), "").request(SUBJECT)
+    _, page = asked.answer_into(options.out, force=True)
+    print("\n".join(_lines(page)))
     print(f"figures, page and arrays: {options.out.resolve()} ({time.monotonic() - began:.0f} s)")
     return 0
 
 
-def demonstrated(config: Path, out: Path) -> list[str]:
-    """Answer the recording into a folder, and return what came out: six lines."""
-    study = load_study(read_merged(config), new_cohort=Path(COHORT))
-    asked = Answerer(study, experiments_to_ask(study, None), "").request(SUBJECT)
-    _, page = asked.answer_into(out, force=True)
+def _lines(page: Sheet) -> list[str]:
+    """Return what came out: six lines."""
     truth = Truths.read(Path(COHORT) / "truth.csv")[SUBJECT]
     low, median, high = page.limits
     rows = {line.parameter.name: number for number, line in enumerate(ANSWER_LINES)}
@@ -54,9 +49,7 @@ def demonstrated(config: Path, out: Path) -> list[str]:
             f"{parameter.text:5} {median[at]:6.1f} {parameter.unit}, {mass} interval {low[at]:.1f} to "
             f"{high[at]:.1f}: {inside} the true {true:g}"
         )
-    lines.append(f"verdict: {page.verdict.sentence}")
-    lines.append(f"limit: {_limit(page)}")
-    return lines
+    return [*lines, f"verdict: {page.verdict.sentence}", f"limit: {_limit(page)}"]
 
 
 def _limit(page: Sheet) -> str:

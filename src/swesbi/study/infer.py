@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,33 +10,26 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.answers.files import OtherAnswerError
-from swesbi.answers.table import TABLE, AnswerRow, answers_table, write_answers
-from swesbi.answers.text import answer_text
+from swesbi.answers.table import TABLE, AnswerRow, answer_text, answers_table, write_answers
 from swesbi.artefacts.csv import read_csv
 from swesbi.base.ending import EXIT_REFUSED
 from swesbi.base.processes import WorkerKilledError, side_by_side
-from swesbi.base.progress import Progress
+from swesbi.base.progress import LOGGER, Progress
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
-from swesbi.config.study import Study
+from swesbi.config.study import Study, study_with
 from swesbi.recording.cohort.files import RECORDINGS, SUBJECTS
-from swesbi.study.answerer import Answerer, experiments_to_ask
-from swesbi.study.command import OF_ALL, REFUSALS, study_with
+from swesbi.study.answerer import OF_ALL, REFUSALS, Answerer, experiments_to_ask
 from swesbi.verdict.summary import answer_summary
 
-LOGGER: Final = logging.getLogger("swesbi")
 ANSWERS: Final = "answers"
 """The folder of all answers, in that from which the command is typed."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """Who is asked about, and how the answers are to be kept.
+    """Who is asked about, and how the answers are to be kept, a folder each below ``out``.
 
-    Attributes:
-        answerer: Has the recordings.
-        named: The subjects that are asked for; none: all of the folder.
-        out: The folder of the answers, one below it for each subject.
-        force: Whether what lies there may be written over.
+    Where none is named, all subjects of the folder are asked about.
     """
 
     answerer: Answerer
@@ -47,22 +39,19 @@ class Request:
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run `infer`; return 0 after printing the answers, or 2 if one of the recordings is refused.
-
-    Raises:
-        ConfigError: The configuration or the folder is wrong, or does not have the subject.
-        ValueError: The only recording asked for cannot be used, or nothing can answer for its heart.
-        OSError: A study that was named has not been run, or the answer cannot be written.
-    """
+    """Run `infer`; return 0 after printing the answers, or 2 if one of the recordings is refused."""
     typed_in = Path.cwd()
     options = at_configuration(options)
     study = study_with(folder_of(options.recordings), options)
     named = subjects_of(study, options.recordings, options.subject)
-    experiments = experiments_to_ask(study, options.experiment)
-    command = snakemake_options(options.config, options.overlay)
-    required = options.experiment is not None
-    answerer = Answerer(study, experiments, command, options.from_prior, required)
-    out = options.out or typed_in / ANSWERS / study.outside.name
+    answerer = Answerer(
+        study,
+        experiments_to_ask(study, options.experiment),
+        snakemake_options(options.config, options.overlay),
+        from_prior=options.from_prior,
+        required=options.experiment is not None,
+    )
+    out = options.out or typed_in / ANSWERS / study.outside.folder.resolve().name
     request = Request(answerer, named, out, options.force)
     if len(named) == 1:
         print(_given(request, *named)[0])
@@ -71,11 +60,7 @@ def main(options: argparse.Namespace) -> int:
 
 
 def folder_of(paths: Sequence[Path]) -> Path:
-    """Return the folder in whose ``swe`` recordings lie, or which is named itself.
-
-    Raises:
-        ConfigError: They lie in different folders, or no ``subjects.csv`` says whose they are.
-    """
+    """Return the folder in whose ``swe`` recordings lie, or which is named itself."""
     folders = {_folder_of(path).resolve(): path for path in paths}
     if len(folders) > 1:
         raise ConfigError(
@@ -103,13 +88,8 @@ def _folder_of(path: Path) -> Path:
 def subjects_of(study: Study, paths: Sequence[Path], subject: str | None) -> tuple[str, ...]:
     """Return the subjects whose recordings are named; none where a whole folder, or its one table, is.
 
-    Args:
-        study: With the folder as its new cohort.
-        paths: Recordings of the folder, or itself.
-        subject: The one that is asked for, of a folder or of a table of several.
-
-    Raises:
-        ConfigError: A file is nobody's recording, or another's than the subject's.
+    The paths are recordings of the folder, or itself; ``subject`` is the one asked for, of a folder or of a
+    table of several.
     """
     wholes = [study.outside.folder, study.outside.folder / RECORDINGS]
     if study.outside.layout.table.file is not None:
@@ -148,8 +128,10 @@ def _given(request: Request, subject: str) -> tuple[str, AnswerRow]:
     asked, folder = request.answerer.request(subject), request.out / subject
     verdict = None if request.force else asked.kept_in(folder)
     if verdict is not None:
-        said = "answered before, and nothing has changed since"
-        lines = [f"{subject}: {verdict.sentence}", f"{said}: {folder.resolve()}"]
+        lines = [
+            f"{subject}: {verdict.sentence}",
+            f"answered before, and nothing has changed since: {folder.resolve()}",
+        ]
     else:
         answer, _ = asked.answer_into(folder, force=request.force)
         verdict = answer.verdict
@@ -221,11 +203,7 @@ def _given_or_refused(request: Request, subject: str) -> tuple[str, AnswerRow] |
 
 
 def check_table(folder: Path, subjects: Sequence[str]) -> None:
-    """Refuse to write over a table with other subjects: that of another folder of the same name.
-
-    Raises:
-        OtherAnswerError: Names them.
-    """
+    """Refuse to write over a table with other subjects: that of another folder of the same name."""
     path = folder / TABLE
     answered = list(read_csv(path)["subject"]) if path.is_file() else []
     others = dict.fromkeys(name for name in answered if name not in subjects)

@@ -28,8 +28,6 @@ DAMAGED: Final = "damaged, so not compared"
 ARRAYS: Final = "arrays"
 OTHER: Final = "other files whose bytes differ"
 TITLES: Final = (FIRST, SECOND, DAMAGED, SETTINGS, ORIGIN, VERDICTS, FACTS, ARRAYS, OTHER)
-SHOWN_FILES: Final = 3
-HASH_DIGITS: Final = 16
 OF_RESULTS: Final = ("logs", "cohort")
 """Folders beside each other in the results of every study."""
 NO_RESULTS: Final = ("logs", "snakemake-report.html")
@@ -60,7 +58,7 @@ def summary(path: Path) -> str:
     sections, arrays = read(path)
     if settings := sections.pop(SETTINGS, {}):
         digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
-        sections[ORIGIN]["settings hash"] = digest[:HASH_DIGITS]
+        sections[ORIGIN]["settings hash"] = digest[:16]
     lines = [f"{key}: {value}" for section in sections.values() for key, value in section.items()]
     for name, array in arrays.items():
         dimensions = " x ".join(f"{dim} {size}" for dim, size in array.sizes.items()) or "scalar"
@@ -102,11 +100,7 @@ def advised(error: Exception) -> str:
 
 
 def compare_runs(first: Path, second: Path) -> dict[str, list[str]]:
-    """Return what differs between the results of two runs, in lines by title, those of ``TITLES``.
-
-    Raises:
-        ArtefactError: A folder has no results.
-    """
+    """Return what differs between the results of two runs, in lines by title, those of ``TITLES``."""
     one, two = _results_of(first), _results_of(second)
     lines: dict[str, list[str]] = {title: [] for title in TITLES}
     lines[FIRST], lines[SECOND] = sorted(one - two), sorted(two - one)
@@ -115,7 +109,7 @@ def compare_runs(first: Path, second: Path) -> dict[str, list[str]]:
         for difference in _differences(first / name, second / name):
             differences.setdefault(difference, []).append(name)
     for (title, text), names in differences.items():
-        shown = names[:SHOWN_FILES] if title in (SETTINGS, ORIGIN) else names
+        shown = names[:3] if title in (SETTINGS, ORIGIN) else names
         more = f" and {len(names) - len(shown)} more" if len(names) > len(shown) else ""
         lines[title] += [f"{text}  ({', '.join(shown)}{more})"] if text else names
     return {title: below for title, below in lines.items() if below}

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from snakemake.iocontainers import Snakemake
 
 LOGGER = logging.getLogger("swesbi")
-EXIT_FAILURE = 1
 START_UP = "start-up: "
 """Begins the line of a log that says what came before the stage, in seconds of processor time."""
 RUN_WITH = "run with: "
@@ -51,9 +50,6 @@ def run_job(snakemake: Snakemake) -> None:
     and its params hold the settings by name (:func:`swesbi.study.stage.stage_params`). A resource of the
     configuration goes to a stage that has an argument of its name; it must not change a result. The job ends
     when the run that started it is gone.
-
-    Raises:
-        SystemExit: The stage failed; the traceback is in the rule's log, the message on the terminal.
     """
     began = time.monotonic() - time.process_time()  # nothing waits before this
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
@@ -84,17 +80,9 @@ def run_stage(
 ) -> None:
     """Read what a stage takes, call it and write what it returns, all by its annotations.
 
-    Args:
-        function: The stage. It returns what its only files hold, or a named tuple with a field an output; of
-            a field that is drawn, the files ``<field>_pdf`` and ``<field>_png``.
-        inputs: Files by the stage's arguments; one that it does not name is only waited for.
-        outputs: Files by what it returns.
-        params: By name: the settings, ``seed``, ``subject`` and ``code``.
-        resources: Of the configuration, for arguments of their names.
-
-    Raises:
-        ArtefactError: An input is missing or not what it should be, or an output cannot be written.
-        TypeError: The outputs are not those that the stage returns.
+    A stage returns what its only files hold, or a named tuple with a field an output; a field that is drawn
+    has the files ``<field>_pdf`` and ``<field>_png``. An input that it does not name is only waited for.
+    ``params`` are the settings, ``seed``, ``subject`` and ``code``.
     """
     hints, arguments = get_type_hints(function, include_extras=True), inspect.signature(function).parameters
     given = {name: read_as(hints[name], paths, name) for name, paths in inputs.items() if name in arguments}
@@ -107,12 +95,7 @@ def run_stage(
 
 
 def typed_settings(function: Callable[..., Any], plain: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that a stage takes by name, of the types that it says, from plain values.
-
-    Raises:
-        KeyError: A setting is missing.
-        pydantic.ValidationError: One is not of its type.
-    """
+    """Return the settings that a stage takes by name, of the types that it says, from plain values."""
     hints = get_type_hints(function, include_extras=True)
     typed: dict[str, Any] = {
         name: TypeAdapter(hints[name]).validate_json(json.dumps(plain[name]))
@@ -153,13 +136,8 @@ def logging_to(
 ) -> Iterator[None]:
     """Send log lines to a file and to the terminal; what libraries print and tracebacks go to the file alone.
 
-    Args:
-        path: The log file.
-        options: What the study is run with beside the target, for the command that repairs an artefact.
-        inputs: Files by the names under which errors may speak of them.
-
-    Raises:
-        SystemExit: The block failed.
+    An error ends in SystemExit. Messages speak of inputs by the names given here, and repair an artefact with
+    the ``options`` that the study is run with.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     shown = terminal(sys.stderr)
@@ -178,7 +156,7 @@ def logging_to(
         with contextlib.suppress(OSError):  # a full disk has no place for it
             traceback.print_exc(file=file)
         print(said, file=shown)
-        raise SystemExit(EXIT_FAILURE) from None
+        raise SystemExit(1) from None
     finally:
         for handler in handlers:
             LOGGER.removeHandler(handler)

@@ -6,6 +6,7 @@ import json
 from functools import cache
 from pathlib import Path
 
+from swesbi.artefacts.files import hdf5_provenance
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
 from swesbi.config.view import View
@@ -17,9 +18,6 @@ def nulls_of(study: Study, experiment: str) -> Path:
 
     They are those that come with the package where these are of the same model: equations, prior, discrepancy
     and operator. Else the study makes its own, by the network of a population with that model.
-
-    Raises:
-        ConfigError: The model is another, and no population has it.
     """
     model = View(study, {"experiment": experiment})["model"]
     if json.dumps(model, sort_keys=True) == _shipped_model():
@@ -38,6 +36,4 @@ def nulls_of(study: Study, experiment: str) -> Path:
 @cache
 def _shipped_model() -> str:
     """Return the model of the null recordings of the package, as the text of its settings."""
-    from swesbi.artefacts.files import hdf5_provenance  # light: the workflow imports this module first
-
     return json.dumps(hdf5_provenance(SHIPPED_NULLS).settings["fresh"]["model"], sort_keys=True)

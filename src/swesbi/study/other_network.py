@@ -24,9 +24,6 @@ def check_network(estimator: Path, settings: Mapping[str, Any]) -> None:
     A setting that is null is one that is not there, as in a network trained before there was such a setting.
     The network of the package is of the shipped recordings; under another protocol it proposes less well, and
     weights correct it. So of its settings the model alone must be that of the configuration.
-
-    Raises:
-        OtherNetworkError: Names the first setting that differs.
     """
     trained = TrainedFlow.load(estimator)[1].settings
     if estimator == SHIPPED_NETWORK:

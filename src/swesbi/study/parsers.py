@@ -201,8 +201,16 @@ def inspect() -> argparse.ArgumentParser:
     )
     asked = parser.add_mutually_exclusive_group(required=True)
     asked.add_argument("files", nargs="*", default=[], type=Path, metavar="FILE", help="files of the study")
-    diff = "compare the results folders of two runs instead: settings, code, verdicts, arrays"
-    asked.add_argument("--diff", nargs=2, type=Path, metavar=("RUN_A", "RUN_B"), help=diff)
-    check = f"only compare artefacts ({', '.join(ARTEFACTS)}) with their checksums; folders are searched"
-    parser.add_argument("--check", action="store_true", help=check)
+    asked.add_argument(
+        "--diff",
+        nargs=2,
+        type=Path,
+        metavar=("RUN_A", "RUN_B"),
+        help="compare the results folders of two runs instead: settings, code, verdicts, arrays",
+    )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help=f"only compare artefacts ({', '.join(ARTEFACTS)}) with their checksums; folders are searched",
+    )
     return parser

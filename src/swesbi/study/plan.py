@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 import argparse
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from swesbi.artefacts import Provenance
+from swesbi.artefacts.csv import write_csv
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.artefacts.typed import TextFile
+from swesbi.base.progress import LOGGER
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
-from swesbi.config.study import Study
+from swesbi.config.study import Study, study_of
 from swesbi.config.view import View
+from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.persons.planning.bank import Bank
 from swesbi.persons.planning.effect import Effect, check_effect, parse_effect, parse_percent, parse_repeats
-from swesbi.study.command import study_of
+from swesbi.persons.planning.likelihoods import StudyAnalysis, likelihoods_of
+from swesbi.persons.planning.power import one_person_power, power_curve
+from swesbi.persons.planning.simulation import BankSettings, answered_bank
+from swesbi.persons.planning.words import Plan, plan_lines, plan_table
 from swesbi.study.other_network import check_network
 from swesbi.study.results import experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 
-if TYPE_CHECKING:
-    from swesbi.persons.planning.bank import Bank
-    from swesbi.persons.planning.words import Plan
-
-LOGGER = logging.getLogger("swesbi")
 CODE: Final = "swesbi.persons.planning.simulation:answered_bank"
 TABLE, TEXT = "plan.csv", "plan.txt"
 FIGURES: Final = ("plan.pdf", "plan.png")
@@ -35,13 +36,8 @@ FIGURES: Final = ("plan.pdf", "plan.png")
 class PlanRequest:
     """What is planned, checked.
 
-    Attributes:
-        effect: To be found.
-        design: ``paired`` or ``groups``.
-        repeats: Numbers of repeats that are compared.
-        noise: Standard deviation of one repeat's speed at a phase, as a fraction.
-        power: Share of studies that are to find it.
-        persons: Number for which power is reported besides; None: none.
+    Numbers of repeats are compared; noise is the standard deviation of one repeat's speed at a phase, as a
+    fraction; power the share of studies that are to find the effect. Power is also reported for ``persons``.
     """
 
     effect: Effect
@@ -53,13 +49,7 @@ class PlanRequest:
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run `plan`; return 0 after printing how many persons are needed, and what that assumes.
-
-    Raises:
-        ConfigError: The configuration is wrong.
-        ValueError: What is asked for is no effect, or cannot be recorded or answered.
-        OSError: The study has not been run, or the answer cannot be written.
-    """
+    """Run `plan`; return 0 after printing how many persons are needed, and what that assumes."""
     options = at_configuration(options)
     chosen = {} if options.bank is None else {"plan": {"persons": {"number": options.bank}}}
     study = study_of(options, chosen)
@@ -78,12 +68,7 @@ def main(options: argparse.Namespace) -> int:
 
 
 def asked_for(options: argparse.Namespace, study: Study, experiment: str) -> PlanRequest:
-    """Return what the options ask for.
-
-    Raises:
-        ConfigError: The experiment is not over a population.
-        ValueError: It is no effect, or cannot be recorded or answered; names the option and its value.
-    """
+    """Return what the options ask for."""
     config, populations = study.config, study.config.population_experiments
     if experiment not in populations:
         raise ConfigError(
@@ -93,9 +78,8 @@ def asked_for(options: argparse.Namespace, study: Study, experiment: str) -> Pla
     effect = parse_effect(options.effect)
     check_effect(effect, config.priors[config.speed_experiments[populations[experiment].base].prior])
     repeats = parse_repeats(options.repeats, config.recording.min_repeats_per_phase)
-    noise = config.acquisition.repeat_sd_fraction
-    if options.noise is not None:
-        noise = parse_percent(options.noise, "--noise")
+    made_with = config.acquisition.repeat_sd_fraction
+    noise = made_with if options.noise is None else parse_percent(options.noise, "--noise")
     for number in repeats:
         _check_noise(noise, number, study, populations[experiment].conditions.relative_se)
     power = config.plan.power if options.power is None else parse_percent(options.power, "--power")
@@ -110,11 +94,7 @@ def asked_for(options: argparse.Namespace, study: Study, experiment: str) -> Pla
 
 
 def _check_noise(noise: float, repeats: int, study: Study, trained: tuple[float, float]) -> None:
-    """Refuse recordings with other errors than the network has learnt from.
-
-    Raises:
-        ValueError: Says which standard error they would have.
-    """
+    """Refuse recordings with other errors than the network has learnt from."""
     if noise <= 0.0:
         raise ValueError(f"--noise {noise:g}: one repeat has an error; give a percentage above 0")
     made = study.config.acquisition
@@ -149,15 +129,7 @@ def _bank(path: Path, estimator: Path, plain: Mapping[str, Any], seed: int, proc
     """Make the bank of a number of repeats, or go on with one that is there.
 
     It is written after every few persons, so that a run that is stopped goes on from there.
-
-    Raises:
-        OtherNetworkError: The network was trained under other settings.
-        ValueError: Nobody takes part, nobody could be answered, or the process of a person was killed.
     """
-    from swesbi.networks.flow.trained import TrainedFlow
-    from swesbi.persons.planning.bank import Bank
-    from swesbi.persons.planning.simulation import BankSettings, answered_bank
-
     settings = BankSettings.from_plain(plain)
     check_network(estimator, settings.train_population)
     made = Provenance("", seed=seed, settings=settings.to_plain(), code_hash=stage_code(CODE))
@@ -169,8 +141,6 @@ def _bank(path: Path, estimator: Path, plain: Mapping[str, Any], seed: int, proc
 
 def kept_persons(path: Path, wanted: Provenance) -> Bank | None:
     """Return the bank that is there, if it was made under these settings and by this code; else None."""
-    from swesbi.persons.planning.bank import Bank
-
     if not path.is_file():
         return None
     found, persons = hdf5_provenance(path), wanted.settings["persons"]
@@ -184,11 +154,6 @@ def kept_persons(path: Path, wanted: Provenance) -> Bank | None:
 
 def _planned(study: Study, experiment: str, asked: PlanRequest, banks: Mapping[int, Bank]) -> Plan:
     """Simulate the studies of every bank."""
-    # scikit-learn and scipy take seconds to import; what is refused above should not wait for them
-    from swesbi.persons.planning.likelihoods import StudyAnalysis, likelihoods_of
-    from swesbi.persons.planning.power import one_person_power, power_curve
-    from swesbi.persons.planning.words import Plan
-
     config, plan = study.config, study.config.plan
     speeds = config.speed_experiments[config.base_of(experiment)]
     by = StudyAnalysis(config.priors[speeds.prior], config.cohort_posterior, config.change_groups)
@@ -213,8 +178,7 @@ def _planned(study: Study, experiment: str, asked: PlanRequest, banks: Mapping[i
 
 def _written(planned: Plan, folder: Path) -> str:
     """Write table, text and figure; return what is printed."""
-    from swesbi.artefacts.csv import write_csv
-    from swesbi.persons.planning.words import plan_lines, plan_table
+    # matplotlib takes a second to import; what is refused above should not wait for it
     from swesbi.report.figures.plan import draw_plan
     from swesbi.report.figures.style import save_figure
 

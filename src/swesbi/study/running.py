@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import fcntl
 import functools
-import logging
 import os
 import shlex
 import sys
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Final
 
 from swesbi.artefacts.atomic import where_supported, write_fault
 from swesbi.base.environment import of_another_folder
+from swesbi.base.progress import LOGGER
 
 if TYPE_CHECKING:  # commands that start no run read what runs left, without Snakemake
     from snakemake.exceptions import WorkflowError
@@ -28,10 +28,7 @@ if TYPE_CHECKING:  # commands that start no run read what runs left, without Sna
 
 RUN: Final = "current_run"
 """Key of the workflow's ``config`` that is no part of the study: process and options of the run."""
-LOGGER = logging.getLogger("swesbi")
-SNAKEFILE: Final = "Snakefile"
 STATE: Final = Path(".snakemake")
-LOCK: Final = "swesbi-run.lock"
 
 
 def hold_with_others(path: Path, when_alone: Callable[[], None]) -> int:
@@ -62,10 +59,6 @@ def guard_run(workflow: Workflow, results: str) -> None:
     A Snakefile calls it. Nothing happens in the processes of single jobs, and a dry run changes nothing.
     Unfinished results are made again by ``rerun-incomplete`` of the profile: each is written whole, but
     perhaps under other settings.
-
-    Raises:
-        WorkflowError: Nothing can be written into that folder, or the environment is that of another one,
-            or lies where Snakemake cannot start its Python.
     """
     if renew := of_another_folder():
         raise _refusal(renew)
@@ -77,7 +70,7 @@ def guard_run(workflow: Workflow, results: str) -> None:
         )
     if workflow.is_main_process and not workflow.output_settings.dryrun:
         check_writable(Path(results))
-        hold_with_others(STATE / LOCK, functools.partial(remove_stale_locks, STATE / "locks"))
+        hold_with_others(STATE / "swesbi-run.lock", functools.partial(remove_stale_locks, STATE / "locks"))
 
 
 def remove_stale_locks(folder: Path) -> None:
@@ -89,11 +82,7 @@ def remove_stale_locks(folder: Path) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """Write and remove a file in a folder, or in the nearest one above it that exists.
-
-    Raises:
-        WorkflowError: Nothing can be written there; the message says why.
-    """
+    """Write and remove a file in a folder, or in the nearest one above it that exists."""
     existing = next(path for path in (folder, *folder.absolute().parents) if path.is_dir())
     try:
         with tempfile.NamedTemporaryFile(dir=existing, prefix=".swesbi-") as file:
@@ -111,11 +100,7 @@ SKEW_S: Final = 2.0
 
 
 def check_dates(inputs: Sequence[Path]) -> None:
-    """Refuse inputs that are dated in the future: Snakemake takes what is made of them for older.
-
-    Raises:
-        WorkflowError: There is such a file; the message has the command that dates it anew.
-    """
+    """Refuse inputs that are dated in the future: Snakemake takes what is made of them for older."""
     ahead = [path for path in inputs if path.is_file() and path.stat().st_mtime > time.time() + SKEW_S]
     if ahead:
         named = shlex.join(["touch", *map(str, ahead)])
@@ -135,13 +120,12 @@ def _refusal(message: str) -> WorkflowError:
 def current_run(workflow: Workflow) -> dict[str, int | str]:
     """Return what a job has to know of the run that starts it, and that changes no result.
 
-    Returns:
-        ``process``: its number; ``options``: the Snakefile of a side study, ``--configfile`` and ``--config``
-        as they were given, to be typed again.
+    ``process`` is its number; ``options`` the Snakefile of a side study, ``--configfile`` and ``--config`` as
+    they were given, to be typed again.
     """
     snakefile = os.path.relpath(workflow.main_snakefile)
     files = [os.path.relpath(path) for path in workflow.overwrite_configfiles]
-    parts = {"--snakefile": [snakefile] if snakefile != SNAKEFILE else []}
+    parts = {"--snakefile": [snakefile] if snakefile != "Snakefile" else []}
     parts |= {"--configfile": files, "--config": list(workflow.config_settings.config_args or ())}
     options = " ".join(shlex.join([name, *values]) for name, values in parts.items() if values)
     return {"process": os.getpid(), "options": options}

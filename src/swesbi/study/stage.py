@@ -35,16 +35,10 @@ OF_EVERY_JOB: Final = ("stage", "code", "seed", "subject")
 def stage_params(
     stage: str, values: Values, seed: int, sections: Mapping[str, Iterable[str]] = MappingProxyType({})
 ) -> dict[str, Any]:
-    """Return the params of a rule that runs a stage.
+    """Return the params of a rule that runs a stage, ``package.module:function``.
 
     Each carries its name, since Snakemake compares the values of params without theirs and prints those that
-    differ.
-
-    Args:
-        stage: ``package.module:function``.
-        values: Gives the settings of a job.
-        seed: Of the study.
-        sections: Keys of long settings by name: each becomes a param of its own.
+    differ. ``sections`` are keys of long settings by name: each becomes a param of its own.
     """
 
     def setting(name: str) -> Callable[[Any], dict[str, Any]]:
@@ -78,12 +72,7 @@ def plain_settings(stage: str, values: Named) -> dict[str, Any]:
 
 
 def stage_code(stage: str) -> str:
-    """Return the hash of the code that a stage runs.
-
-    Raises:
-        ModuleNotFoundError, AttributeError: There is no such function.
-        ValueError: Code that it leads to cannot be followed.
-    """
+    """Return the hash of the code that a stage runs."""
     return _code_and_settings(stage)[0]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from swesbi.artefacts.atomic import typed
@@ -19,11 +19,7 @@ from swesbi.recording.settings import RecordingSettings
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run `validate`; return 0, or 2 after listing what must be corrected.
-
-    Raises:
-        ConfigError: The configuration itself is wrong.
-    """
+    """Run `validate`; return 0, or 2 after listing what must be corrected."""
     options = at_configuration(options)
     cohort, given = options.cohort, (options.config, options.overlay)
     config = parse_config(read_merged(*given), in_words(*given), merged_files(*given))
@@ -33,7 +29,9 @@ def main(options: argparse.Namespace) -> int:
         settings = RecordingSettings.from_plain(settings.to_plain() | {"phases": options.phases})
     report = examine_cohort(cohort, settings, config.measurement.grid_points, where)
     here = cohort.resolve() == Path(config.cohort).resolve()
-    problems = (*report.problems, *(_unknown_subjects(report, config, options.config) if here else ()))
+    problems = report.problems
+    if here and not problems:
+        problems = _unknown_subjects(report.usable, config, options.config)
     warnings = [f"warning: {note}" for note in report.notes]
     number = len(report.usable)
     usable = f"{number} recording{'' if number == 1 else 's'} can be used"
@@ -58,20 +56,15 @@ def main(options: argparse.Namespace) -> int:
     return 0
 
 
-def _unknown_subjects(report: CohortReport, config: Config, source: Path) -> list[Problem]:
-    """Return the subjects that the configuration names and the cohort has not."""
-    known = report.usable
-    if report.problems:
-        return []
-    lists = {"subjects": None if config.subjects == "all" else config.subjects}
-    lists |= {f"experiments.{name}.subjects": config.listed_subjects(name) for name in config.experiments}
+def _unknown_subjects(known: Sequence[str], config: Config, source: Path) -> tuple[Problem, ...]:
+    """Return the subjects that the configuration names and the cohort, whose these are, has not."""
     reason = f"is no subject of {Path(config.cohort) / SUBJECTS}, which has {', '.join(known)}"
-    return [
+    return tuple(
         Problem(str(source), reason, f"correct `{key}`, or write `{key}: all`", column=key, value=name)
-        for key, names in lists.items()
-        for name in names or ()
+        for key, names in config.subject_lists.items()
+        for name in names
         if name not in known
-    ]
+    )
 
 
 def _notes(report: CohortReport) -> Iterator[str]:

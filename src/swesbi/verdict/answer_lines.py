@@ -22,13 +22,7 @@ IN_WORDS: Final[Mapping[Trust, str]] = {
 
 @dataclass(frozen=True)
 class AnswerLine:
-    """One line of an answer.
-
-    Attributes:
-        parameter: The quantity.
-        trust: How far it can be relied on.
-        condition: What it depends on or is valid under, in words.
-    """
+    """One line of an answer: a quantity, how far it can be relied on, and under what condition, in words."""
 
     parameter: Parameter
     trust: Trust

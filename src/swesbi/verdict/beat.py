@@ -35,13 +35,9 @@ THICK_CM: Final = 1.0
 
 @dataclass(frozen=True)
 class BeatQuantity:
-    """One quantity of the beat, all in its own unit, or all in its logarithm.
+    """One quantity of the beat, all in its own unit or in its logarithm: draws (n,), and the measurement.
 
-    Attributes:
-        values: Of each posterior draw; shape (n,).
-        model_sd: How far the model may be wrong in it.
-        measured: What was measured.
-        measurement_sd: Standard deviation of that measurement.
+    ``model_sd`` is how far the model may be wrong in it.
     """
 
     values: FloatArray
@@ -87,13 +83,6 @@ def ejection_tests(
     """Compare the ejection time of the posterior's beats with the measured one; no test where there is none.
 
     A beat in which a valve never opens ejects for no time.
-
-    Args:
-        beats: Of equally weighted posterior draws; some are periodic.
-        period_s: Their period.
-        clinical: What was measured of the subject.
-        lvet_sd_ms: Standard deviation of that measurement.
-        settings: The model's tolerance, and the limit.
     """
     if not clinical.has_ejection_time:
         return ()
@@ -110,16 +99,8 @@ def volume_tests(
 ) -> tuple[VerdictTest, ...]:
     """Compare the end-diastolic and end-systolic volumes that the posterior predicts with LVEDV and LVESV.
 
-    Their errors are shares of a volume, so their distance is that of the logarithms.
-
-    Args:
-        model: The recording and its model.
-        phi: Equally weighted posterior draws (n, d).
-        beats: Their beats.
-        settings: Tolerances and limits.
-
-    Raises:
-        ValueError: No beat becomes periodic with a wall of another thickness.
+    Their errors are shares of a volume, so their distance is that of the logarithms. Raises ValueError where
+    no beat becomes periodic with a wall of another thickness.
     """
     context, works = model.recording.context, beats.status == Status.PERIODIC
     moved = _moved_by_wall(model, phi, beats, settings.wall_fraction)

@@ -33,11 +33,7 @@ def context_tests(
 ) -> tuple[VerdictTest, ...]:
     """Return the leave-one-subject-out test, where there are enough others, and whether nulls reach a heart.
 
-    Args:
-        context: The subject's.
-        others: Contexts with which it is compared.
-        reached: Contexts of the null recordings, at least one.
-        level: Of the former test, all values together.
+    ``level`` is of the former, all values together.
     """
     reach = _reach_test(context, reached)
     if len(others) < LEAST_OTHERS:
@@ -62,7 +58,8 @@ def leave_one_out(context: FloatArray, others: FloatArray) -> tuple[FloatArray, 
 def _leave_one_out_test(context: Context, others: Sequence[Context], level: float) -> VerdictTest:
     columns = [CONTEXT_NAMES.index(name) for name in CONTINUOUS]
     values = np.stack([other.as_array()[columns] for other in others])
-    t, p = leave_one_out(context.as_array()[columns], values)
+    own = context.as_array()[columns]
+    t, p = leave_one_out(own, values)
     worst = int(np.argmin(p))
     # Bonferroni over the values, which all come from one subject
     joint = min(1.0, float(p[worst]) * len(CONTINUOUS))
@@ -72,7 +69,7 @@ def _leave_one_out_test(context: Context, others: Sequence[Context], level: floa
         p_value=joint,
         threshold=level,
         flagged=joint <= level,
-        detail=f"{CONTINUOUS[worst]} = {_value(context, CONTINUOUS[worst]):g} is the value that lies "
+        detail=f"{CONTINUOUS[worst]} = {own[worst]:g} is the value that lies "
         f"farthest from the other {len(others)} subjects' (t = {t[worst]:.2f})",
     )
 
@@ -92,20 +89,11 @@ def _reach_test(context: Context, reached: Sequence[Context]) -> VerdictTest:
     )
 
 
-def _value(context: Context, name: str) -> float:
-    return float(context.as_array()[CONTEXT_NAMES.index(name)])
-
-
 def outside(context: Context, trained: Sequence[Context], margin_fraction: float) -> tuple[str, ...]:
     """Return a sentence for each simulated value beyond those of other contexts; none where all lie within.
 
     A value may lie up to ``margin_fraction`` of the smallest one below it, and of the largest one above it:
     for one subject alone that is a range too.
-
-    Args:
-        context: The new subject's.
-        trained: The other contexts, at least one: of a network's training, of null recordings.
-        margin_fraction: What is accepted beyond them.
     """
     known = np.stack([other.as_array() for other in trained])
     low, high = known.min(axis=0), known.max(axis=0)
@@ -121,29 +109,34 @@ def outside(context: Context, trained: Sequence[Context], margin_fraction: float
 
 def refusal(context: Context, trained: Sequence[Context], margin_fraction: float) -> str:
     """Return why a network was not trained for a context, and what to do; empty where it was."""
-    reasons = outside(context, trained, margin_fraction)
-    if not reasons:
-        return ""
     names = ", ".join(other.subject for other in trained)
-    listed = "".join(f"\n  - {reason}" for reason in reasons)
-    return (
-        f"subject {context.subject} is refused: the network was trained on the contexts of {names}, and "
-        f"cannot answer for this one:{listed}\nIf a value is wrong, correct subjects.csv. If not, put the "
-        "subject into the cohort of the study and rerun it, which trains a network that knows this context."
+    return _refusal(
+        context,
+        outside(context, trained, margin_fraction),
+        f"was trained on the contexts of {names}, and cannot answer for this one",
+        "put the subject into the cohort of the study and rerun it, which trains a network that knows this "
+        "context",
     )
 
 
 def declared_refusal(context: Context, population: PopulationSettings) -> str:
     """Return why a population's network is not declared for a context; empty where it is."""
-    reasons = in_declared_range(context, population)
+    return _refusal(
+        context,
+        in_declared_range(context, population),
+        "is declared for a range of hearts, and this one lies outside",
+        "widen `declared_range` of the population in the configuration and rerun the study, which trains a "
+        "network for it",
+    )
+
+
+def _refusal(context: Context, reasons: Sequence[str], why: str, remedy: str) -> str:
     if not reasons:
         return ""
     listed = "".join(f"\n  - {reason}" for reason in reasons)
     return (
-        f"subject {context.subject} is refused: the network is declared for a range of hearts, and this "
-        f"one lies outside:{listed}\nIf a value is wrong, correct subjects.csv. If not, widen "
-        "`declared_range` of the population in the configuration and rerun the study, which trains a "
-        "network for it."
+        f"subject {context.subject} is refused: the network {why}:{listed}\n"
+        f"If a value is wrong, correct subjects.csv. If not, {remedy}."
     )
 
 

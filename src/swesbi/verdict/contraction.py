@@ -26,13 +26,9 @@ IN_WORDS: Final = {quantity.name: quantity.meaning for quantity in REPORTED} | {
 
 @dataclass(frozen=True)
 class Contraction:
-    """What a recording has told of one quantity.
+    """What a recording has told of one quantity: posterior over prior sd of its logarithm, and a shift.
 
-    Attributes:
-        name: Of the quantity.
-        sd_ratio: Standard deviation of its logarithm, posterior over prior.
-        shift: From the prior's median of the logarithm to the posterior's, over the prior's sd.
-        uninformative: The data have left it as the prior has it.
+    The shift is from the prior's median of the logarithm to the posterior's, over the prior's sd.
     """
 
     name: str
@@ -47,26 +43,20 @@ class Contraction:
 
     def test(self, limit: float) -> VerdictTest:
         """Return it as an entry of ``verdict.json``, which neither supports nor contradicts the model."""
-        moved = f"its median moved by {self.shift:+.2f} of it"
         return VerdictTest(
             name=f"{CONTRACTION}{self.name}",
             statistic=self.sd_ratio,
             p_value=None,
             threshold=limit,
             flagged=False,
-            detail=f"sd of the log is {self.sd_ratio:.2f} of the prior's, {moved}"
-            f"{': uninformative' if self.uninformative else ''}",
+            detail=f"sd of the log is {self.sd_ratio:.2f} of the prior's, its median moved by "
+            f"{self.shift:+.2f} of it{': uninformative' if self.uninformative else ''}",
         )
 
 
 @dataclass(frozen=True)
 class Contractions:
-    """What a recording has told of each quantity.
-
-    Attributes:
-        of_each: Of each quantity.
-        limit: Ratio of standard deviations from which on a quantity may be as the prior has it.
-    """
+    """What a recording has told of each quantity, which may be as the prior has it from ``limit`` on."""
 
     of_each: tuple[Contraction, ...]
     limit: float
@@ -88,18 +78,13 @@ class Contractions:
             status=status,
             sentence=sentence,
             reasons=(*verdict.reasons, *untold),
-            tests=(*verdict.tests, *self.tests),
+            tests=(*verdict.tests, *(one.test(self.limit) for one in self.of_each)),
         )
 
     @property
     def in_words(self) -> str:
         """All of them in a line."""
         return f"posterior over prior sd of the log: {'; '.join(one.in_words for one in self.of_each)}"
-
-    @property
-    def tests(self) -> tuple[VerdictTest, ...]:
-        """The contractions as entries of ``verdict.json``."""
-        return tuple(one.test(self.limit) for one in self.of_each)
 
 
 def contractions(

@@ -71,12 +71,8 @@ def misfits_of(
 ) -> Misfits:
     """Return what the tests look at in one recording, as one row.
 
-    Args:
-        model: The recording and its model.
-        phi: Draws of its posterior; shape (n, d).
-        weight: Their weights, which sum to one; shape (n,).
-        predicted: Of equally weighted draws that can be simulated.
-        rng: Draws the factor of the errors, where these are not known.
+    Draws phi (n, d) have weights (n,) that sum to one; ``predicted`` is of equally weighted ones. ``rng``
+    draws the factor of the errors, where these are not known.
     """
     points = len(model.recording.phase)
     return Misfits(
@@ -89,15 +85,11 @@ def misfits_of(
 
 
 def residuals_p_value(chi_squared: FloatArray, points: int) -> float:
-    """Return the posterior predictive p-value of the squared residuals, over factors of the errors as well.
+    """Return the posterior predictive p-value of squared residuals (n,), over factors of the errors too.
 
     Given phi and the factor, the residuals of a new recording are independent standard normals, also where
-    phases share errors. So the p-value of each draw is that of chi-squared with as many degrees of freedom
-    as there are speeds (Gelman, Meng and Stern, Statistica Sinica 6:733, 1996).
-
-    Args:
-        chi_squared: Of n equally weighted posterior draws that can be simulated; shape (n,).
-        points: Speeds of the recording.
+    phases share errors. So the p-value of each draw is that of chi-squared with as many degrees of freedom as
+    there are speeds (Gelman, Meng and Stern, Statistica Sinica 6:733, 1996).
     """
     return float(np.mean(chdtrc(points, chi_squared)))
 
@@ -105,22 +97,16 @@ def residuals_p_value(chi_squared: FloatArray, points: int) -> float:
 def strip_ratios(phi: FloatArray, weight: FloatArray, prior: JointPriorSettings) -> FloatArray:
     """Return posterior over prior mass at each face of the box, averaged over strips of ``STRIP_MASSES``.
 
-    Under the model each ratio has mean one over recordings, whatever the strip.
-
-    Args:
-        phi: Draws of the posterior; shape (n, d).
-        weight: Their weights, which sum to one; shape (n,).
-        prior: Prior of the d parameters.
-
-    Returns:
-        Of ``WITH_STRIPS``, lower then upper; NaN of what is fixed. Shape (m, 2).
+    Under the model each ratio has mean one over recordings, whatever the strip. Draws phi (n, d) have weights
+    (n,) that sum to one. Ratios (m, 2) are of ``WITH_STRIPS``, lower then upper; NaN of what is fixed.
     """
     below = level(phi, prior)
     ratios = np.full((len(WITH_STRIPS), len(BOUNDS)), np.nan)
     for column, name in enumerate(prior.names):
         for bound, inside in enumerate((below[:, column], 1.0 - below[:, column])):
-            held = [weight @ (inside < mass) / mass for mass in STRIP_MASSES]
-            ratios[WITH_STRIPS.index(name), bound] = np.mean(held)
+            ratios[WITH_STRIPS.index(name), bound] = np.mean(
+                [weight @ (inside < mass) / mass for mass in STRIP_MASSES]
+            )
     return ratios
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import logging
 from typing import NamedTuple
 
+from swesbi.base.progress import LOGGER
 from swesbi.networks.paper.draws import draw_candidates
 from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.pool import Pool
@@ -15,8 +15,6 @@ from swesbi.seeds import integer_seed
 from swesbi.verdict.prior_support import diagnose
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import Verdict
-
-LOGGER = logging.getLogger("swesbi")
 
 
 class PosteriorVerdict(NamedTuple):

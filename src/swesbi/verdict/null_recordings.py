@@ -44,13 +44,7 @@ PUSHES: Final = "pushes"
 
 @dataclass(frozen=True)
 class NullRecordings(artefacts.Artefact, kind="population_null"):
-    """Well-specified recordings of fresh contexts, and what the tests look at in each.
-
-    Attributes:
-        contexts: Of n gated recordings.
-        gated: What the tests look at in these.
-        pushes: The same of m free-running recordings.
-    """
+    """Well-specified recordings, and what the tests look at in each; contexts are of gated ones."""
 
     contexts: tuple[Context, ...]
     gated: Annotated[Misfits, artefacts.Part()]
@@ -96,23 +90,14 @@ def null_recordings(
     exact: ExactSettings,
     seed: int,
 ) -> NullRecordings:
-    """Make and infer null recordings of both kinds.
-
-    Args:
-        estimator: The trained network.
-        fresh: Where recordings come from.
-        null_sizes: How many of each kind, and their effective draws.
-        exact: The study's own settings of the exact posterior.
-        seed: The study's seed.
-    """
+    """Make and infer null recordings of both kinds, with the study's own settings of the exact posterior."""
 
     def gated(number: int) -> SpeedModel:
         subject = fresh_subject(number, fresh, seed, GATED_STREAM)
         return recorded(subject, record_fresh(subject, MODEL_NOISE, fresh, seed, GATED_STREAM))
 
     def pushes(number: int) -> SpeedModel:
-        asked = fresh.conditions.free_running.pushes
-        return record_pushes(number, asked, fresh, seed, PUSHES_STREAM)[0]
+        return record_pushes(number, fresh.conditions.free_running.pushes, fresh, seed, PUSHES_STREAM)[0]
 
     def checked(
         made: Callable[[int], SpeedModel], count: int, stream: str

@@ -43,14 +43,10 @@ class Grade(IntEnum):
 
 @dataclass(frozen=True)
 class Null:
-    """The null distribution of a statistic whose large values contradict the model.
+    """The null distribution of a statistic whose large values contradict the model: n values, ascending.
 
-    Attributes:
-        ordered: The null statistics, ascending; shape (n,).
-        edge: Where the fitted tail begins.
-        edge_p: Share of the null above the edge.
-        shape: Shape of the Pareto tail.
-        scale: Its scale; zero where the exceedances do not vary.
+    A Pareto tail begins at the edge, above which a share ``edge_p`` lies; its scale is zero where exceedances
+    do not vary.
     """
 
     ordered: FloatArray
@@ -73,11 +69,7 @@ class Null:
 
 
 def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
-    """Take the null distribution of n statistics, its upper ``tail_fraction`` by a Pareto tail.
-
-    Raises:
-        ValueError: The statistics are not a vector of finite numbers.
-    """
+    """Take the null distribution of n finite statistics, its upper ``tail_fraction`` by a Pareto tail."""
     if statistics.ndim != 1 or not np.isfinite(statistics).all():
         raise ValueError(
             f"null statistics must be a vector of finite numbers; found shape {statistics.shape}"
@@ -98,15 +90,8 @@ def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
 def nearest(null: Misfits, points: int, declared: bool) -> Misfits:
     """Return the ``NEAREST`` null recordings by number of points, of the same kind of errors.
 
-    There are more where several are as near as the last.
-
-    Args:
-        null: Null recordings.
-        points: How many phases or pushes the recording has.
-        declared: Its errors are declared and integrated out; else they are known.
-
-    Raises:
-        ValueError: No null recording has that kind of errors.
+    There are more where several are as near as the last. Declared errors are integrated out. Raises
+    ValueError where no null recording has that kind.
     """
     alike = np.flatnonzero((null.errors_log_sd > 0.0) == declared)
     if not alike.size:
@@ -126,8 +111,7 @@ def p_values(null: Misfits, misfits: Misfits, rule: RuleSettings) -> FloatArray:
     declared, statistics = misfits.errors_log_sd > 0.0, misfits.statistics()
     for points, kind in set(zip(misfits.points.tolist(), declared.tolist(), strict=True)):
         rows = (misfits.points == points) & (declared == kind)
-        alike = nearest(null, points, kind).statistics()
-        for column, values in enumerate(alike.T):
+        for column, values in enumerate(nearest(null, points, kind).statistics().T):
             p[rows, column] = fit_null(values, rule.tail_fraction).p_value(statistics[rows, column])
     return p
 

@@ -22,12 +22,8 @@ def diagnose(
 ) -> Verdict:
     """Apply both criteria: max |z_obs| <= max_abs_z, and enough candidates within the prior's bounds.
 
-    Args:
-        z_obs: (C,) observed conditioning vector, standardised with the pool's statistics.
-        component_names: The names of its components.
-        candidates: (n, 3) draws from the estimator given z_obs, unfiltered.
-        prior: The prior whose bounds count.
-        settings: The thresholds.
+    ``z_obs`` (C,) is standardised with the pool's statistics; candidates (n, 3) are the estimator's,
+    unfiltered.
     """
     inside = int(in_bounds(candidates, prior).sum())
     median = np.nanmedian(np.where(np.isfinite(candidates), candidates, np.nan), axis=0)

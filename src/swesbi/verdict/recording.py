@@ -23,7 +23,6 @@ from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.derived import reported
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
@@ -32,7 +31,6 @@ from swesbi.verdict.answer_lines import ANSWER_LINES
 from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.context import context_tests
 from swesbi.verdict.misfits import BOUNDS, TESTS, WITH_STRIPS, Misfits, misfits_of
-from swesbi.verdict.modes import modes_in_words
 from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.nulls import Grade, grade_of, nearest, overall_p, p_values, single_level
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
@@ -40,13 +38,17 @@ from swesbi.verdict.verdict import Verdict, VerdictTest
 
 KNOWN_EFFICIENCY: Final = 0.3
 """Of a network that knows a recording; nothing depends on it."""
+POINTS: Final = 200
+TAILS: Final = 0.005  # left out on either side: single draws there are no modes
+LEAST_MASS: Final = 0.1  # on either side of a valley
+DEEPEST: Final = 0.7  # of the lower mode: a valley below it parts them; chance makes shallower ones
+LEAST_DRAWS: Final = 50
 
 
 def network_test(efficiency: Sequence[float]) -> VerdictTest:
     """Say how well the network knew the recording; the weights correct it, so it is never flagged.
 
-    Args:
-        efficiency: Of all draws after each round, of the network's own first.
+    ``efficiency`` is of all draws after each round, of the network's own first.
     """
     rounds, last = len(efficiency) - 1, f"{efficiency[-1]:.0%} of all draws are"
     after = f"; after {rounds} rounds fitted to the recording, {last}" if rounds else ""
@@ -71,13 +73,9 @@ class VerdictSettings(Settings):
 
 @dataclass(frozen=True)
 class NullTests:
-    """What the tests with a null distribution amount to.
+    """What the tests with a null distribution amount to, each and together.
 
-    Attributes:
-        status: Their verdict.
-        overall_p: P-value of all together.
-        tests: Each of them.
-        beyond: That no null recording has as many speeds, or as few; empty where some have.
+    ``beyond`` tells that no null recording has as many speeds, or as few; empty where some have.
     """
 
     status: Grade
@@ -99,16 +97,8 @@ def judge(
 ) -> Verdict:
     """Judge a recording of any kind by its null tests, its volumes, its ejection, its context.
 
-    Args:
-        exact: The exact posterior of the recording.
-        model: The recording and its model.
-        beats: Of the posterior's draws.
-        nulls: Null recordings.
-        others: Contexts with which the subject's is compared.
-        settings: Of the tests.
-        seed: Of the factors of the errors, where these are not known.
-        clinical: What was measured of the subject; an ejection time can make it doubtful.
-        further: Other tests, which can make the subject doubtful.
+    The context is compared with those of ``others``; ``further`` tests can make the subject doubtful, as an
+    ejection time can. The seed is of the factors of the errors, where these are not known.
     """
     context, rule = model.recording.context, settings.rule
     works = beats.status == Status.PERIODIC
@@ -121,18 +111,11 @@ def judge(
     contextual = (*ejection, *context_tests(context, others, nulls.contexts, rule.context_level), *further)
     status = grade(by_null.status, volumes, contextual, rule.volumes.contradicted_abs_z)
     tests = (*by_null.tests, *volumes, *contextual)
-    farthest = _farthest(model, predicted)
-    answered = reported(model, exact.phi, beats)
-    verdict = make_verdict(status, by_null.overall_p, tests, exact, farthest, answered)
-    if not by_null.beyond:
-        return verdict
-    return replace(verdict, sentence=f"{verdict.sentence}, {by_null.beyond}")
-
-
-def _farthest(model: SpeedModel, predicted: PredictedSpeeds) -> tuple[float, str]:
-    """Return the largest standardised residual at the likeliest of n simulations, and where it is."""
     z = np.abs(model.likeliest_residuals(predicted))
-    return float(z.max()), f"speed at {model.recording.phase[int(np.argmax(z))]:.3f} of the cycle"
+    where = f"speed at {model.recording.phase[int(np.argmax(z))]:.3f} of the cycle"
+    answered = reported(model, exact.phi, beats)
+    verdict = make_verdict(status, by_null.overall_p, tests, exact, (float(z.max()), where), answered)
+    return replace(verdict, sentence=", ".join(filter(None, (verdict.sentence, by_null.beyond))))
 
 
 def null_tests(null: Misfits, misfits: Misfits, rule: RuleSettings) -> NullTests:
@@ -180,15 +163,8 @@ def make_verdict(
 ) -> Verdict:
     """Put the verdict together.
 
-    No draw of the network can leave the prior's box, so all candidates are in-prior draws.
-
-    Args:
-        status: The verdict.
-        overall_p: P-value of the tests with a null distribution, together.
-        tests: All tests.
-        exact: The exact posterior.
-        farthest: What lies farthest out, in standard deviations, and its name.
-        answered: Draws of all that the answer reports, by name; (n,) each.
+    No draw of the network can leave the prior's box, so all candidates are in-prior draws. ``farthest`` is in
+    standard deviations, with its name; ``answered`` are draws (n,) of all that the answer reports, by name.
     """
     flagged = sorted((test for test in tests if test.flagged), key=_strength)
     median = np.median(exact.proposal_phi, axis=0)
@@ -212,22 +188,22 @@ def make_verdict(
 def answer_of(reported: Mapping[str, FloatArray], mass: float) -> dict[str, dict[str, float | str]]:
     """Return what an answer reports, by name in the order of ``answer_lines.ANSWER_LINES``.
 
-    Args:
-        reported: Draws of each quantity; (n,) each, NaN where a beat failed.
-        mass: Mass of the credible intervals.
-
-    Returns:
-        Of each: median, limits of the credible interval, its mass, the unit, how far it can be relied on, and
-        what it is conditional on.
+    Of draws (n,), NaN where a beat failed: median, limits of the credible interval, its mass, the unit, how
+    far it can be relied on, and what it is conditional on.
     """
     answer: dict[str, dict[str, float | str]] = {}
     for line in ANSWER_LINES:
         name, draws = line.parameter.name, reported[line.parameter.name]
         low, median, high = median_and_interval(draws[np.isfinite(draws)], mass)
-        numbers = {"median": float(median), "low": float(low), "high": float(high), "interval_mass": mass}
-        answer[name] = numbers | {
-            "unit": line.parameter.unit, "trust": line.trust, "conditional_on": line.condition
-        }  # fmt: skip
+        answer[name] = {
+            "median": float(median),
+            "low": float(low),
+            "high": float(high),
+            "interval_mass": mass,
+            "unit": line.parameter.unit,
+            "trust": line.trust,
+            "conditional_on": line.condition,
+        }
     return answer
 
 
@@ -265,3 +241,47 @@ def _strength(test: VerdictTest) -> float:
 
 def _words(test: VerdictTest) -> str:
     return test.name.replace("_", " ")
+
+
+def two_modes(values: FloatArray) -> tuple[float, float] | None:
+    """Return the two modes of draws (n,), the lower value first; None where there is one.
+
+    The density is a sum of normal kernels of Silverman's width (Density Estimation, 1986, Eq. 3.31).
+    """
+    known = values[np.isfinite(values)]
+    low, high = np.quantile(known, [TAILS, 1.0 - TAILS]) if len(known) else (0.0, 0.0)
+    if len(known) < LEAST_DRAWS or not low < high:
+        return None
+    quartiles = np.quantile(known, [0.25, 0.75])
+    spread = min(known.std(), (quartiles[1] - quartiles[0]) / 1.34)
+    if spread == 0.0:
+        return None
+    width = 0.9 * spread * len(known) ** -0.2 / known.std(ddof=1)
+    at = np.linspace(low, high, POINTS)
+    from scipy.stats import gaussian_kde  # a quarter of a second, which no other verdict need wait for
+
+    density = gaussian_kde(known, bw_method=width)(at)
+    before, after = np.maximum.accumulate(density), np.maximum.accumulate(density[::-1])[::-1]
+    below = np.searchsorted(np.sort(known), at) / len(known)
+    parted = (below >= LEAST_MASS) & (below <= 1.0 - LEAST_MASS)
+    lower, depth = np.minimum(before, after), np.ones(POINTS)
+    # of a few distinct draws the density may vanish on one side
+    np.divide(density, lower, out=depth, where=parted & (lower > 0.0))
+    valley = int(depth.argmin())
+    if depth[valley] > DEEPEST:
+        return None
+    return float(at[density[:valley].argmax()]), float(at[valley + density[valley:].argmax()])
+
+
+def modes_in_words(reported: Mapping[str, FloatArray]) -> tuple[str, ...]:
+    """Return a sentence for each quantity of an answer, by name, whose draws (n,) have two modes.
+
+    Its median may lie where hardly any draw is.
+    """
+    found = ((line.parameter, two_modes(reported[line.parameter.name])) for line in ANSWER_LINES)
+    return tuple(
+        f"{parameter.meaning} has two modes, about {modes[0]:.3g} and {modes[1]:.3g}"
+        f"{'' if parameter.unit == '1' else f' {parameter.unit}'}"
+        for parameter, modes in found
+        if modes is not None
+    )

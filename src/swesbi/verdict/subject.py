@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import logging
-
 from swesbi.artefacts import UnfitError
+from swesbi.base.progress import LOGGER
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.posterior.result import ExactPosterior
@@ -14,8 +13,6 @@ from swesbi.verdict.null_recordings import NullRecordings
 from swesbi.verdict.recording import VerdictSettings, judge
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
 from swesbi.verdict.verdict import Verdict
-
-LOGGER = logging.getLogger("swesbi")
 
 
 def verdict_on_subject(
@@ -31,11 +28,7 @@ def verdict_on_subject(
     lvet_sd_ms: float,
     seed: int,
 ) -> Verdict:
-    """Judge a recording of a subject, whose context is compared with those of the rest of the cohort.
-
-    Raises:
-        ArtefactError: The contexts do not hold the subject's.
-    """
+    """Judge a recording of a subject, whose context is compared with those of the rest of the cohort."""
     others, recorded = others_than(observation.subject, contexts), speed_model(observation, noise, model)
     settings = VerdictSettings(model=model, rule=rule, ejection_time=ejection_time, lvet_sd_ms=lvet_sd_ms)
     beats = recorded.simulate(posterior.phi)
@@ -45,11 +38,7 @@ def verdict_on_subject(
 
 
 def others_than(subject: str, contexts: Contexts) -> list[Context]:
-    """Return the contexts of the other subjects.
-
-    Raises:
-        ArtefactError: The subject is not among them.
-    """
+    """Return the contexts of the other subjects; raise ArtefactError where the subject is not among them."""
     others = [context for context in contexts.of if context.subject != subject]
     if len(others) != len(contexts.of) - 1:
         names = ", ".join(context.subject for context in contexts.of)

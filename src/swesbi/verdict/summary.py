@@ -83,16 +83,10 @@ def _short(test: VerdictTest) -> str:
 
 @dataclass(frozen=True)
 class AnswerSummary:
-    """The answer to one recording.
+    """The answer to one recording: verdict, limits, how reliable its draws are.
 
-    Attributes:
-        status: The verdict.
-        reason: The tests that contradict the model, in words; empty where none does.
-        limits: Median, lower and upper limit of the q quantities that are reported, in their order; (q, 3).
-        interval_mass: Mass of the credible intervals.
-        k_hat: Pareto shape of the importance weights.
-        efficiency: Their effective share.
-        sampler: What gave the draws: importance or mcmc.
+    ``reason`` names the tests that contradict the model; limits (q, 3) are median, lower and upper of each
+    reported quantity.
     """
 
     status: str
@@ -123,13 +117,7 @@ def cohort_table(
 ) -> pd.DataFrame:
     """Return context, verdict and answer of every subject; a refused one has its reason and no answer.
 
-    Args:
-        contexts: All subjects.
-        answers: By subject.
-        refused: Reasons, by subject.
-
-    Raises:
-        ArtefactError: A subject has neither an answer nor a reason.
+    Raises ArtefactError where a subject has neither.
     """
     return pd.DataFrame(
         [asdict(context) | _outcome(context.subject, answers, refused) for context in contexts]

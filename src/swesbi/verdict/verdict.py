@@ -42,15 +42,10 @@ GRADES: Final = (Status.NOT_CONTRADICTED, Status.DOUBTFUL, Status.CONTRADICTED)
 
 @dataclass(frozen=True)
 class VerdictTest:
-    """The outcome of one test of an experiment on measured speeds.
+    """The outcome of one test of an experiment on measured speeds; flagged, it contradicts the subject.
 
-    Attributes:
-        name: Name of the test.
-        statistic: Its value.
-        p_value: Under the model; None for a test without a null distribution.
-        threshold: Of the p-value, at or below which the test is flagged; else of the statistic's size.
-        flagged: The test contradicts the subject.
-        detail: What it found, in words.
+    The p-value is None of a test without a null distribution. The threshold is of the p-value, at or below
+    which the test is flagged; else of the statistic's size.
     """
 
     name: str
@@ -66,23 +61,10 @@ class Verdict:
     """The verdict on one subject.
 
     An experiment with noise on features judges by both criteria of the paper and leaves the last fields
-    empty; one on measured speeds judges by its misspecification tests and fills them.
-
-    Attributes:
-        max_abs_z: Largest |z_obs,j|.
-        worst_component: Name of the component that attains it.
-        in_prior_draws: Candidates within the prior's bounds.
-        candidate_draws: Candidates drawn.
-        unfiltered_median: Median of all candidates, by parameter.
-        status: The outcome in one word.
-        sentence: The outcome in a sentence.
-        reasons: What contradicts the model, or why the prior does not support the subject; may be empty.
-        tests: The misspecification tests.
-        k_hat: Pareto shape of the importance weights.
-        efficiency: Effective share of the weighted draws.
-        sampler: What gave the exact draws, "importance" or "mcmc"; None of an experiment on features.
-        answer: What the exact posterior says of each parameter, by name: median, limits of the credible
-            interval, its mass and the unit.
+    empty; one on measured speeds judges by its misspecification tests and fills them. ``worst_component``
+    attains the largest |z_obs,j|; ``unfiltered_median`` is of all candidates, by parameter. ``k_hat`` and
+    ``efficiency`` are of the importance weights; ``sampler`` is "importance" or "mcmc". ``answer`` has, by
+    name, median, limits of the credible interval, its mass and the unit.
     """
 
     max_abs_z: float
@@ -110,8 +92,8 @@ class Verdict:
         return self.in_prior_draws / self.candidate_draws
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of ``verdict.json``."""
-        return {
+        """Return the content of ``verdict.json``; its last entries are of experiments on measured speeds."""
+        plain = {
             "status": self.status,
             "sentence": self.sentence,
             "reasons": list(self.reasons),
@@ -121,24 +103,20 @@ class Verdict:
             "candidate_draws": self.candidate_draws,
             "acceptance": self.acceptance,
             "unfiltered_median": self.unfiltered_median,
-            **self._graded(),
         }
-
-    def _graded(self) -> dict[str, Any]:
-        """Return what only an experiment on measured speeds has."""
         if self.sampler is None:
-            return {}
-        own = {name: getattr(self, name) for name in ("k_hat", "efficiency", "sampler")}
-        own["answer"] = {name: dict(said) for name, said in self.answer.items()}
-        return {**own, "tests": [asdict(test) for test in self.tests]}
+            return plain
+        return plain | {
+            "k_hat": self.k_hat,
+            "efficiency": self.efficiency,
+            "sampler": self.sampler,
+            "answer": {name: dict(said) for name, said in self.answer.items()},
+            "tests": [asdict(test) for test in self.tests],
+        }
 
     @classmethod
     def read(cls, path: Path) -> Verdict:
-        """Read ``verdict.json`` of any experiment; what else is added to it is left alone.
-
-        Raises:
-            ArtefactError: The file is missing or not such a file.
-        """
+        """Read ``verdict.json`` of any experiment; what else is added to it is left alone."""
         try:
             plain = json.loads(path.read_text(encoding="utf-8"))
             required = {f.name for f in fields(cls) if f.default is f.default_factory is MISSING}
@@ -150,9 +128,5 @@ class Verdict:
             raise ArtefactError(f"{path}: cannot be read as a verdict ({error}); delete it") from error
 
     def write(self, path: Path, made: Provenance) -> None:
-        """Write ``verdict.json``, which has no room for what made it.
-
-        Raises:
-            ArtefactError: It cannot be written.
-        """
+        """Write ``verdict.json``, which has no room for what made it."""
         write_json(path, self.to_json())

@@ -55,12 +55,7 @@ MAX_ATTEMPTS: Final = 20
 
 @dataclass(frozen=True)
 class GeneratedSubject:
-    """One generated subject: its recording as inference sees it, and the truth that it does not.
-
-    Attributes:
-        recording: Measured speeds, with standard errors from the noise of the generated cohort.
-        theta: True parameters in the order of ``THETA_NAMES``; shape (d,).
-    """
+    """A recording as inference sees it, with the errors of the generated cohort, and true theta (d,)."""
 
     recording: SpeedRecording
     theta: FloatArray
@@ -85,28 +80,19 @@ def generate_cohort(
 ) -> tuple[GeneratedSubject, ...]:
     """Generate subjects and record each sample by sample; the noise is estimated from their repeats.
 
-    Each subject has a stream of its own, so a larger cohort begins with the smaller one. What the heart
-    does not simulate or ingestion refuses is drawn again.
-
-    Args:
-        count: Number of subjects.
-        prior: Prior of theta, from which the truth is drawn.
-        acquisition: Protocol and noise.
-        recording: Quality control.
-        grid_points: Size of the analysis grid that ingestion fills.
-        seed: The study's seed.
-
-    Raises:
-        RuntimeError: A subject could not be recorded in many attempts.
+    Each subject has a stream of its own, so a larger cohort begins with the smaller one. What the heart does
+    not simulate or ingestion refuses is drawn again, up to ``MAX_ATTEMPTS`` times.
     """
     recorded = [
         record_subject(index, prior, acquisition, recording, grid_points, seed) for index in range(count)
     ]
     repeats: Repeats = "sweeps" if acquisition.sweep_fraction > 0.0 else "separate"
-    levels = {}
-    for one in recorded:
-        accepted = rejection(one.samples, recording) == ACCEPTED
-        levels[one.observation.subject] = levels_by(repeats, one.samples, accepted)
+    levels = {
+        one.observation.subject: levels_by(
+            repeats, one.samples, rejection(one.samples, recording) == ACCEPTED
+        )
+        for one in recorded
+    }
     noise = fit_noise(levels).pooled.components
     return tuple(
         GeneratedSubject(measured_speeds(subject.observation, noise), np.array(subject.volunteer.theta))
@@ -117,7 +103,7 @@ def generate_cohort(
 def draw_volunteer(
     index: int, prior: PriorSettings, acquisition: AcquisitionSettings, rng: np.random.Generator
 ) -> Volunteer:
-    """Draw the context, theta and physiology of one subject; the sexes alternate."""
+    """Draw the context, theta and physiology of one subject."""
     return volunteer_in(draw_context(index, rng), PHYSIOLOGY, prior, acquisition, rng)
 
 
@@ -158,11 +144,7 @@ def record_subject(
     grid_points: int,
     seed: int,
 ) -> GeneratedRecording:
-    """Generate and record the subject of this number; see :func:`generate_cohort`.
-
-    Raises:
-        RuntimeError: It could not be recorded in many attempts.
-    """
+    """Generate and record the subject of this number; see :func:`generate_cohort`."""
     for attempt in range(MAX_ATTEMPTS):
         rng = generator(seed, "discrepancy", "subject", index, attempt)
         volunteer = draw_volunteer(index, prior, acquisition, rng)

@@ -35,13 +35,7 @@ def push_train(truth: Truth, seed: int) -> pd.DataFrame:
 
 
 def record_train(curve: TruthCurve, context: Context, rng: np.random.Generator) -> pd.DataFrame:
-    """Record a heart by a push train, a row a push.
-
-    Args:
-        curve: Noiseless total stiffness.
-        context: Whose.
-        rng: Draws beats, errors and losses.
-    """
+    """Record a heart by a push train, a row a push."""
     period_ms = 1e3 * context.period_s
     lengths = np.round(period_ms * (1.0 + RR_JITTER * rng.standard_normal(int(np.ceil(BEATS)) + 1)))
     starts = np.concatenate([[0.0], np.cumsum(lengths)])

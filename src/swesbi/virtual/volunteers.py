@@ -8,7 +8,7 @@ numbers that it prints; ``data/virtual_volunteers/README.md`` has each choice wi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal, get_type_hints
 
 import numpy as np
@@ -20,6 +20,7 @@ from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.derived import LATE_DIASTOLE
 from swesbi.measurement.operator import passive_shape
+from swesbi.population.contexts import is_plausible
 from swesbi.recording.acquisition import TruthCurve, acquire
 from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings, EctopicBeat
 from swesbi.recording.samples import Samples
@@ -77,6 +78,7 @@ VERSION_4: Final[Mapping[str, float]] = {
     "initial_pulmonary_pressure_pa": 1050.0,
 }
 """What model version 4 has otherwise; A to F have it."""
+MAX_ATTEMPTS: Final = 100
 _PREMATURE = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.64)
 
 
@@ -97,22 +99,11 @@ class ReadmeColumn:
 class Volunteer:
     """One virtual volunteer: the measured context, and the truth that inference does not see.
 
-    Attributes:
-        context: What is measured besides elastography.
-        theta: True parameters in the order of ``THETA_NAMES``.
-        passive_exponent_b: Exponent of the passive stiffness.
-        late_diastolic_kpa: Designed mean stiffness in late diastole; sets the passive scale.
-        sigma_0_kpa: Active stress of the fully activated fibre.
-        destruction_alpha: Bonds destroyed per unit of strain.
-        wall_stiffness: Multiple of C_0 and C_2.
-        distal_resistance_pa_s_m3: Systemic resistance R_d.
-        systemic_capacitance_m3_pa: Arterial compliance C_s.
-        activation_onset_s: Delay of activation after the R peak.
-        activation_duration_s: Duration of activation at a period of 0.8 s.
-        acquisition: Protocol and noise of the recording.
-        design: What the volunteer is for.
-        activation_ramp_s: Time that activation takes to rise and to fall.
-        model_version: Version of the model whose constants the circulation has: 3 or 4.
+    Theta is in the order of ``THETA_NAMES``. The mean stiffness in late diastole is designed, and sets the
+    passive scale; sigma_0 is the active stress of the fully activated fibre, alpha the bonds destroyed per
+    unit of strain, ``wall_stiffness`` a multiple of C_0 and C_2. Activation begins after the R peak by its
+    onset, lasts its duration at a period of 0.8 s, and takes its ramp to rise and to fall. ``model_version``
+    is of the model whose constants the circulation has.
     """
 
     context: Context
@@ -175,8 +166,9 @@ def _acquisition(outliers: float) -> AcquisitionSettings:
 def _quiet(
     outliers: float, missing: tuple[int, ...] = (), ectopic: tuple[EctopicBeat, ...] = ()
 ) -> AcquisitionSettings:
-    changes = {"missing_phases": missing, "ectopic_beats": ectopic}
-    return _acquisition(outliers).model_copy(update={**QUIET, **changes})
+    return _acquisition(outliers).model_copy(
+        update={**QUIET, "missing_phases": missing, "ectopic_beats": ectopic}
+    )
 
 
 VOLUNTEERS: Final = (
@@ -242,11 +234,7 @@ class Truth:
 
 
 def simulate_truth(volunteer: Volunteer) -> Truth:
-    """Simulate a volunteer and set the passive scale so that late diastole has its designed stiffness.
-
-    Raises:
-        RuntimeError: The simulation is not periodic.
-    """
+    """Simulate a volunteer, and set the passive scale so that late diastole is as stiff as designed."""
     beats = simulate(np.array([volunteer.theta]), volunteer.context, forward_model_of(volunteer))
     if beats.status[0] != Status.PERIODIC:
         raise RuntimeError(f"volunteer {volunteer.context.subject}: {Status(beats.status[0]).name}")
@@ -260,14 +248,7 @@ def simulate_truth(volunteer: Volunteer) -> Truth:
 def designed_scale(
     late_diastolic_kpa: float, cycle_phase: FloatArray, active_kpa: FloatArray, shape: FloatArray
 ) -> float:
-    """Return the passive scale in kPa with which mean stiffness in late diastole is as designed.
-
-    Args:
-        late_diastolic_kpa: The designed mean.
-        cycle_phase: Phases of the cycle; shape (M,).
-        active_kpa: Active part of the measured stiffness; shape (M,).
-        shape: Passive stiffness up to the scale; shape (M,).
-    """
+    """Return the passive scale in kPa with which mean stiffness in late diastole is as designed."""
     window = (cycle_phase >= LATE_DIASTOLE[0]) & (cycle_phase <= LATE_DIASTOLE[1])
     return float((late_diastolic_kpa - active_kpa[window].mean()) / shape[window].mean())
 
@@ -280,3 +261,24 @@ def record(truth: Truth, seed: int) -> Samples:
     volunteer = truth.volunteer
     stream = generator(seed, "acquisition", volunteer.context.subject)
     return acquire(truth.curve, volunteer.context, volunteer.acquisition, stream)
+
+
+def with_own_lvesv(
+    context: Context, volume_ratio: float, lvesv_fraction: float, rng: np.random.Generator
+) -> Context:
+    """Return the context with the LVESV that is measured of the heart's own beat.
+
+    LVESV = LVEDV ESV / EDV exp(sd z), z standard normal: the listed LVEDV sets the geometry, so the beat's
+    volumes are reported on its scale, and ``volume_ratio`` is ESV / EDV. An error by which ingestion would
+    refuse the context is drawn again; a RuntimeError says that it refuses all.
+    """
+    own_ml = context.lvedv_ml * volume_ratio
+    for _ in range(MAX_ATTEMPTS):
+        error = float(np.exp(lvesv_fraction * rng.standard_normal()))
+        measured = replace(context, lvesv_ml=own_ml * error)
+        if is_plausible(measured):
+            return measured
+    raise RuntimeError(
+        f"{context.subject}: no LVESV that ingestion admits in {MAX_ATTEMPTS} measurements of a heart that "
+        f"ejects {1.0 - volume_ratio:.3f} of its blood"
+    )

@@ -28,9 +28,8 @@ from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition import TruthCurve
 from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.virtual.echocardiography import with_own_lvesv
 from swesbi.virtual.generated import PHYSIOLOGY, Range, draw_context, volunteer_in
-from swesbi.virtual.volunteers import Volunteer, designed_scale, forward_model_of
+from swesbi.virtual.volunteers import Volunteer, designed_scale, forward_model_of, with_own_lvesv
 
 PassiveShape = Callable[[FloatArray], FloatArray]
 

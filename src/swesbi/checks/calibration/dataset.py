@@ -105,10 +105,12 @@ class Calibration(CalibrationLocal, CalibrationRecordings, kind="calibration"):
     @classmethod
     def of(cls, recordings: Sequence[CalibrationRecordings], local: Sequence[CalibrationLocal]) -> Self:
         """Put the parts of all subjects together, in the order given."""
-        made = below_each_other(recordings)
-        two_samples = TwoSamples.joined([part.two_samples for part in local])
-        replicates = below_each_other([part.local for part in local])
-        return cls(made.model_noise, made.sample_by_sample, replicates, two_samples)
+        return cls(
+            model_noise=below_each_other([part.model_noise for part in recordings]),
+            sample_by_sample=below_each_other([part.sample_by_sample for part in recordings]),
+            local=below_each_other([part.local for part in local]),
+            two_samples=TwoSamples.joined([part.two_samples for part in local]),
+        )
 
 
 @dataclass(frozen=True)
@@ -131,9 +133,11 @@ class FreshRecordings:
     @classmethod
     def joined(cls, parts: Sequence[FreshRecordings]) -> FreshRecordings:
         """Return several, in the order given."""
-        contexts = tuple(context for part in parts for context in part.contexts)
-        refused = sum(part.refused for part in parts)
-        return replace(below_each_other(parts), contexts=contexts, refused=refused)
+        return replace(
+            below_each_other(parts),
+            contexts=tuple(context for part in parts for context in part.contexts),
+            refused=sum(part.refused for part in parts),
+        )
 
 
 @dataclass(frozen=True)
@@ -162,9 +166,11 @@ class _OfFresh(Artefact):
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """Return the parts together, in the order given."""
-        names = [field.name for field in fields(cls)]
         return cls(
-            **{name: FreshRecordings.joined([getattr(part, name) for part in parts]) for name in names}
+            **{
+                field.name: FreshRecordings.joined([getattr(part, field.name) for part in parts])
+                for field in fields(cls)
+            }
         )
 
 

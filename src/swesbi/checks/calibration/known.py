@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Final
 
@@ -28,7 +29,7 @@ from swesbi.checks.calibration.ranks import (
     rank,
     reference_points,
 )
-from swesbi.checks.calibration.settings import PushesSettings, RecordingsSettings
+from swesbi.checks.settings import PushesSettings, RecordingsSettings
 from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.settings import MeasurementSettings
@@ -64,15 +65,11 @@ PUSHES_STREAM: Final = "pushes"
 
 @dataclass(frozen=True)
 class KnownRecording:
-    """A recording whose parameters are known.
+    """A recording under its model whose parameters phi (d,) are known.
 
-    Attributes:
-        model: The recording under its model.
-        phi: Its parameters; shape (d,).
-        reference: Standardised reference point of the joint coverage; shape (d,).
-        stream: Seed of what is drawn to infer it.
-        misfits: Name of the stream behind what the verdict sees.
-        relative_se: Standard error of a whole phase over its speed; NaN where there is no such phase.
+    ``reference`` (d,) is the standardised reference point of the joint coverage, ``stream`` the seed of what
+    is drawn to infer it, ``misfits`` the stream behind what the verdict sees, and ``relative_se`` the
+    standard error of a whole phase over its speed, NaN where there is no such phase.
     """
 
     model: SpeedModel
@@ -158,8 +155,7 @@ def infer_all(
 ) -> FreshRecordings:
     """Infer the recordings that were made, of so many that were asked for; ``what`` names them.
 
-    Raises:
-        ValueError: Ingestion refused all of them.
+    Refuses to go on where ingestion refused all of them.
     """
     progress, parts = Progress(f"calibration, {what}", asked, unit="recording"), []
     for known in made:
@@ -203,11 +199,15 @@ def recordings_like_subject(
         MODEL_NOISE: (own_recordings(recorded, own, seed, STREAM), own),
         SAMPLE_BY_SAMPLE: (acquired_recordings(recorded, made, acquired, seed, STREAM), acquired),
     }
-    inferred = {}
-    for kind, (of_kind, asked) in synthetic.items():
-        known, what = of_subject(recorded, of_kind, seed, STREAMS[kind]), f"{subject}, {kind}"
-        inferred[kind] = infer_all(known, asked, what, estimator, recordings, exact).inferred
-    return CalibrationRecordings(**inferred)
+    infer_each = partial(infer_all, flow=estimator, settings=recordings, exact=exact)
+    return CalibrationRecordings(
+        **{
+            kind: infer_each(
+                of_subject(recorded, of_kind, seed, STREAMS[kind]), asked, f"{subject}, {kind}"
+            ).inferred
+            for kind, (of_kind, asked) in synthetic.items()
+        }
+    )
 
 
 def acquisition_of(
@@ -240,11 +240,13 @@ def calibration_on_fresh(
         ValueError: Ingestion refused every recording.
     """
     numbers = {MODEL_NOISE: range(*model_noise_numbers), SAMPLE_BY_SAMPLE: range(*sample_by_sample_numbers)}
-    inferred = {}
-    for kind, asked in numbers.items():
-        known, what = of_fresh(asked, kind, fresh, seed), f"fresh contexts, {kind}"
-        inferred[kind] = infer_all(known, len(asked), what, estimator, recordings, exact)
-    return PopulationCalibration(**inferred)
+    infer_each = partial(infer_all, flow=estimator, settings=recordings, exact=exact)
+    return PopulationCalibration(
+        **{
+            kind: infer_each(of_fresh(asked, kind, fresh, seed), len(asked), f"fresh contexts, {kind}")
+            for kind, asked in numbers.items()
+        }
+    )
 
 
 def pushes_on_fresh(

@@ -29,8 +29,8 @@ from swesbi.checks.calibration.ranks import (
     rank,
     standardised,
 )
-from swesbi.checks.calibration.settings import LocalSettings
 from swesbi.checks.calibration.two_samples import compare_samplers
+from swesbi.checks.settings import LocalSettings
 from swesbi.measurement.instants import CellErrors
 from swesbi.measurement.likelihood import (
     SpeedModel,
@@ -97,10 +97,8 @@ def local_scores(
 
     The draws ``phi`` (r, d) are a sampler's, given the subject's recording. Joint coverage is taken about the
     ``references`` (r, d), other draws of that posterior. The network proposes for the mean of both
-    recordings. Random streams are the same for all samplers.
-
-    Returns:
-        True quantities (r, q), and their scores.
+    recordings. Random streams are the same for all samplers. True quantities (r, q) stand before their
+    scores.
     """
     recording, prior = model.recording, model.settings.prior
     rng = generator(seed, "calibration", "local", "speeds", recording.subject)

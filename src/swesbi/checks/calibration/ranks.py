@@ -19,7 +19,7 @@ from swesbi.draws import effective_draws
 from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import ISOMETRIC, OF_INTEREST, PHI_NAMES
-from swesbi.prior import BoxPrior, JointPriorSettings, quantile, spread_points
+from swesbi.prior import BoxPrior, JointPriorSettings, log_centre, quantile, spread_points
 from swesbi.prior import prior_variance as prior_variance_of
 
 LOG_LIKELIHOOD: Final = "log_likelihood"
@@ -124,9 +124,8 @@ def prior_variance(model: SpeedModel) -> FloatArray:
 
 def standardised(phi: FloatArray, prior: BoxPrior) -> FloatArray:
     """Return log(phi / centre) / log_sd of shape (..., d), in which distances are taken."""
-    centre = np.array([parameter.centre for parameter in prior.parameters])
     log_sd = np.array([parameter.log_sd for parameter in prior.parameters])
-    return np.asarray(np.log(phi / centre) / log_sd)
+    return np.asarray(np.log(phi / log_centre(prior)) / log_sd)
 
 
 def reference_points(count: int, prior: BoxPrior, rng: np.random.Generator) -> FloatArray:

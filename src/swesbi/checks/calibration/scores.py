@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -11,7 +12,6 @@ import pandas as pd
 
 from swesbi.artefacts.csv import PlainTable, WholeTable
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.checks.calibration.alarms import DOUBTFUL_OR_WORSE, alarm_table, alarms
 from swesbi.checks.calibration.dataset import (
     Calibration,
     CalibrationLocal,
@@ -22,17 +22,20 @@ from swesbi.checks.calibration.dataset import (
     PushesCalibration,
 )
 from swesbi.checks.calibration.ranks import WEIGHTED
-from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import (
+    DOUBTFUL_OR_WORSE,
     LOCAL,
     POOLED,
     CalibrationTable,
     StrataTable,
+    alarm_table,
+    alarms,
     classifier_rows,
     coverage,
     judge,
     long_table,
 )
+from swesbi.checks.settings import JudgementSettings
 from swesbi.context import Context
 from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE
 from swesbi.population.settings import StrataSettings
@@ -71,34 +74,34 @@ def calibration_of_cohort(
     """
     found = Calibration.of(recordings, local_parts)
     of_kind = {MODEL_NOISE: found.model_noise, SAMPLE_BY_SAMPLE: found.sample_by_sample}
-    rows, raised = _rows_and_alarms(of_kind, null, rule)
+    rows, _, tables = _scored(of_kind, null, judgement, rule)
     single = judge(pd.concat([rows, long_table({LOCAL: found.local})]), judgement)
-    compared = classifier_rows(found.two_samples, judgement.max_c2st)
-    tables = _tables(rows, raised, judgement)
     checks = pd.concat([tables["table"], single]).groupby(["recordings", "sampler"], sort=False)
+    compared = classifier_rows(found.two_samples, judgement.max_c2st)
     tables["table"] = pd.concat([*(part for _, part in checks), compared])
     return CohortCalibration(calibration=found, **tables)
 
 
-def _rows_and_alarms(
-    of_kind: Mapping[str, InferredRecordings], null: NullRecordings, rule: RuleSettings
-) -> tuple[pd.DataFrame, dict[str, dict[str, BoolArray]]]:
-    """Return the long table of gated recordings, and by their kind on which of them each alarm is raised."""
+def _scored(
+    of_kind: Mapping[str, InferredRecordings],
+    null: NullRecordings,
+    judgement: JudgementSettings,
+    rule: RuleSettings,
+) -> tuple[pd.DataFrame, dict[str, dict[str, BoolArray]], dict[str, pd.DataFrame]]:
+    """Return what gated recordings of a cohort and of a population have in common.
+
+    The long table, by their kind on which of them each alarm is raised, and the tables of results by name.
+    """
     rows = long_table({kind: part.ranked for kind, part in of_kind.items()})
-    return rows, {kind: alarms(part.misfits, null.gated, rule) for kind, part in of_kind.items()}
-
-
-def _tables(
-    rows: pd.DataFrame, raised: Mapping[str, Mapping[str, BoolArray]], judgement: JudgementSettings
-) -> dict[str, pd.DataFrame]:
-    """Return what the recordings of a cohort and of a population have in common."""
+    raised = {kind: alarms(part.misfits, null.gated, rule) for kind, part in of_kind.items()}
     exact = rows[rows["sampler"] == WEIGHTED]
     names = {"recovery": MODEL_NOISE, "recovery_acquisition": SAMPLE_BY_SAMPLE}
     checks, rates = judge(rows.assign(subject=POOLED), judgement), alarm_table(raised, judgement.confidence)
     LOGGER.info("%d of %d checks of all recordings flagged", checks["flagged"].sum(), len(checks))
-    return {"table": checks, "alarms": rates} | {
+    recoveries = {
         name: coverage(exact[exact["recordings"] == kind], [], judgement) for name, kind in names.items()
     }
+    return rows, raised, {"table": checks, "alarms": rates} | recoveries
 
 
 class PopulationScores(NamedTuple):
@@ -123,10 +126,10 @@ def scores_on_fresh(
     """Judge calibration on fresh contexts, over all of them and by stratum."""
     own, acquired = parts.model_noise, parts.sample_by_sample
     of_kind = {MODEL_NOISE: own.inferred, SAMPLE_BY_SAMPLE: acquired.inferred}
-    rows, raised = _rows_and_alarms(of_kind, null, rule)
+    _, raised, tables = _scored(of_kind, null, judgement, rule)
     cut = strata_of(own.contexts, own.relative_se, strata)
     by_strata = by_stratum(own, cut, raised[MODEL_NOISE], judgement)
-    return PopulationScores(calibration=parts, strata=by_strata, **_tables(rows, raised, judgement))
+    return PopulationScores(calibration=parts, strata=by_strata, **tables)
 
 
 class PushesScores(NamedTuple):
@@ -158,16 +161,10 @@ def strata_of(
         of_noise = name == "relative_se"
         values = relative_se if of_noise else [getattr(context, name) for context in contexts]
         interval = np.digitize(values, cuts)
-        edges = ("", *(f"{cut:g}" for cut in cuts), "")
-        for number in range(len(cuts) + 1):
-            by_name[f"{name} {_between(edges[number], edges[number + 1])}"] = interval == number
+        between = [f"{low:g} to {high:g}" for low, high in pairwise(cuts)]
+        for number, words in enumerate([f"below {cuts[0]:g}", *between, f"{cuts[-1]:g} and more"]):
+            by_name[f"{name} {words}"] = interval == number
     return by_name
-
-
-def _between(low: str, high: str) -> str:
-    if not low:
-        return f"below {high}"
-    return f"{low} to {high}" if high else f"{low} and more"
 
 
 def by_stratum(

@@ -2,6 +2,7 @@
 
 How recordings were made, whose they are and in which stratum they lie are columns. Every table of results
 follows by grouping: checks (uniform ranks, coverage at all levels, contraction) and coverage of intervals.
+The rates of the verdict's alarms on the same recordings have a table of their own.
 """
 
 from __future__ import annotations
@@ -17,11 +18,15 @@ from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.calibration.dataset import TwoSamples
 from swesbi.checks.calibration.ranks import QUANTITY_NAMES, SAMPLERS, RankedRecordings, central_level
-from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.uniformity import uniformity
-from swesbi.checks.settings import RecoverySettings
+from swesbi.checks.settings import JudgementSettings, RecoverySettings
 from swesbi.draws import interval_levels
 from swesbi.parameters import THETA_NAMES
+from swesbi.verdict.misfits import TESTS as MISFIT_TESTS
+from swesbi.verdict.misfits import Misfits
+from swesbi.verdict.nulls import overall_p, p_values, single_level
+from swesbi.verdict.settings import RuleSettings
+from swesbi.verdict.verdict import Status
 
 JOINT: Final = "joint"
 TESTS: Final = ("sbc", "coverage", "tarp", "contraction", "c2st")
@@ -36,15 +41,22 @@ COLUMNS: Final = (
 )  # fmt: skip
 CalibrationTable = Annotated[pd.DataFrame, Table(columns=COLUMNS)]
 """``calibration.csv``."""
-STRATA: Final = Table(
-    columns=(
-        "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n",
-        "median_efficiency",
+StrataTable = Annotated[
+    pd.DataFrame,
+    Table(
+        columns=(
+            "sampler", "stratum", "parameter", "nominal", "coverage", "ci_low", "ci_high", "n",
+            "median_efficiency",
+        ),
+        row="stratum",
     ),
-    row="stratum",
-)  # fmt: skip
-StrataTable = Annotated[pd.DataFrame, STRATA]
+]  # fmt: skip
 """``strata.csv``."""
+DOUBTFUL_OR_WORSE: Final = "doubtful or contradicted"
+ALARMS: Final = (*MISFIT_TESTS, DOUBTFUL_OR_WORSE, Status.CONTRADICTED)
+ALARM_COLUMNS: Final = ("recordings", "alarm", "rate", "ci_low", "ci_high", "n")
+AlarmTable = Annotated[pd.DataFrame, Table(columns=ALARM_COLUMNS, texts=("recordings", "alarm"), digits=None)]
+"""``alarms.csv``: the share of one kind of recordings on which one alarm is raised, a row each."""
 CoverageSettings = RecoverySettings | JudgementSettings
 """Which say what intervals are scored."""
 
@@ -84,19 +96,16 @@ def _rows(kind: str, sampler: str, ranked: RankedRecordings) -> pd.DataFrame:
 
 
 def judge(rows: pd.DataFrame, settings: JudgementSettings) -> pd.DataFrame:
-    """Return one row a check of each subject, kind of recordings and sampler.
+    """Return one row a check of each subject, kind of recordings and sampler of a long table.
 
-    ``test`` is "sbc" (ranks uniform), "coverage" (of central intervals, all nominal levels), "tarp" (joint
-    coverage, all levels) or "contraction". ``statistic`` is the largest distance of the distribution function
-    from the uniform one, or the contraction. ``limit`` flags a p-value or a contraction below it. That of
-    p-values is shared (Bonferroni) by the quantities of one set of bands, and by subjects that are looked at
-    one by one. At subjects' own data ("local") contraction is against the posterior given the first
-    recording, and must only be above zero. Nuisances need not contract. ``coverage_90`` is the share of
-    truths in the central 90 % interval, or in the 90 % region of "tarp".
-
-    Args:
-        rows: A long table; its ``subject`` is ``POOLED`` where recordings are judged together.
-        settings: What is asked.
+    The subject is ``POOLED`` where recordings are judged together. ``test`` is "sbc" (ranks uniform),
+    "coverage" (of central intervals, all nominal levels), "tarp" (joint coverage, all levels) or
+    "contraction". ``statistic`` is the largest distance of the distribution function from the uniform one, or
+    the contraction. ``limit`` flags a p-value or a contraction below it. That of p-values is shared
+    (Bonferroni) by the quantities of one set of bands, and by subjects that are looked at one by one. At
+    subjects' own data ("local") contraction is against the posterior given the first recording, and must only
+    be above zero. Nuisances need not contract. ``coverage_90`` is the share of truths in the central 90 %
+    interval, or in the 90 % region of "tarp".
     """
     subjects = rows.groupby("recordings")["subject"].nunique()
     found: list[dict[str, Any]] = []
@@ -156,13 +165,9 @@ def binomial_ends(raised: int, of: int, confidence: float) -> tuple[float, float
 def coverage(rows: pd.DataFrame, by: Sequence[str], settings: CoverageSettings) -> pd.DataFrame:
     """Return a row a group, parameter of theta and nominal level: how often intervals contain the truth.
 
-    ``ci_low`` and ``ci_high`` are the Clopper-Pearson interval on ``coverage``, ``bias`` is the mean of
-    posterior mean minus truth in the parameter's unit, and ``n`` counts the recordings.
-
-    Args:
-        rows: A long table.
-        by: Columns whose values make the groups.
-        settings: Nominal levels, and the confidence of the intervals on coverage.
+    ``by`` are the columns of a long table whose values make the groups. ``ci_low`` and ``ci_high`` are the
+    Clopper-Pearson interval on ``coverage``, ``bias`` is the mean of posterior mean minus truth in the
+    parameter's unit, and ``n`` counts the recordings.
     """
     of_theta = rows[rows["quantity"].isin(THETA_NAMES)].rename(columns={"quantity": "parameter"})
     found: list[dict[str, object]] = []
@@ -190,3 +195,21 @@ def classifier_rows(two_samples: TwoSamples, limit: float) -> pd.DataFrame:
         judged = {"statistic": accuracy, "limit": limit, "flagged": int(not accuracy <= limit)}
         found.append(labels | {"n": int(draws)} | judged)
     return pd.DataFrame(found, columns=list(COLUMNS))
+
+
+def alarms(misfits: Misfits, null: Misfits, rule: RuleSettings) -> dict[str, BoolArray]:
+    """Return which of ``ALARMS`` are raised on n recordings, among null recordings; shape (n,) each."""
+    test_p = p_values(null, misfits, rule)
+    flagged, overall = test_p <= single_level(rule.doubtful_level), overall_p(test_p)
+    columns = (*flagged.T, overall <= rule.doubtful_level, overall <= rule.contradicted_level)
+    return dict(zip(ALARMS, columns, strict=True))
+
+
+def alarm_table(raised: Mapping[str, Mapping[str, BoolArray]], confidence: float) -> pd.DataFrame:
+    """Return the rate of every alarm with its Clopper-Pearson interval, by kind of recordings and alarm."""
+    rows = [
+        (kind, alarm, *proportion(of, confidence), len(of))
+        for kind, by_alarm in raised.items()
+        for alarm, of in by_alarm.items()
+    ]
+    return pd.DataFrame(rows, columns=list(ALARM_COLUMNS))

@@ -14,7 +14,7 @@ from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.dataset import TwoSamples
 from swesbi.checks.calibration.ranks import NETWORK, WEIGHTED
-from swesbi.checks.calibration.settings import LocalSettings
+from swesbi.checks.settings import LocalSettings
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.mcmc import sample_mcmc, starting_points
@@ -34,13 +34,10 @@ RIDGE: Final = 0.05
 def classifier_accuracy(first: FloatArray, second: FloatArray, prior: BoxPrior, seed: int) -> float:
     """Return the cross-validated accuracy of telling two equal samples (n, d) of phi apart.
 
-    One half where the distributions are the same (Lopez-Paz and Oquab 2017). The classifier is a logistic
-    regression on the logits of phi and their products: the best one between normal distributions, which
-    posteriors nearly are there. It sees differences in place, width and correlation, and hardly any other.
-    NaN where a sample holds NaN: nothing was there to compare.
-
-    Raises:
-        ValueError: The samples differ in size, so that one half would not mean equality.
+    One half where the distributions are the same (Lopez-Paz and Oquab 2017), which needs samples of one size.
+    The classifier is a logistic regression on the logits of phi and their products: the best one between
+    normal distributions, which posteriors nearly are there. It sees differences in place, width and
+    correlation, and hardly any other. NaN where a sample holds NaN: nothing was there to compare.
     """
     from sklearn.linear_model import LogisticRegression
     from sklearn.model_selection import StratifiedGroupKFold, cross_val_score

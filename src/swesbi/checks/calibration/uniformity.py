@@ -26,12 +26,10 @@ NULL_SEED: Final = 2022
 
 @dataclass(frozen=True)
 class Uniformity:
-    """The test of one sample.
+    """The test of one sample: its distribution function less the uniform one at :func:`points`.
 
-    Attributes:
-        difference: Distribution function less the uniform one at :func:`points`; shape (POINTS - 1,).
-        distance: Its largest absolute value.
-        p_value: Probability that a uniform sample comes as near to leaving some band at some point.
+    ``distance`` is the largest absolute difference, ``p_value`` the probability that a uniform sample comes
+    as near to leaving some band at some point.
     """
 
     difference: FloatArray
@@ -47,8 +45,7 @@ def points() -> FloatArray:
 def uniformity(sample: FloatArray) -> Uniformity:
     """Test a sample of levels in [0, 1], shape (n,), for uniformity.
 
-    Raises:
-        ValueError: The sample is empty or holds NaN.
+    An empty sample, or one with NaN, is refused.
     """
     if not len(sample) or np.isnan(sample).any():
         raise ValueError(f"a test of uniformity needs levels without NaN, got {len(sample)} of them")
@@ -71,9 +68,10 @@ def band(n: int, level: float) -> tuple[FloatArray, FloatArray]:
 
     # a tail that the null has, not one between two: counts are discrete, and so are their tails
     pointwise = float(np.quantile(_null_tails(n), level, method="lower"))
-    low = binom.ppf(pointwise / 2.0, n, points()) / n - points()
-    high = binom.isf(pointwise / 2.0, n, points()) / n - points()
-    return np.asarray(low), np.asarray(high)
+    return (
+        np.asarray(binom.ppf(pointwise / 2.0, n, points()) / n - points()),
+        np.asarray(binom.isf(pointwise / 2.0, n, points()) / n - points()),
+    )
 
 
 def _smallest_tail(counts: IntArray, n: int) -> FloatArray:

@@ -12,17 +12,22 @@ from swesbi.artefacts.csv import PlainTable
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
-from swesbi.checks.identifiability.information import Expectation, PhaseInformation, simulated_stencil
-from swesbi.checks.identifiability.more_repeats import repeats_of
-from swesbi.checks.identifiability.posterior import contraction, log_correlations
+from swesbi.checks.identifiability.information import (
+    Expectation,
+    PhaseInformation,
+    repeats_of,
+    simulated_stencil,
+)
 from swesbi.checks.identifiability.power_scaling import parts_of_posterior, sensitivity
 from swesbi.checks.identifiability.quantities import (
     QUANTITY_NAMES,
+    contraction,
+    log_correlations,
     log_gradient,
     prior_quantities,
     quantities,
 )
-from swesbi.checks.identifiability.settings import IdentifiabilitySettings
+from swesbi.checks.settings import IdentifiabilitySettings
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.noise.cohort import CohortNoise
@@ -31,12 +36,9 @@ from swesbi.seeds import generator
 
 
 class Identified(NamedTuple):
-    """Tables of what recordings tell.
+    """Tables of what recordings tell, a row a subject and quantity.
 
-    Attributes:
-        summary: A row a subject and quantity.
-        correlations: A row a subject, quantity and parameter.
-        information: A row a subject, quantity and measured phase.
+    ``correlations`` have a row a parameter of these, ``information`` one a measured phase.
     """
 
     summary: PlainTable
@@ -56,7 +58,6 @@ def identifiability_of_cohort(
     """Study every subject of the cohort.
 
     Raises:
-        ArtefactError: A posterior is missing or empty.
         ValueError: A reference beat does not become periodic, or there is no subject.
     """
     if not observations:
@@ -71,14 +72,11 @@ def identifiability_of_cohort(
         of_subject.information["position"] = np.flatnonzero(observed.measured)[
             of_subject.information["position"]
         ]
-        found.append([table.assign(subject=observed.subject) for table in of_subject])
+        for table in of_subject:
+            table.insert(0, "subject", observed.subject)
+        found.append(of_subject)
         progress.step(note=observed.subject)
-    return Identified(*(_with_subjects(tables) for tables in zip(*found, strict=True)))
-
-
-def _with_subjects(tables: tuple[pd.DataFrame, ...]) -> pd.DataFrame:
-    together = pd.concat(tables, ignore_index=True)
-    return together[["subject", *(name for name in together if name != "subject")]]
+    return Identified(*(pd.concat(tables, ignore_index=True) for tables in zip(*found, strict=True)))
 
 
 def identified(

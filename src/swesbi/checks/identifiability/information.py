@@ -13,31 +13,36 @@ cycle, else zero. With Q = C^-1, D = diag(s) and R = K D Q,
 
 where an index is a derivative by log phi (Kay, Fundamentals of Statistical Signal Processing: Estimation
 Theory, 1993, Eq. 3.31). The second term is what the spread of the data tells.
+
+With the errors of so many times as many repeats, or pushes, the same expectation says what more of them would
+buy. What the model misses is one a cell of the cycle and stays, however often one records.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.heart.simulate import Beats
+from swesbi.measurement.derived import reported
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.prior import BoxPrior
+
+TIMES: Final = (2.0, 4.0, 8.0)
+"""Not without end: pushes of a cell without errors would tell what the model misses there."""
 
 
 @dataclass(frozen=True)
 class Stencil:
     """n phi with their neighbours for differences in log phi, simulated.
 
-    Attributes:
-        log_phi: phi itself, then moved forth and back along each coordinate; (1 + 2 d, n, d).
-        beats: Of its rows, one after the other.
-        step: Half the distance of the two points of a difference.
+    ``log_phi`` (1 + 2 d, n, d) is phi itself, then moved forth and back by a step along each coordinate;
+    ``beats`` are of its rows, one after the other.
     """
 
     log_phi: FloatArray
@@ -62,27 +67,16 @@ def simulated_stencil(model: SpeedModel, phi: FloatArray, step: float) -> Stenci
         log_phi[1 + 2 * coordinate, :, coordinate] += step
         log_phi[2 + 2 * coordinate, :, coordinate] -= step
     rows = np.exp(log_phi).reshape(-1, phi.shape[1])
-    first, place = distinct_hearts(model, rows)
-    return Stencil(log_phi, model.simulate(rows[first]).rows(place), step)
-
-
-def distinct_hearts(model: SpeedModel, phi: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return rows of phi (n, d) that hold each heart once, and which of them each row has; (h,) and (n,).
-
-    Neighbours of a point along what measures a heart have one beat, which is simulated once.
-    """
-    hearts = model.settings.prior.heart(phi)
+    # neighbours of a point along what measures a heart have one beat, which is simulated once
+    hearts = model.settings.prior.heart(rows)
     _, first, place = np.unique(hearts, axis=0, return_index=True, return_inverse=True)
-    return first, place.ravel()
+    return Stencil(log_phi, model.simulate(rows[first]).rows(place.ravel()), step)
 
 
 class SpeedDerivatives(NamedTuple):
     """Slopes of the log speeds of n phi at p phases, and how log speeds and slopes change with log phi.
 
-    Attributes:
-        slope: d log c / ds; (n, p).
-        log_speed_by: d log c / d log phi_j; (n, d, p).
-        slope_by: Derivative of the slope likewise; (n, d, p).
+    d log c / ds is (n, p), both derivatives by log phi are (n, d, p).
     """
 
     slope: FloatArray
@@ -129,12 +123,8 @@ def expected_sd(precision: FloatArray, information: FloatArray, gradient: FloatA
     """Return the expected posterior sd of log quantities, (..., q).
 
     The variance is averaged over the n draws: over those of a posterior, it is what this subject's next
-    recording is expected to leave.
-
-    Args:
-        precision: Of the prior; (d, d).
-        information: At n draws; (..., n, d, d).
-        gradient: d log quantity / d log phi; (n, q, d).
+    recording is expected to leave. The precision of the prior is (d, d), information (..., n, d, d), and d
+    log quantity / d log phi (n, q, d).
     """
     covariance = np.linalg.inv(precision + information)
     variance = np.einsum("nqj,...njk,nqk->...nq", gradient, covariance, gradient)
@@ -145,10 +135,9 @@ def expected_sd(precision: FloatArray, information: FloatArray, gradient: FloatA
 class PhaseInformation:
     """What p phases tell of q quantities; (q, p) each.
 
-    Attributes:
-        share: Share of the phase in the expected information about the quantity, all else known; where
-            phases share errors, in the sum of what each adds to the others.
-        sd_increase: By what fraction the expected posterior sd of the log grows without the phase.
+    ``share`` is that of the phase in the expected information about the quantity, all else known; where
+    phases share errors, in the sum of what each adds to the others. ``sd_increase`` is the fraction by which
+    the expected posterior sd of the log grows without the phase.
     """
 
     share: FloatArray
@@ -159,10 +148,7 @@ class PhaseInformation:
 class Expectation:
     """What posterior draws let one expect of recordings of their subject.
 
-    Attributes:
-        model: Of the recording.
-        at: Derivatives at n draws.
-        gradient: d log quantity / d log phi there, of q quantities; (n, q, d).
+    ``at`` are derivatives at n draws, ``gradient`` is d log quantity / d log phi there, (n, q, d).
     """
 
     model: SpeedModel
@@ -205,3 +191,44 @@ class Expectation:
             share=along / along.sum(axis=1, keepdims=True),
             sd_increase=(expected_sd(precision, without, self.gradient) / whole).T - 1.0,
         )
+
+
+@dataclass(frozen=True)
+class MoreRepeats:
+    """Expected widths (t, q) of intervals with so many ``times`` (t,) as many repeats.
+
+    A width is the expected posterior sd of the log of a quantity over that of the recording as it is.
+    """
+
+    times: tuple[float, ...]
+    width: FloatArray
+
+
+def more_repeats(model: SpeedModel, phi: FloatArray, step: float) -> MoreRepeats | None:
+    """Return what more repeats would buy of all that an answer reports, by posterior draws (n, d).
+
+    None where no draw's neighbours can all be simulated.
+    """
+    simulated = simulated_stencil(model, phi, step)
+    expected = Expectation.of(model, simulated, reported_gradient(model, simulated))
+    return repeats_of(expected) if len(expected.gradient) else None
+
+
+def repeats_of(expected: Expectation) -> MoreRepeats:
+    """Return what more repeats would buy of the quantities of an expectation."""
+    recording = expected.model.recording
+    widths = [expected.sd(repeated(recording, times)) for times in TIMES]
+    return MoreRepeats(TIMES, np.stack(widths) / expected.sd(recording))
+
+
+def repeated(recording: SpeedRecording, times: float) -> SpeedRecording:
+    """Return a recording with the errors of so many times as many repeats."""
+    part = times**-0.5
+    return replace(recording, relative_se=part * recording.relative_se, shared=part * recording.shared)
+
+
+def reported_gradient(model: SpeedModel, simulated: Stencil) -> FloatArray:
+    """Return d log quantity / d log phi of all that an answer reports, at n phi; shape (n, q, d)."""
+    quantities = reported(model, simulated.rows, simulated.beats)
+    log_quantity = np.log(np.stack(list(quantities.values()), axis=-1))
+    return np.asarray(np.swapaxes(simulated.derivatives(log_quantity), 1, 2))

@@ -21,9 +21,10 @@ import numpy as np
 from scipy.special import rel_entr
 
 from swesbi.base.arrays import FloatArray
+from swesbi.checks.calibration.ranks import standardised
 from swesbi.parameters import OF_INTEREST
 from swesbi.posterior.diagnostics import smooth
-from swesbi.prior import BoxPrior, log_centre
+from swesbi.prior import BoxPrior
 
 ALPHA: Final = 1.25
 SENSITIVE: Final = 0.05
@@ -34,9 +35,8 @@ SENSITIVE: Final = 0.05
 class Sensitivity:
     """How q quantities depend on one part of the posterior.
 
-    Attributes:
-        distance: Cumulative Jensen-Shannon distance per unit of log2 alpha; shape (q,).
-        k_hat: Pareto shape of the weights, the larger one of both powers; reliable below 0.7.
+    ``distance`` (q,) is the cumulative Jensen-Shannon distance per unit of log2 alpha; ``k_hat`` the larger
+    Pareto shape of the weights of both powers, reliable below 0.7.
     """
 
     distance: FloatArray
@@ -44,12 +44,7 @@ class Sensitivity:
 
 
 def sensitivity(values: FloatArray, log_density: FloatArray) -> Sensitivity:
-    """Scale one part of a posterior in power, by its draws.
-
-    Args:
-        values: Equally weighted draws of the quantities; shape (n, q).
-        log_density: Logarithm of the part at the draws, up to a constant; shape (n,).
-    """
+    """Scale a part of a posterior, its log density (n,), in power, by equal draws (n, q) of quantities."""
     scaled = [smooth((alpha - 1.0) * log_density) for alpha in (ALPHA, 1.0 / ALPHA)]
     moved = [[cumulative_distance(each, np.exp(log_weight)) for each in values.T] for log_weight, _ in scaled]
     return Sensitivity(np.mean(moved, axis=0) / np.log2(ALPHA), max(k_hat for _, k_hat in scaled))
@@ -78,14 +73,8 @@ def parts_of_posterior(
     The prior is scaled as a density of log phi, which is normal within its bounds: a power narrows it about
     its centre, and leaves the bounds. Nuisance parameters are many, and shift the posterior against the
     parameters of interest, so that both together would look like nothing.
-
-    Args:
-        phi: Posterior draws; shape (n, d).
-        prior: Of phi.
-        log_likelihood: Of phi; shape (n,).
     """
-    log_sd = np.array([parameter.log_sd for parameter in prior.parameters])
-    of_each = -0.5 * (np.log(phi / log_centre(prior)) / log_sd) ** 2
+    of_each = -0.5 * standardised(phi, prior) ** 2
     return {
         "prior": of_each[:, OF_INTEREST].sum(axis=1),
         "nuisances": of_each[:, OF_INTEREST.stop :].sum(axis=1),

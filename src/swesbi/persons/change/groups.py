@@ -1,7 +1,7 @@
 """What has changed in groups of persons: mean and spread of the log ratio, and how groups differ in it.
 
 A person's joint posterior of two visits gives draws of the log ratio, made under the prior that two
-independent visits have (``cohort.ratio``). They are recycled as draws of theta are (``cohort.model``).
+independent visits have. They are recycled as draws of theta are (``cohort.model``).
 
 Peak active stiffness is left out. Its ratio is a function of all parameters of both visits, so that the
 prior to divide by has no formula and differs from person to person; an estimate from simulations of the prior
@@ -18,8 +18,8 @@ from swesbi.parameters import OF_THETA
 from swesbi.persons.change.stored import StoredChange
 from swesbi.persons.cohort.cohort import make_member
 from swesbi.persons.cohort.infer import CohortResult, infer_population, of_ratios
-from swesbi.persons.cohort.settings import ChangeGroupsSettings, HierarchySettings
 from swesbi.persons.cohort.stored import CohortPosterior, stored_form
+from swesbi.persons.settings import ChangeGroupsSettings, HierarchySettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import Observation
 from swesbi.verdict.verdict import STATUSES, Status
@@ -38,27 +38,21 @@ def change_in_groups(
 ) -> CohortPosterior:
     """Infer mean and spread of what has changed in the persons with two visits, and how their groups differ.
 
-    Args:
-        changes: Of each person; their ratios are what is recycled.
-        observations: Observed curve of each person's earlier visit, in the same order.
-        prior: Of theta.
-        change_groups: Hyperprior, and how many draws are recycled.
-        cohort_posterior: Sizes of the inference, and the group that others are compared with.
-        groups: Of the persons who have one, by name.
-        left_out: What is to be said of those who are left out.
-        seed: Of everything.
-
-    Raises:
-        ValueError: There is nobody, or nobody of the reference group.
+    ``observations`` are of the earlier visits; ``left_out`` is what is to be said of those who are left out.
     """
     members = []
     for change, observation in zip(changes, observations, strict=True):
-        context = replace(observation.context, subject=change.person)
         earlier, later = change.quantities[:, :, OF_THETA]
-        ratio, sizes = later / earlier, (change_groups.draws, cohort_posterior.exact.interval)
-        drawn = (ratio, equal_weights(len(ratio)))
-        group = groups.get(change.person, "")
-        members.append(make_member(context, verdict_of_pair(change), group, drawn, sizes, seed))
+        members.append(
+            make_member(
+                replace(observation.context, subject=change.person),
+                verdict_of_pair(change),
+                groups.get(change.person, ""),
+                (later / earlier, equal_weights(len(later))),
+                (change_groups.draws, cohort_posterior.exact.interval),
+                seed,
+            )
+        )
     quantity = of_ratios(prior, change_groups.hyperprior)
     inferred = infer_population(members, quantity, cohort_posterior, None, seed)
     return stored_form(inferred, (*left_out, *doubts(changes, inferred, change_groups.least_effective)))
@@ -72,13 +66,7 @@ def verdict_of_pair(change: StoredChange) -> Status:
 
 
 def doubts(changes: Sequence[StoredChange], inferred: CohortResult, least: float) -> tuple[str, ...]:
-    """Return a sentence on the persons who count as outliers, or whose draws are few; none where nobody does.
-
-    Args:
-        changes: Of each person.
-        inferred: What was made of them.
-        least: Effective draws that are enough.
-    """
+    """Say who counts as an outlier, and whose effective draws are fewer than ``least``; nothing of nobody."""
     said: Mapping[str, list[str]] = {
         "counted as outliers, since both recordings are not of one person: ": [
             change.person for change in changes if change.one_person.flagged

@@ -1,4 +1,17 @@
-"""The joint posterior of two visits of one person, and all that is reported of it."""
+"""The joint posterior of two visits of one person, and all that is reported of it.
+
+Its proposal is made in the space of both visits' networks, in which the posterior of both is near normal.
+A flow takes the posterior of one recording to about N(0, I), whatever its shape. In the product of the
+spaces of both, u = (u_1, u_2), the posterior of both is the product of their own posteriors, each near
+N(m_v, C_v), times what ties them: the copula of the shared parameters, whose logarithm is -1/2 z^T (R^-1
+- I) z in their scores z, and the ratio of the normal density of all errors r to those of each visit,
+which is of the same form. Scores and residuals y are about a + B u (a regression over draws), so with G
+the matrix of both forms the posterior of both has the precision and the linear term
+
+    P = blockdiag(C_v^-1) + B^T H B,    h = (C_v^-1 m_v)_v - B^T H a,    H = G (I + S G)^-1,
+
+S being the covariance of what the regression leaves over: what measures the hearts is integrated out.
+"""
 
 from __future__ import annotations
 
@@ -7,51 +20,134 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.persons.change.one_person import OnePerson, judge_one_person, normal_visit
-from swesbi.persons.change.proposal import joined_proposal
-from swesbi.persons.change.ratios import Ratios, log_ratios, quantities_of, summarise_ratios
-from swesbi.persons.change.settings import ChangeSettings
-from swesbi.persons.change.visits import VisitsModel, visits_model
+from swesbi.persons.change.ratios import (
+    OnePerson,
+    Ratios,
+    judge_one_person,
+    log_ratios,
+    normal_visit,
+    quantities_of,
+    summarise_ratios,
+)
+from swesbi.persons.change.visits import Coupling, VisitsModel, visits_model
+from swesbi.persons.settings import ChangeSettings
 from swesbi.posterior.exact import exact_posterior
+from swesbi.posterior.fitted import FittedProposal
 from swesbi.posterior.result import ExactPosterior
-from swesbi.posterior.space import Space
+from swesbi.posterior.space import ScoreSpace, Space, normal_scores
+from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
 from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
 
 STREAM: Final = "change"
+FITTED = 2000  # draws behind the fit of each visit
+DEGREES_OF_FREEDOM = 25  # of thirty parameters: with 8 most draws lie too far out, and half as many count
+LEAST_PRECISION = 0.3  # of a direction of u: the prior of both is never much wider than those of each
 
 
 @dataclass(frozen=True)
-class OwnPosterior:
-    """The exact posterior of one visit by itself.
+class JoinedSpace:
+    """The spaces of both visits' hearts side by side, as a space of psi."""
 
-    Attributes:
-        phi: Equally weighted draws; shape (m, d).
-        effective_draws: Behind them.
-        log_evidence: Of its recording.
-        space: In which the posterior of its heart is near normal: the base space of the network's flow.
+    spaces: tuple[Space, ...]
+    coupling: Coupling
+
+    def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where psi (n, V d) lie, u (n, V d), and log |du / dpsi| of shape (n,)."""
+        parts = self.coupling.phi(phi)
+        placed = [space.place(part) for space, part in zip(self.spaces, parts, strict=True)]
+        log_slope = np.sum([slope for _, slope in placed], axis=0) + self._coupled_slope(phi, parts)
+        return np.hstack([u for u, _ in placed]), np.asarray(log_slope)
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Return psi (n, V d) of points u (n, V d)."""
+        parts = np.split(u, self.coupling.visits, axis=1)
+        return self.coupling.psi(
+            np.stack([space.at(part) for space, part in zip(self.spaces, parts, strict=True)])
+        )
+
+    def _coupled_slope(self, psi: FloatArray, phi: FloatArray) -> FloatArray:
+        """Return log |dphi / dpsi|: psi to independent scores, to those of the visits, to phi."""
+        diagonal = np.diagonal(self.coupling.factors, axis1=1, axis2=2)
+        to_scores = ScoreSpace(self.coupling.joint).place(psi)[1]
+        back = sum(ScoreSpace(self.coupling.prior).place(part)[1] for part in phi)
+        return np.asarray(to_scores + np.log(diagonal).sum() - back)
+
+
+def joined_proposal(
+    visits: VisitsModel, phi: Sequence[FloatArray], spaces: Sequence[Space]
+) -> FittedProposal:
+    """Return a Student distribution in the joined space about the normal approximation of the posterior.
+
+    ``phi`` are equally weighted draws (m, d) of each visit's own posterior, ``spaces`` those of its network.
     """
+    fits = [
+        _fit(one, each[:FITTED], space, visits.coupling.shares)
+        for one, each, space in zip(visits.models, phi, spaces, strict=True)
+    ]
+    mean, precision, offset, slope, rest = zip(*fits, strict=True)
+    slopes, added = block_diag(*slope), _added_precision(visits)
+    added = added @ np.linalg.inv(np.eye(len(added)) + block_diag(*rest) @ added)
+    own = np.concatenate([of_one @ at for of_one, at in zip(precision, mean, strict=True)])
+    linear = own - slopes.T @ added @ np.concatenate(offset)
+    spread, axes = np.linalg.eigh(block_diag(*precision) + slopes.T @ added @ slopes)
+    covariance = (axes / np.maximum(spread, LEAST_PRECISION)) @ axes.T
+    student = StudentProposal(covariance @ linear, WIDENING * covariance, DEGREES_OF_FREEDOM)
+    return FittedProposal(student, JoinedSpace(tuple(spaces), visits.hearts))
 
-    phi: FloatArray
-    effective_draws: float
-    log_evidence: float
-    space: Space
+
+def _fit(
+    model: SpeedModel, phi: FloatArray, space: Space, shares: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return a visit in its space: N(mean, precision^-1), and what ties it to others as offset + slopes u.
+
+    The latter are scores of tied parameters, then residuals of log speeds. What measures a heart is not in u,
+    and scatters them with the covariance that comes last.
+    """
+    prior = model.settings.prior
+    u, _ = space.place(prior.heart(phi))
+    residuals = np.log(model.recording.speed_m_s) - model.predict(phi).log_speed
+    tying = np.hstack([normal_scores(phi, prior)[:, np.flatnonzero(shares)], residuals])
+    known = np.isfinite(u).all(axis=1) & np.isfinite(tying).all(axis=1)
+    u, tying = u[known], tying[known]
+    design = np.column_stack([np.ones(len(u)), u])
+    line = np.asarray(np.linalg.lstsq(design, tying, rcond=None)[0])
+    precision = np.asarray(np.linalg.inv(np.cov(u.T) + RIDGE * np.eye(u.shape[1])))
+    rest = np.asarray(np.cov((tying - design @ line).T))
+    return u.mean(axis=0), precision, line[0], line[1:].T, rest
+
+
+def _added_precision(model: VisitsModel) -> FloatArray:
+    """Return what ties add to the precision of scores and residuals, in the order of ``_fit``.
+
+    R^-1 - I of the scores, and the inverse of the covariance of all errors less those of each visit.
+    """
+    shares = np.diag(model.coupling.shares[model.coupling.shares > 0.0])
+    own = np.eye(len(shares))
+    correlation = np.block([[own, shares], [shares, own]])
+    scores = np.linalg.inv(correlation) - np.eye(len(correlation))
+    covariance = model.error_covariance()
+    sizes = [len(index) for index in model.phase_index]
+    starts = np.cumsum([0, *sizes])
+    alone = [np.linalg.inv(covariance[a:b, a:b]) for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    errors = np.linalg.inv(covariance) - block_diag(*alone)
+    whole = block_diag(scores, errors)
+    # scores of all visits, then residuals of all; wanted is visit by visit
+    visit = np.concatenate([np.repeat([0, 1], len(shares)), np.repeat([0, 1], sizes)])
+    order = np.argsort(visit, kind="stable")
+    return np.asarray(whole[np.ix_(order, order)])
 
 
 @dataclass(frozen=True)
 class Change:
-    """What two visits of one person say together.
+    """What two visits of one person say together: joint draws, ratios, and whether it is one person.
 
-    Attributes:
-        exact: The joint posterior, in psi.
-        phi: Its draws; shape (2, n, d).
-        quantities: Theta and peak active stiffness of each; NaN where there is no beat; shape (2, n, 4).
-        ratios: Of the later visit to the earlier.
-        one_person: Whether both can be of one person.
-        efficiency: Of all draws after each round, of the first proposal first.
+    Shapes are (2, n, d) of phi and (2, n, 4) of the quantities, NaN where there is no beat; ``efficiency`` is
+    of all draws after each round.
     """
 
     exact: ExactPosterior
@@ -60,13 +156,6 @@ class Change:
     ratios: Ratios
     one_person: OnePerson
     efficiency: tuple[float, ...]
-
-
-def own_posterior(exact: ExactPosterior, space: Space) -> OwnPosterior:
-    """Return what the joint posterior begins with: a visit's own, and the space of its network."""
-    by_weights = exact.sampler == "importance"
-    effective = exact.efficiency * len(exact.weighted.phi) if by_weights else exact.effective_draws.min()
-    return OwnPosterior(exact.phi, float(min(effective, len(exact.phi))), exact.log_evidence, space)
 
 
 def both_visits(
@@ -83,36 +172,37 @@ def both_visits(
 
 
 def infer_change(
-    model: VisitsModel, own: Sequence[OwnPosterior], settings: ChangeSettings, seed: int, *name: str | int
+    model: VisitsModel,
+    own: Sequence[ExactPosterior],
+    spaces: Sequence[Space],
+    settings: ChangeSettings,
+    seed: int,
+    *name: str | int,
 ) -> Change:
-    """Infer two visits together, from what each says by itself.
+    """Infer two visits together, from the posterior of each by itself, and the space of its network.
 
-    Args:
-        model: Both recordings.
-        own: The posterior of each by itself, in the same order.
-        settings: Rule, effort.
-        seed: The study's seed.
-        name: Names the random streams: the person, say.
-
-    Raises:
-        NoLikelihoodError: The likelihood is zero at every draw of a round.
-        ValueError: There are not two visits, or no draw has a beat at both.
+    ``name`` names the random streams: the person, say. Raises ValueError where no draw has a beat at both.
     """
     if len(model.models) != 2 or len(own) != 2:
         raise ValueError(f"{len(model.models)} visits: a change is between two")
-    first = joined_proposal(model, [each.phi for each in own], [each.space for each in own])
+    first = joined_proposal(model, [each.phi for each in own], spaces)
     exact, efficiency = exact_posterior(model, first, settings.exact, seed, STREAM, *name)
     phi = model.coupling.phi(exact.phi)
     quantities = np.stack([quantities_of(one, rows) for one, rows in zip(model.models, phi, strict=True)])
     rng = generator(seed, STREAM, *name, "independent")
-    joint, independent = log_ratios(list(quantities)), log_ratios(_independent(model, own, rng))
+    draws = min(len(each.phi) for each in own)
+    paired_at_random = [
+        quantities_of(one, each.phi[rng.permutation(len(each.phi))[:draws]])
+        for one, each in zip(model.models, own, strict=True)
+    ]
+    joint, independent = log_ratios(list(quantities)), log_ratios(paired_at_random)
     return Change(
         exact=exact,
         phi=phi,
         quantities=quantities,
         ratios=summarise_ratios(joint, independent, settings.exact.interval, settings.rule),
         one_person=judge_one_person(
-            [normal_visit(each.phi, model.of_one, each.effective_draws) for each in own],
+            [normal_visit(each, model.of_one) for each in own],
             model.coupling.shares,
             exact.log_evidence - sum(each.log_evidence for each in own),
             settings.rule.one_person_level,
@@ -121,14 +211,3 @@ def infer_change(
         ),
         efficiency=efficiency,
     )
-
-
-def _independent(
-    model: VisitsModel, own: Sequence[OwnPosterior], rng: np.random.Generator
-) -> list[FloatArray]:
-    """Return the quantities of both visits' own draws, paired at random."""
-    draws = min(len(each.phi) for each in own)
-    return [
-        quantities_of(one, each.phi[rng.permutation(len(each.phi))[:draws]])
-        for one, each in zip(model.models, own, strict=True)
-    ]

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from swesbi.artefacts import Artefact, Labels, Part, Variable
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.change.joint import Change
-from swesbi.persons.change.one_person import OnePerson
-from swesbi.persons.change.ratios import QUANTITIES, UNITS, Ratios
-from swesbi.persons.change.settings import ChangeSettings
+from swesbi.persons.change.ratios import QUANTITIES, UNITS, OnePerson, Ratios
+from swesbi.persons.settings import ChangeSettings
 
 SEPARATOR: Final = "; "
 VISIT: Final = "visit"
@@ -73,7 +72,7 @@ def stored_change(
     parameters: tuple[str, ...],
 ) -> StoredChange:
     """Return what is kept of a change: whose, between which visits and recordings, of which verdicts."""
-    exact, shares = change.exact, settings.shares.by_name
+    exact, shares = change.exact, settings.shares.model_dump()
     return StoredChange(
         visit=visits,
         quantity=QUANTITIES,

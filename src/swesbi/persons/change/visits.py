@@ -45,12 +45,9 @@ Walls = tuple[WallPhases, ...]
 
 @dataclass(frozen=True)
 class Coupling:
-    """How the phi of V visits follow from psi.
+    """How the phi of V visits follow from psi, by the shares (d,) of their d parameters, each below 1.
 
-    Attributes:
-        prior: Of one visit, or of some of its parameters; d parameters.
-        shares: Of each parameter, below 1; shape (d,).
-        visits: V.
+    ``prior`` is of one visit, or of some of its parameters.
     """
 
     prior: BoxPrior
@@ -76,8 +73,7 @@ class Coupling:
 
     def phi(self, psi: FloatArray) -> FloatArray:
         """Return the phi (V, n, d) of psi (n, V d)."""
-        phi = psi.reshape(len(psi), self.visits, -1).swapaxes(0, 1)
-        return self._mixed(phi, self.factors)
+        return self._mixed(psi.reshape(len(psi), self.visits, -1).swapaxes(0, 1), self.factors)
 
     def psi(self, phi: FloatArray) -> FloatArray:
         """Return the psi (n, V d) of phi (V, n, d); within the prior's box."""
@@ -107,13 +103,8 @@ class Coupling:
 class VisitsModel(Marginal[Walls]):
     """The recordings of one person's visits under one experiment: prior and exact likelihood.
 
-    Points are the hearts of V visits in the coordinates of psi, V k parameters.
-
-    Attributes:
-        models: The model of each visit's recording, all under the same settings.
-        phase_index: Numbers of its measured phases in the protocol, by visit; shape (p_v,) each.
-        coupling: How phi follows from psi.
-        discrepancy_share: Share of the discrepancy's variance that visits have in common.
+    Points are the hearts of V visits in the coordinates of psi, V k parameters. ``phase_index`` has the
+    numbers of each visit's measured phases in the protocol, (p_v,) each.
     """
 
     models: tuple[SpeedModel, ...]
@@ -134,12 +125,7 @@ class VisitsModel(Marginal[Walls]):
     @property
     def width(self) -> int:
         """Number of parameters of the measurements of all visits."""
-        return len(self.of_one.operator.parameters) * self.number
-
-    @property
-    def number(self) -> int:
-        """V."""
-        return self.coupling.visits
+        return len(self.of_one.operator.parameters) * self.coupling.visits
 
     @property
     def of_one(self) -> JointPriorSettings:
@@ -166,7 +152,7 @@ class VisitsModel(Marginal[Walls]):
         """Covariance of what log speeds of all visits share, without what a phase has for itself; (q, q)."""
         within = block_diag(*(each.shared @ each.shared.T for each in self.recordings))
         phase, sizes = np.concatenate(self.phase_index), [len(index) for index in self.phase_index]
-        visit = np.repeat(np.arange(self.number), sizes)
+        visit = np.repeat(np.arange(self.coupling.visits), sizes)
         between = (phase[:, None] == phase) & (visit[:, None] != visit)
         return np.asarray(within + self.shared_variance * between)
 
@@ -178,24 +164,20 @@ class VisitsModel(Marginal[Walls]):
     def own_variance(self, predicted: Sequence[PredictedSpeeds]) -> FloatArray:
         """Return the variances of each log speed about predictions, but for what is shared; (n, q).
 
-        They are one for all, (1, q), where no simulation changes them: without errors in timing. NaN where
-        a simulation failed.
+        They are one for all, (1, q), without errors in timing; NaN where a simulation failed.
         """
         if not self.discrepancy.timing_cycle:
             predicted = [PredictedSpeeds(*np.zeros((2, 1, each.log_speed.shape[1]))) for each in predicted]
-        sd = [
-            log_speed_sd(each, recording.relative_se, self.discrepancy)
-            for each, recording in zip(predicted, self.recordings, strict=True)
-        ]
-        return np.hstack(sd) ** 2
+        both = zip(predicted, self.recordings, strict=True)
+        return np.hstack([log_speed_sd(each, of.relative_se, self.discrepancy) for each, of in both]) ** 2
 
     def points(self, phi: FloatArray) -> FloatArray:
         """Return the part (n, V k) of psi (n, V d) that simulations take."""
-        return np.hstack([self.of_one.heart(part) for part in np.split(phi, self.number, axis=1)])
+        return np.hstack([self.of_one.heart(part) for part in np.split(phi, self.coupling.visits, axis=1)])
 
     def completed(self, points: FloatArray, scores: FloatArray) -> FloatArray:
         """Return psi (n, V d) of points (n, V k) and scores (n, V o)."""
-        parts = zip(*(np.split(each, self.number, axis=1) for each in (points, scores)), strict=True)
+        parts = zip(*(np.split(each, self.coupling.visits, axis=1) for each in (points, scores)), strict=True)
         return np.hstack([completed_heart(heart, own, self.of_one) for heart, own in parts])
 
     def simulated(self, points: FloatArray) -> tuple[Walls, FloatArray]:
@@ -234,7 +216,7 @@ class VisitsModel(Marginal[Walls]):
     def linear(self, simulated: Walls, scores: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return log speeds of all visits less their predictions (n, q), and slopes of these (n, q, V o)."""
         mixing = self.coupling.of(self.of_one.operator, self.of_one.names).factors
-        own = np.einsum("jvw,nwj->nvj", mixing, scores.reshape(len(scores), self.number, -1))
+        own = np.einsum("jvw,nwj->nvj", mixing, scores.reshape(len(scores), self.coupling.visits, -1))
         of_visit = [
             linear_speeds(model, wall, own[:, visit])
             for visit, (model, wall) in enumerate(zip(self.models, simulated, strict=True))
@@ -282,19 +264,10 @@ def visits_model(
     shares: FloatArray,
     discrepancy_share: float,
 ) -> VisitsModel:
-    """Build the model of a person's visits.
+    """Build the model of a person's visits, at least two, which must have the same settings.
 
-    Args:
-        models: The model of each visit's recording.
-        phase_index: Numbers of its measured phases in the protocol, by visit.
-        shares: Of each parameter of one visit, below 1; shape (d,).
-        discrepancy_share: Of the discrepancy's variance.
-
-    Raises:
-        ValueError: There are fewer than two visits, or they have different settings.
+    ``phase_index`` has the numbers of each visit's measured phases in the protocol; shares are (d,), below 1.
     """
-    if len(models) < 2:
-        raise ValueError(f"{len(models)} visit of one person: a change needs two")
     if any(model.settings != models[0].settings for model in models):
         raise ValueError("visits of one person have different models; infer both by one experiment")
     coupling = Coupling(models[0].settings.prior, shares, len(models))

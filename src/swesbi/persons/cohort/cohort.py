@@ -12,6 +12,9 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, resampled_rows
+from swesbi.parameters import THETA_NAMES
+from swesbi.persons.settings import HyperpriorSettings, RatioHyperpriorSettings
+from swesbi.prior import ParameterPrior
 from swesbi.seeds import generator
 
 AGE, SEX, HEART_RATE = "age", "sex", "heart_rate"
@@ -23,14 +26,9 @@ BEATS_PER_MINUTE: Final = 10.0
 
 @dataclass(frozen=True)
 class Member:
-    """One subject of the cohort.
+    """One subject of the cohort: those equally weighted draws of its posterior, (n, 3), that are recycled.
 
-    Attributes:
-        context: Its context.
-        status: The verdict on its recording, one of speeds.
-        group: Its group; empty where it has none.
-        theta: Equally weighted draws of its posterior, those that are recycled; shape (n, 3).
-        alone: Lower limit, median and upper limit of its posterior; shape (3, 3), a column a parameter.
+    ``alone`` has lower limit, median and upper limit of its whole posterior, (3, 3), a column a parameter.
     """
 
     context: Context
@@ -55,24 +53,17 @@ def make_member(
 ) -> Member:
     """Return a subject with those draws that are recycled, the same whoever else is in the cohort.
 
-    Args:
-        context: Its context.
-        status: The verdict.
-        group: Its group.
-        draws: theta (n, 3) of its posterior, and their weights (n,).
-        sizes: How many draws are recycled, and the mass of the credible interval.
-        seed: Seed of the systematic resampling.
+    ``draws`` are theta (n, 3) and weights (n,); ``sizes`` how many are recycled, and the interval's mass.
     """
     theta, weight = draws
     count, mass = sizes
     rng = generator(seed, "cohort posterior", "thinning", context.subject)
-    low, high = interval_levels(mass)
     return Member(
         context,
         status,
         group,
         theta=np.asarray(theta[resampled_rows(weight, count, rng)]),
-        alone=weighted_quantiles(theta, weight, np.array([low, 0.5, high])),
+        alone=weighted_quantiles(theta, weight, np.insert(interval_levels(mass), 1, 0.5)),
     )
 
 
@@ -88,14 +79,10 @@ def weighted_quantiles(values: FloatArray, weight: FloatArray, levels: FloatArra
 
 @dataclass(frozen=True)
 class Design:
-    """What log theta depends on: covariates that vary over the cohort, and groups.
+    """What log theta depends on: covariates that vary over the cohort, and groups, compared with the first.
 
-    Attributes:
-        covariates: Names of the c covariates that vary, of ``COVARIATES``.
-        centres: Their means: years, share of men less a half, beats per minute; shape (c,).
-        groups: Names of the g groups; the others are compared with the first. Empty without groups.
-        matrix: Rows of the d subjects: centred covariates, then one column for each further group.
-        notes: What was left out, and why, a sentence each.
+    Centres are years, share of men less a half, beats per minute. The matrix has a row a subject: centred
+    covariates, then one column for each further group. Notes say what was left out, and why.
     """
 
     covariates: tuple[str, ...]
@@ -111,23 +98,15 @@ def design_of(
     """Return the design of a cohort; what it cannot tell is left out, with a note.
 
     Age counts by ten years, heart rate by ten beats per minute, a man as +1/2 and a woman as -1/2; each is
-    centred on the cohort's mean. Groups are in the order of the subjects, the reference first.
-
-    Args:
-        members: The subjects.
-        covariates: On which slopes are asked for, of ``COVARIATES``.
-        reference: Group that the others are compared with; empty: the first.
-
-    Raises:
-        ValueError: No member is of that group.
+    centred on the cohort's mean. Groups are in the order of the subjects, the reference first (empty:
+    theirs).
     """
     raw = np.array([_covariates(member.context) for member in members])
     centres = raw.mean(axis=0)
     asked = np.array([name in covariates for name in COVARIATES])
     varies = (np.ptp(raw, axis=0) > 0.0) & asked
     groups, refused = _groups(members, reference)
-    member_groups = np.array([member.group for member in members])
-    of_group = [(member_groups == group).astype(float) for group in groups[1:]]
+    of_group = [[float(member.group == group) for member in members] for group in groups[1:]]
     notes = [
         f"{name.replace('_', ' ')} does not vary over the cohort: no slope on it is inferred"
         for name, vary in zip(COVARIATES, varies | ~asked, strict=True)
@@ -169,12 +148,45 @@ def _groups(members: Sequence[Member], reference: str) -> tuple[tuple[str, ...],
 
 
 def reference_among(groups: Sequence[str], reference: str) -> str:
-    """Return the reference group.
-
-    Raises:
-        ValueError: It is none of the groups; names these.
-    """
+    """Return the reference group; raise ValueError that names the groups where it is none of them."""
     if reference not in groups:
         named = ", ".join(filter(None, dict.fromkeys(groups))) or "none"
         raise ValueError(f"reference group {reference!r}: no person is of it; the groups are {named}")
     return reference
+
+
+@dataclass(frozen=True)
+class Hyperprior:
+    """Independent priors of the hyperparameters eta, three in a row, a row after another.
+
+    Rows are the population's median of each parameter, its spread (standard deviation of its logarithm), then
+    one for each column of the design: the factor of each parameter per step.
+    """
+
+    rows: tuple[str, ...]
+    parameters: tuple[ParameterPrior, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the 3 r hyperparameters."""
+        return tuple(f"{row} {parameter}" for row in self.rows for parameter in THETA_NAMES)
+
+
+def hyperprior_of(
+    design: Design,
+    median: Sequence[ParameterPrior],
+    settings: HyperpriorSettings | RatioHyperpriorSettings,
+) -> Hyperprior:
+    """Return the hyperprior of a population of this design, with these priors of the three medians."""
+    of_covariates = [(name, getattr(settings, f"{name}_factor")) for name in design.covariates]
+    factors = of_covariates + [(group, settings.group_factor) for group in design.groups[1:]]
+    alike = [("spread", settings.spread), *((f"{name} factor", prior) for name, prior in factors)]
+    return Hyperprior(
+        rows=("median", *(name for name, _ in alike)),
+        parameters=(*median, *(prior for _, prior in alike for _ in THETA_NAMES)),
+    )
+
+
+def in_rows(eta: FloatArray) -> FloatArray:
+    """Return eta (..., 3 r) as (..., r, 3): a row a kind of hyperparameter, a column a parameter."""
+    return np.reshape(eta, (*eta.shape[:-1], -1, len(THETA_NAMES)))

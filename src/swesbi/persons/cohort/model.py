@@ -8,7 +8,7 @@ subject's posterior, made under the prior pi, say what its data tell of eta (Hog
     p(data | eta) / p(data) = sum_n w_n p(theta_n | eta) / pi(theta_n)
 
 Nuisance parameters and passive stiffness keep their priors, which cancel. What changed between two visits of
-a subject is inferred alike, the ratio of both in the place of theta, with a prior of its own (``ratio``).
+a subject is inferred alike, the ratio of both in the place of theta, with a prior of its own.
 With a probability given by its verdict a subject is none of the population: then its prior is pi, and the
 ratio is one.
 """
@@ -18,29 +18,96 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-from scipy.special import logsumexp
+from numpy.typing import NDArray
+from scipy.special import log_ndtr, logsumexp
 from threadpoolctl import ThreadpoolController
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.cohort.hyperprior import in_rows
-from swesbi.persons.cohort.ratio import LOG_ROOT_TWO_PI, RatioPrior, log_density, log_normal_mass
-from swesbi.prior import BoxPrior, PriorSettings, bounds
+from swesbi.persons.cohort.cohort import in_rows
+from swesbi.prior import BoxPrior, ParameterPrior, PriorSettings, bounds, in_bounds
+from swesbi.prior import log_density as log_density_of_box
 
 BLOCK: Final = 256
 """Hyperdraws evaluated together: their matrix of log densities stays within the cache of a core."""
+ROOT_TWO: Final = float(np.sqrt(2.0))
+LOG_ROOT_TWO_PI: Final = 0.5 * float(np.log(2.0 * np.pi))
+
+
+@dataclass(frozen=True)
+class RatioPrior:
+    """The prior of the ratio of theta at two visits, by the prior of theta at each of them.
+
+    Of theta no part is shared between the visits of a person, so log theta at both is independent under the
+    prior: normal about m with standard deviation s, truncated to [l, h]. Their difference delta then has the
+    density of the convolution, with Z the mass between the bounds and phi, Phi of the standard normal::
+
+        pi(delta) = phi(delta / (sqrt(2) s)) / (sqrt(2) s)
+                    (Phi((u - c) sqrt(2) / s) - Phi((d - c) sqrt(2) / s)) / Z^2,
+
+    where log theta of the later visit lies between d = max(l, l + delta) and u = min(h, h + delta), about
+    c = m + delta / 2.
+    """
+
+    theta: PriorSettings
+
+    @property
+    def parameters(self) -> tuple[ParameterPrior, ...]:
+        """Bounds of each ratio, with centre and standard deviation of it before truncation."""
+        return tuple(
+            ParameterPrior(
+                centre=1.0,
+                log_sd=ROOT_TWO * each.log_sd,
+                low=each.low / each.high,
+                high=each.high / each.low,
+            )
+            for each in self.theta.parameters
+        )
+
+    def log_density(self, ratio: FloatArray) -> FloatArray:
+        """Return log p(ratio), per unit of the ratio, of ratios (n, 3); -inf outside the bounds; (n,)."""
+        inside = in_bounds(ratio, self)
+        log_ratio = np.log(np.where(inside[:, None], ratio, 1.0))
+        terms = [
+            _log_density_of_difference(log_ratio[:, j], each) - log_ratio[:, j]
+            for j, each in enumerate(self.theta.parameters)
+        ]
+        return np.where(inside, np.sum(terms, axis=0), -np.inf)
+
+
+def _log_density_of_difference(delta: FloatArray, of_visit: ParameterPrior) -> FloatArray:
+    """Return log pi(delta) of log ratios (n,) within the bounds; shape (n,)."""
+    mean, sd = np.log(of_visit.centre), of_visit.log_sd
+    low, high = np.log([of_visit.low, of_visit.high])
+    about = mean + 0.5 * delta
+    least, most = np.maximum(low, low + delta), np.minimum(high, high + delta)
+    both = log_normal_mass((least - about) * ROOT_TWO / sd, (most - about) * ROOT_TWO / sd)
+    each = log_normal_mass(np.array((low - mean) / sd), np.array((high - mean) / sd))
+    width = ROOT_TWO * sd
+    return np.asarray(-0.5 * (delta / width) ** 2 - np.log(width) - LOG_ROOT_TWO_PI + both - 2.0 * each)
+
+
+def log_density(values: FloatArray, prior: BoxPrior | RatioPrior) -> FloatArray:
+    """Return the log density, per unit of each value, of values (n, 3) under either prior; shape (n,)."""
+    if isinstance(prior, RatioPrior):
+        return prior.log_density(values)
+    return log_density_of_box(values, prior)
+
+
+def log_normal_mass(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the log probability of a standard normal variable between limits, however far off they lie."""
+    flipped = low > 0.0  # the upper tail is the lower one of minus the variable
+    below, above = np.where(flipped, -high, low), np.where(flipped, -low, high)
+    log_above = log_ndtr(above)
+    with np.errstate(divide="ignore"):  # at the ends of the ratio's support both limits are one
+        return np.asarray(log_above + np.log1p(-np.exp(log_ndtr(below) - log_above)))
 
 
 @dataclass(frozen=True)
 class RecycledDraws:
-    """Draws of one subject's posterior; weights sum to one.
-
-    Attributes:
-        theta: Shape (n, 3).
-        log_weight: Shape (n,).
-    """
+    """Draws theta (n, 3) of one subject's posterior, and their log weights (n,); weights sum to one."""
 
     theta: FloatArray
     log_weight: FloatArray
@@ -55,14 +122,10 @@ class PriorAlone:
 
 @dataclass(frozen=True)
 class CohortModel:
-    """The model of a cohort.
+    """The model of a cohort of d subjects: the hyperprior, and recycled draws of each.
 
-    Attributes:
-        settings: The hyperprior.
-        recycled: Draws of each of the d subjects.
-        design: Rows of the subjects; shape (d, c).
-        outlier: Probability of each subject to be none of the population; shape (d,).
-        theta_prior: pi, under which the draws were made; of ratios of theta where these are the draws.
+    Shapes are (d, c) of the design, (d,) of the probability to be none of the population. ``theta_prior`` is
+    pi, under which the draws were made; of ratios of theta where these are the draws.
     """
 
     settings: PriorAlone
@@ -101,8 +164,7 @@ class CohortModel:
                 offset = mean[:, subject] - centre
                 linear, square = offset / spread**2, -0.5 * (offset / spread) ** 2
                 scalar = constant[:, subject] + square.sum(axis=1)
-                ones = np.ones(len(rows))
-                yield np.column_stack([quadratic, linear, scalar, ones]) @ features
+                yield np.column_stack([quadratic, linear, scalar, np.ones(len(rows))]) @ features
 
     def _log_constant(self, mean: FloatArray, spread: FloatArray) -> FloatArray:
         """Return the logarithm of the truncated normals' normalising factor, of three each; (m, d)."""
@@ -144,9 +206,7 @@ def thread_pools() -> ThreadpoolController:
 def population_law(log_rows: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return mean of log theta of each subject, (m, d, 3), and spread, (m, 3).
 
-    Args:
-        log_rows: Logarithms of hyperparameters in rows; shape (m, 2 + c, 3).
-        design: Shape (d, c).
+    ``log_rows`` (m, 2 + c, 3) are logarithms of hyperparameters in rows; the design is (d, c).
     """
     slopes = np.einsum("dc,mcj->mdj", design, log_rows[:, 2:])
     return log_rows[:, :1] + slopes, np.exp(log_rows[:, 1])
@@ -164,3 +224,68 @@ def _with_outlier(log_ratio: FloatArray, probability: float) -> FloatArray:
     if probability == 0.0:
         return log_ratio
     return np.asarray(np.logaddexp(np.log1p(-probability) + log_ratio, np.log(probability)))
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """What the population makes of the d subjects, in each of m hyperdraws or averaged over them.
+
+    Averaged are the weights of recycled draws, (n,) each, their effective number (d,), and the probability of
+    an outlier (d,). ``rows`` (m, d) are joint draws of all: one recycled draw of each a hyperdraw.
+    """
+
+    weights: tuple[FloatArray, ...]
+    rows: NDArray[np.int_]
+    effective: FloatArray
+    outlier: FloatArray
+    log_likelihood: FloatArray
+
+
+def shrink(model: CohortModel, eta: FloatArray, rng: np.random.Generator) -> Shrinkage:
+    """Reweight the recycled draws of every subject by draws eta (m, k) of the population's posterior.
+
+    Given eta, a draw weighs w_n ((1 - p) p(theta_n | eta) / pi(theta_n) + p), over the sum of all, which is
+    the subject's likelihood; what is averaged over eta are these normalised weights.
+    """
+    levels = rng.random((len(eta), len(model.recycled)))
+    blocks = [
+        [
+            _of_subject(model, number, ratio, levels[block * BLOCK :, number])
+            for number, ratio in enumerate(ratios)
+        ]
+        for block, ratios in enumerate(model.log_ratios(eta))
+    ]
+    by_subject = [zip(*parts, strict=True) for parts in zip(*blocks, strict=True)]
+    joined = [(np.sum(weight, axis=0), *map(np.concatenate, rest)) for weight, *rest in by_subject]
+    weights, rows, effective, outlier, log_likelihood = zip(*joined, strict=True)
+    return Shrinkage(
+        weights=tuple(weight / len(eta) for weight in weights),
+        rows=np.stack(rows, axis=1),
+        effective=np.array([one.mean() for one in effective]),
+        outlier=np.array([one.mean() for one in outlier]),
+        log_likelihood=np.stack(log_likelihood, axis=1),
+    )
+
+
+def _of_subject(
+    model: CohortModel, number: int, log_ratio: FloatArray, levels: FloatArray
+) -> tuple[NDArray[Any], ...]:
+    """Return a subject under a block of hyperdraws: the sum of its weights over these, and the rest of each.
+
+    It is one drawn row, the effective number of draws, the probability of an outlier, the log likelihood.
+    """
+    p = float(model.outlier[number])
+    own = np.exp(model.recycled[number].log_weight)
+    largest = np.maximum(log_ratio.max(axis=1), 0.0)[:, None]
+    weight = (1.0 - p) * np.exp(log_ratio - largest) + p * own * np.exp(-largest)
+    total = weight.sum(axis=1)
+    weight /= total[:, None]
+    edges = np.cumsum(weight, axis=1)
+    drawn = (edges < levels[: len(weight), None] * edges[:, -1:]).sum(axis=1)
+    return (
+        weight.sum(axis=0),
+        drawn,
+        1.0 / (weight**2).sum(axis=1),
+        p * np.exp(-largest[:, 0]) / total,
+        largest[:, 0] + np.log(total),
+    )

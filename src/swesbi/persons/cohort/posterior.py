@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -11,24 +10,20 @@ import numpy as np
 from swesbi.artefacts.csv import PlainTable
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
-from swesbi.base.progress import Progress
+from swesbi.base.progress import LOGGER, Progress
 from swesbi.base.settings import Settings
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.parameters import OF_THETA
 from swesbi.persons.cohort.cohort import make_member
-from swesbi.persons.cohort.infer import infer_population, of_theta
-from swesbi.persons.cohort.refresh import redraw_theta, weighted_draws
-from swesbi.persons.cohort.settings import HierarchySettings
-from swesbi.persons.cohort.stored import CohortPosterior, stored_form
-from swesbi.persons.cohort.table import hyperparameter_table, subject_table
+from swesbi.persons.cohort.infer import infer_population, of_theta, redraw_theta, weighted_draws
+from swesbi.persons.cohort.stored import CohortPosterior, hyperparameter_table, stored_form, subject_table
+from swesbi.persons.settings import HierarchySettings
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.verdict.verdict import Verdict
-
-LOGGER = logging.getLogger("swesbi")
 
 
 class VisitSettings(Settings):
@@ -65,21 +60,8 @@ def posterior_of_cohort(
 
     A person with several visits counts once, with the first of them in the table of subjects.
 
-    Args:
-        posteriors: One a subject, in the order of the table of subjects.
-        verdicts: On each.
-        observations: Observed curve of each.
-        noise: Of the cohort.
-        model: Of a recording, with the prior that the posteriors have.
-        exact: Sizes of a posterior that is drawn anew.
-        cohort_posterior: Hyperprior, and sizes of the inference.
-        visits: Of the subjects of whom person or group is told.
-        seed: Of everything.
-
-    Raises:
-        UnfitError: A verdict or an observed curve is missing.
-        NoLikelihoodError: No draw has a likelihood.
-        ValueError: No subject has a posterior, or is of the reference group.
+    ``exact`` is of a posterior that is drawn anew. Raises ValueError where no subject has a posterior, or is
+    of the reference group.
     """
     first, notes = first_visits(list(posteriors), visits)
     progress = Progress("posteriors of the cohort", len(first), unit="subject")
@@ -104,8 +86,7 @@ def posterior_of_cohort(
         return redraw_theta(recorded, weighted_draws(posteriors[subject]), prior, exact, seed)
 
     quantity = of_theta(model.prior.theta, cohort_posterior.hyperprior)
-    inferred = infer_population(members, quantity, cohort_posterior, redraw, seed)
-    stored = stored_form(inferred, notes)
+    stored = stored_form(infer_population(members, quantity, cohort_posterior, redraw, seed), notes)
     _report(stored)
     return OfCohort(stored, hyperparameter_table(stored), subject_table(stored))
 
@@ -114,16 +95,11 @@ def first_visits(
     subjects: Sequence[str], visits: Mapping[str, VisitSettings]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the first recording of each person, in order, and what is to be said of those left out."""
-    seen: dict[str, str] = {}
-    later = []
-    for subject in subjects:
-        person = visits.get(subject, NOBODY).person or subject
-        if seen.setdefault(person, subject) != subject:
-            later.append(subject)
-    if not later:
-        return tuple(subjects), ()
+    of_person = {visits.get(subject, NOBODY).person or subject: subject for subject in reversed(subjects)}
+    first = tuple(subject for subject in subjects if subject in of_person.values())
+    later = [subject for subject in subjects if subject not in first]
     note = f"a person counts once, with the first visit; left out as later visits: {', '.join(later)}"
-    return tuple(seen.values()), (note,)
+    return first, (note,) if later else ()
 
 
 def _report(posterior: CohortPosterior) -> None:

@@ -2,30 +2,50 @@
 
 A population is one of hearts, whose members are subjects with theta, or one of changes, whose members are
 persons with the ratio of theta at two visits. ``cohort_posterior.h5`` has the one, ``changes_groups.h5`` the
-other.
+other. Their tables, a row a hyperparameter, or a row a member and parameter, differ in the names of rows and
+columns alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Artefact, Group, Labels, Part, Variable, to_groups
 from swesbi.base.arrays import FloatArray
-from swesbi.draws import interval_levels
+from swesbi.draws import interval_levels, median_and_interval
 from swesbi.parameters import THETA_NAMES
-from swesbi.persons.cohort.cohort import weighted_quantiles
-from swesbi.persons.cohort.hyperprior import in_rows
+from swesbi.persons.cohort.cohort import AGE, HEART_RATE, SEX, in_rows, weighted_quantiles
 from swesbi.persons.cohort.infer import CohortResult
 from swesbi.posterior.space import log_posterior_of_logit
 from swesbi.prior import to_logit
+from swesbi.recording.cohort.visits import EVERYONE
 
 NOTE_SEPARATOR: Final = " | "
 AS_UNIT: Final = "as unit says"
+PER: Final = {AGE: "per 10 years", SEX: "male over female", HEART_RATE: "per 10 beats per minute"}
+COLUMNS: Final = ("quantity", "of", "parameter", "median", "low", "high", "unit", "probability_above_1")
+SUBJECT_COLUMNS: Final = (
+    "subject", "verdict", "group", "parameter", "alone_median", "alone_low", "alone_high", "median", "low",
+    "high", "width_ratio", "effective_draws", "refreshed", "outlier_probability",
+)  # fmt: skip
+CHANGE_COLUMNS: Final = (
+    "quantity", "of", "persons", "parameter", "median_1", "low_1", "high_1", "probability_above_1",
+)  # fmt: skip
+PERSON_COLUMNS: Final = (
+    "person", "verdict", "group", "parameter", "alone_median_1", "alone_low_1", "alone_high_1", "median_1",
+    "low_1", "high_1", "effective_draws", "outlier_probability",
+)  # fmt: skip
+MEDIAN, SPREAD, FACTOR, GROUP_MEDIAN, GROUP_FACTOR = (
+    "population median", "spread between subjects", "factor", "median of the group", "factor of the group",
+)  # fmt: skip
+RATIO, RATIO_SPREAD, DIFFERENCE = "mean ratio", "spread between persons", "ratio of groups"
+LIMITS: Final = ("low", "median", "high")
 
 
 @dataclass(frozen=True)
@@ -84,16 +104,7 @@ class Members:
 
 @dataclass(frozen=True)
 class CohortPosterior(Artefact, kind="cohort_posterior"):
-    """What is stored of the posterior of a population.
-
-    Attributes:
-        member: Names of the d members, with their verdicts and groups, which may be empty.
-        unit: Of each parameter: of theta, or of ratios.
-        covariate: Names of the covariates that vary.
-        compared_group: Groups but the reference, where groups are compared.
-        reference_group: That with which they are compared; empty where they are not.
-        notes: What and who was left out, a sentence each, joined.
-    """
+    """What is stored of the posterior of a population of d members; groups may be empty."""
 
     member: Annotated[tuple[str, ...], Labels("member")]
     verdict: Annotated[tuple[str, ...], Labels("member", "verdict")]
@@ -175,7 +186,7 @@ def stored_form(inferred: CohortResult, notes: Sequence[str] = ()) -> CohortPost
         compared_group=design.groups[1:],
         hyperparameter=prior.names,
         reference_group=design.groups[0] if design.groups else "",
-        interval_mass=inferred.interval,
+        interval_mass=exact.interval_mass,
         sampler=exact.sampler,
         reasons=NOTE_SEPARATOR.join(exact.reasons),
         converged=exact.converged,
@@ -201,15 +212,12 @@ def stored_form(inferred: CohortResult, notes: Sequence[str] = ()) -> CohortPost
 
 def _drawn_within(inferred: CohortResult) -> FloatArray:
     """Return draws of each member's quantity within the population; shape (m, d, 3)."""
-    rows = inferred.shrinkage.rows
-    drawn = [draws.theta[rows[:, d]] for d, draws in enumerate(inferred.model.recycled)]
-    return np.stack(drawn, axis=1)
+    drawn = zip(inferred.model.recycled, inferred.shrinkage.rows.T, strict=True)
+    return np.stack([draws.theta[rows] for draws, rows in drawn], axis=1)
 
 
 def _members(inferred: CohortResult) -> Members:
-    low, high = interval_levels(inferred.interval)
-    levels = np.array([low, 0.5, high])
-    shrinkage = inferred.shrinkage
+    levels, shrinkage = np.insert(interval_levels(inferred.exact.interval_mass), 1, 0.5), inferred.shrinkage
     after = zip(inferred.model.recycled, shrinkage.weights, strict=True)
     return Members(
         before=np.stack([one.alone for one in inferred.members]),
@@ -219,3 +227,107 @@ def _members(inferred: CohortResult) -> Members:
         outlier_prior=inferred.model.outlier,
         outlier_posterior=shrinkage.outlier,
     )
+
+
+def hyperparameter_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``cohort_posterior.csv``: median and interval of each hyperparameter.
+
+    Of factors the probability to be above 1 is given. Where groups are compared, the median of each of them
+    and its factor against the reference follow.
+    """
+    names = {
+        "everyone": MEDIAN, "spread": SPREAD, "covariates": FACTOR, "groups": GROUP_MEDIAN,
+        "factors": GROUP_FACTOR,
+    }  # fmt: skip
+    return _table(stored, names, (FACTOR, GROUP_FACTOR))[list(COLUMNS)]
+
+
+def change_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``changes_groups.csv``: the mean ratio of each group, the spread, and each ratio of groups."""
+    means = "groups" if stored.groups else "everyone"
+    table = _table(stored, {means: RATIO, "spread": RATIO_SPREAD, "factors": DIFFERENCE}, (RATIO, DIFFERENCE))
+    return table.rename(columns={name: f"{name}_1" for name in LIMITS})[list(CHANGE_COLUMNS)]
+
+
+def _table(stored: CohortPosterior, names: Mapping[str, str], factors: Sequence[str]) -> pd.DataFrame:
+    """Return rows by parameter, then in the order of ``names``: quantities, by what rows are of.
+
+    The probability to be above 1 is told of ``factors`` alone.
+    """
+    of_each = [_rows(stored, j) for j in range(len(THETA_NAMES))]
+    table = pd.DataFrame(
+        [row | {"quantity": name} for of in of_each for kind, name in names.items() for row in of[kind]]
+    )
+    known = table["quantity"].isin(factors)
+    return table.assign(probability_above_1=table["probability_above_1"].where(known))
+
+
+def _rows(stored: CohortPosterior, j: int) -> dict[str, list[dict[str, Any]]]:
+    """Return rows of one parameter, by what they are of; of groups none where these are not compared."""
+    population, reference = stored.population, stored.reference_group
+
+    def row(of: str, draws: FloatArray, unit: str, groups: tuple[str, ...] = ()) -> dict[str, Any]:
+        low, median, high = median_and_interval(draws[:, j], stored.interval_mass)
+        return {
+            "of": of,
+            "persons": sum(group in groups for group in stored.group) if groups else len(stored.member),
+            "parameter": THETA_NAMES[j],
+            "median": median,
+            "low": low,
+            "high": high,
+            "unit": unit,
+            "probability_above_1": float((draws[:, j] > 1.0).mean()),
+        }
+
+    return {
+        "everyone": [row(EVERYONE, stored.median_of(0), stored.unit[j])],
+        "spread": [row(EVERYONE, population.spread[0], "1")],
+        "covariates": [
+            row(f"{name}, {PER[name]}", population.covariate_factor[0, :, number], "1")
+            for number, name in enumerate(stored.covariate)
+        ],
+        "groups": [
+            row(name, stored.median_of(number), stored.unit[j], (name,))
+            for number, name in enumerate(stored.groups)
+        ],
+        "factors": [
+            row(f"{name} over {reference}", population.group_factor[0, :, number], "1", (name, reference))
+            for number, name in enumerate(stored.compared_group)
+        ],
+    }
+
+
+def subject_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``cohort_subjects.csv``: a row a subject and parameter, alone and within the population."""
+    return pd.DataFrame(_of_members(stored))[list(SUBJECT_COLUMNS)]
+
+
+def person_table(stored: CohortPosterior) -> pd.DataFrame:
+    """Return ``changes_persons.csv``: a row a person and parameter, the ratio alone and within."""
+    named = {f"{prefix}{name}": f"{prefix}{name}_1" for prefix in ("alone_", "") for name in LIMITS}
+    table = pd.DataFrame(_of_members(stored)).rename(columns={"subject": "person", **named})
+    return table[list(PERSON_COLUMNS)]
+
+
+def _of_members(stored: CohortPosterior) -> Iterator[dict[str, Any]]:
+    members = stored.members
+    for d, name in enumerate(stored.member):
+        for j, parameter in enumerate(THETA_NAMES):
+            before, after = members.before[d, :, j], members.after[d, :, j]
+            yield {
+                "subject": name,
+                "verdict": stored.verdict[d],
+                "group": stored.group[d],
+                "parameter": parameter,
+                **{f"alone_{limit}": float(before[i]) for i, limit in enumerate(LIMITS)},
+                **{limit: float(after[i]) for i, limit in enumerate(LIMITS)},
+                "width_ratio": _width(after) / _width(before),
+                "effective_draws": members.effective_draws[d],
+                "refreshed": int(members.refreshed[d]),
+                "outlier_probability": members.outlier_posterior[d],
+            }
+
+
+def _width(limits: FloatArray) -> float:
+    """Return the log of upper over lower limit."""
+    return float(np.log(limits[2] / limits[0]))

@@ -18,12 +18,7 @@ LEAST_REPEATS: Final = 2
 
 @dataclass(frozen=True)
 class Effect:
-    """A relative change of one parameter.
-
-    Attributes:
-        parameter: Its name, of ``THETA_NAMES``.
-        change: As a fraction: -0.2 is a fall by 20 %.
-    """
+    """A relative change of one parameter of ``THETA_NAMES``, as a fraction: -0.2 is a fall by 20 %."""
 
     parameter: str
     change: float
@@ -39,11 +34,6 @@ class Effect:
         return THETA_NAMES.index(self.parameter)
 
     @property
-    def rises(self) -> bool:
-        """Whether the parameter rises."""
-        return self.change > 0.0
-
-    @property
     def words(self) -> str:
         """For text: 'k_SR -20 %'."""
         return f"{THETA[self.number].text} {100.0 * self.change:+g} %"
@@ -55,11 +45,7 @@ class Effect:
 
 
 def parse_percent(text: str, key: str) -> float:
-    """Read '3%' or '0.03' as the fraction 0.03.
-
-    Raises:
-        ValueError: It is neither.
-    """
+    """Read '3%' or '0.03' as the fraction 0.03; ``key`` is named where it is neither."""
     match = re.fullmatch(r"\s*([+-]?\d+(?:\.\d+)?)\s*(%?)\s*", text)
     if match is None:
         raise ValueError(f"{key} = {text!r}: expected a percentage such as 20%, or a fraction such as 0.2")
@@ -67,11 +53,7 @@ def parse_percent(text: str, key: str) -> float:
 
 
 def parse_effect(text: str) -> Effect:
-    """Read 'k_sr=-20%'.
-
-    Raises:
-        ValueError: It is none, names no parameter, or is no change or one that leaves nothing.
-    """
+    """Read 'k_sr=-20%'; refuse no change, and one that leaves nothing."""
     name, equals, value = text.partition("=")
     known = {each.lower(): SHORT.get(each, each) for each in (*SHORT, *THETA_NAMES)}
     if not equals:
@@ -87,11 +69,7 @@ def parse_effect(text: str) -> Effect:
 
 
 def check_effect(effect: Effect, prior: PriorSettings) -> None:
-    """Refuse an effect after which the middle person lies outside the prior.
-
-    Raises:
-        ValueError: Says where it would lie.
-    """
+    """Refuse an effect after which the middle person lies outside the prior."""
     one = prior.parameters[effect.number]
     after = one.centre * effect.factor
     if not one.low < after < one.high:
@@ -102,15 +80,7 @@ def check_effect(effect: Effect, prior: PriorSettings) -> None:
 
 
 def parse_repeats(text: str, least: int) -> tuple[int, ...]:
-    """Read '3' or '3,5,8'.
-
-    Args:
-        text: As typed.
-        least: Below which quality control refuses a recording (``recording.min_repeats_per_phase``).
-
-    Raises:
-        ValueError: It is no list of numbers, or one is too small.
-    """
+    """Read '3' or '3,5,8'; with fewer than ``least`` quality control refuses a recording."""
     parts = [part.strip() for part in text.split(",")]
     if not all(part.isdecimal() for part in parts):
         raise ValueError(f"--repeats {text!r}: expected a number of repeats, or several: 3,5,8")

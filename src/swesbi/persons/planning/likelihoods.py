@@ -16,7 +16,7 @@ test by sqrt(n / N) standard errors. Two things are known of it and are taken of
 
 - each person's true response r, whose mean in the population is the logarithm of the effect;
 - of pairs the person's answer x without the effect, whose mean is 0 since visits nothing lies between may be
-  exchanged. Both arms are recorded with the same errors (``planning.persons``), so that a bank errs in
+  exchanged. Both arms are recorded with the same errors (``planning.simulation``), so that a bank errs in
   both alike; groups are both drawn from the bank, where such errors cancel by themselves.
 
 With y the answer with the effect, likelihoods with the effect are moved along the log parameter by
@@ -38,15 +38,15 @@ from scipy.special import ndtr
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.persons.cohort.model import thread_pools
-from swesbi.persons.cohort.settings import (
+from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
+from swesbi.persons.planning.effect import Effect, log_factor
+from swesbi.persons.settings import (
+    PAIRED,
     ChangeGroupsSettings,
     HierarchySettings,
     HyperpriorSettings,
     RatioHyperpriorSettings,
 )
-from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
-from swesbi.persons.planning.effect import Effect, log_factor
-from swesbi.persons.planning.settings import PAIRED
 from swesbi.prior import PriorSettings, even_quantiles
 
 LEAST_CONTRACTION: Final = 0.2
@@ -60,13 +60,7 @@ AT_ONCE: Final = 100
 
 @dataclass(frozen=True)
 class StudyAnalysis:
-    """By what settings a study is analysed: hyperpriors of the posterior of a cohort.
-
-    Attributes:
-        theta: The prior of theta.
-        cohort: Of the posterior of a cohort.
-        changes: Of the change in groups.
-    """
+    """By what a study is analysed: the prior of theta, the posterior of a cohort, the change in groups."""
 
     theta: PriorSettings
     cohort: HierarchySettings
@@ -84,20 +78,13 @@ class Sums:
 
 @dataclass(frozen=True)
 class Expansion:
-    """Log evidence of N persons to second order about a mean, at t spreads.
+    """Log evidence of N persons to second order about a mean (3,), at t spreads.
 
-    Attributes:
-        about: The mean; shape (3,).
-        terms: Constant, slopes and upper triangle of the curvature; shape (t, 10, N).
+    Terms (t, 10, N) are constant, slopes and upper triangle of the curvature.
     """
 
     about: FloatArray
     terms: FloatArray
-
-    @property
-    def number(self) -> int:
-        """N."""
-        return int(self.terms.shape[-1])
 
     def summed(self, counts: FloatArray) -> Sums:
         """Return the evidence of studies that have each person so often, (N, s)."""
@@ -109,16 +96,11 @@ class Expansion:
 
 @dataclass(frozen=True)
 class Likelihoods:
-    """Likelihoods of the log parameters of the N persons of a bank.
+    """Likelihoods of the log parameters of the N persons of a bank, without the effect and with it.
 
-    Attributes:
-        effect: What happened to them.
-        paired: Whether they are of the ratio of two visits; else of theta of persons who come once.
-        middle: Of each likelihood, without the effect and with it; shape (2, N, 3).
-        covariance: Likewise; shape (2, N, 3, 3).
-        response: True response less the effect, in logarithms; shape (N,).
-        prior: Mean and variance of the prior of the draws; shape (3,) each.
-        by: How studies are analysed.
+    They are of the ratio of two visits where ``paired``, else of theta. Shapes are (2, N, 3) and (2, N, 3,
+    3). ``response`` (N,) is the log of the true response less the effect; ``prior`` has mean and variance of
+    the prior of the draws, (3,) each.
     """
 
     effect: Effect
@@ -128,11 +110,6 @@ class Likelihoods:
     response: FloatArray
     prior: tuple[FloatArray, FloatArray]
     by: StudyAnalysis
-
-    @property
-    def number(self) -> int:
-        """N."""
-        return len(self.response)
 
     @property
     def hyperprior(self) -> HyperpriorSettings | RatioHyperpriorSettings:
@@ -182,11 +159,9 @@ class Likelihoods:
     ) -> FloatArray:
         """Analyse s studies: return the probability of an effect in its direction; shape (s,).
 
-        Args:
-            counts: How often each person is in each study, of those asked for; shape (N, s).
-            control: Likewise of the control group; not read of pairs.
-            arm: With the effect, or without.
-            displacement: c. Likelihoods that lie higher by c say of a mu higher by c what they said before.
+        Counts (N, s) tell how often each person is in each study; those of the control group are not read of
+        pairs. Likelihoods that lie higher by the displacement c say of a mu higher by c what they said
+        before.
         """
         changing, own, found = self.by_arm[arm], self.by_arm[NONE], []
         about = changing.about + displacement * np.eye(3)[self.effect.number]
@@ -233,7 +208,7 @@ class Likelihoods:
         log_weight += 0.5 * (told.slope * middle).sum(axis=-1)
         weight = np.exp(log_weight - log_weight.max(axis=0))
         rises = ndtr((middle[..., j] + about[j]) / np.sqrt(covariance[..., j, j]))
-        side = rises if self.effect.rises else 1.0 - rises
+        side = rises if self.effect.change > 0.0 else 1.0 - rises
         return np.asarray((weight * side).sum(axis=0) / weight.sum(axis=0))
 
     def displacement(self, persons: IntArray) -> float:
@@ -251,14 +226,7 @@ class Likelihoods:
 
 
 def likelihoods_of(bank: Bank, design: str, effect: Effect, by: StudyAnalysis) -> Likelihoods:
-    """Return the likelihoods of the persons of a bank.
-
-    Args:
-        bank: The persons.
-        design: ``paired`` or ``groups``.
-        effect: What happened to them.
-        by: How studies are analysed.
-    """
+    """Return the likelihoods of the persons of a bank, of a design ``paired`` or ``groups``."""
     log_theta, paired = np.log(even_quantiles(by.theta)), design == PAIRED
     mean, variance = log_theta.mean(axis=0), log_theta.var(axis=0)
     if paired:

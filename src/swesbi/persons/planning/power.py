@@ -21,7 +21,7 @@ from swesbi.base.progress import Progress
 from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
 from swesbi.persons.planning.effect import Effect
 from swesbi.persons.planning.likelihoods import Likelihoods
-from swesbi.persons.planning.settings import PlannedStudiesSettings
+from swesbi.persons.settings import PlannedStudiesSettings
 from swesbi.seeds import generator
 
 STREAM: Final = "plan"
@@ -30,16 +30,10 @@ NINETY: Final = 1.645
 
 @dataclass(frozen=True)
 class PowerCurve:
-    """Power by number of persons, for one number of repeats; of each group where there are two.
+    """Power by number of persons (k,), for one number of repeats; of each group where there are two.
 
-    Attributes:
-        repeats: Repeats at a phase.
-        sizes: Numbers of persons; shape (k,).
-        power: Share of studies that find the effect; shape (k,).
-        power_se: Its Monte Carlo standard error, that of the bank included; shape (k,).
-        false_positive: Share that find it where there is none; shape (k,).
-        needed: Persons for the power asked for, with those at the ends of its Monte Carlo interval; None
-            where no number tried is enough.
+    ``power_se`` is its Monte Carlo standard error, that of the bank included. ``needed`` are the persons for
+    the power asked for, and at the ends of its Monte Carlo interval; None where no number tried is enough.
     """
 
     repeats: int
@@ -58,14 +52,9 @@ class PowerCurve:
 def draw_counts(
     bank: IntArray, persons: int, size: int, studies: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Draw studies of so many persons from a bank, with replacement; shape (persons, studies).
+    """Draw studies of ``size`` persons from a bank, with replacement; shape (persons, studies).
 
-    Args:
-        bank: Whom it holds, by their places; one may be there several times.
-        persons: Places there are.
-        size: Of a study.
-        studies: How many.
-        rng: Source.
+    The bank is given by places, one of which may be there several times.
     """
     chosen = bank[rng.integers(len(bank), size=(size, studies))]
     counts = np.zeros((persons, studies))
@@ -82,20 +71,15 @@ def power_curve(
 ) -> PowerCurve:
     """Return power and false positives at every size, and the size for the power asked for.
 
-    Args:
-        likelihoods: Of the bank's persons.
-        repeats: Of the bank's recordings.
-        settings: Sizes, studies.
-        rule: Probability above which a study finds the effect, and the power asked for.
-        seed: The study's seed.
+    ``rule`` is the probability above which a study finds the effect, and that power.
     """
     probability, power = rule
-    everyone = np.arange(likelihoods.number)
+    everyone = np.arange(len(likelihoods.response))
 
     def called(
         arm: str, size: int, studies: int, bank: IntArray, rng: np.random.Generator, moved: float = 0.0
     ) -> BoolArray:
-        persons = likelihoods.by_arm[arm].number
+        persons = likelihoods.by_arm[arm].terms.shape[-1]
         counts, control = (draw_counts(bank, persons, size, studies, rng) for _ in range(2))
         return likelihoods.probability(counts, control, arm, moved) > probability
 
@@ -107,7 +91,7 @@ def power_curve(
             parts.append(called(EFFECT, size, each, bank, rng, likelihoods.displacement(bank)))
         return np.concatenate(parts)
 
-    without, moved = np.arange(likelihoods.by_arm[NONE].number), likelihoods.displacement(everyone)
+    without, moved = np.arange(likelihoods.by_arm[NONE].terms.shape[-1]), likelihoods.displacement(everyone)
     rows = []
     progress = Progress(f"studies with {repeats} repeats", len(settings.sizes), unit="size")
     for size in settings.sizes:
@@ -159,13 +143,9 @@ def persons_for(power: float, sizes: Sequence[int] | IntArray, found: FloatArray
 
 @dataclass(frozen=True)
 class OnePersonPower:
-    """The rule of `changes.rule` on the persons of a bank.
+    """What `changes.rule` calls among the persons of a bank: shares with the effect and without.
 
-    Attributes:
-        called: Share of those with the effect whose own change is called, in its direction.
-        wrongly: Share of those without it of whom one is called, in any direction.
-        detectable: Median over persons of the smallest change that can be detected, as a fraction.
-        persons: Behind these.
+    ``detectable`` is the median over persons of the smallest change that can be detected, as a fraction.
     """
 
     called: float
@@ -177,15 +157,12 @@ class OnePersonPower:
 def one_person_power(bank: Bank, effect: Effect, probability: float) -> OnePersonPower | None:
     """Return what the protocol says of one person; None where persons came once.
 
-    Args:
-        bank: The persons.
-        effect: What has happened to them.
-        probability: Of a change beyond the threshold, above which one is called (``changes.rule``).
+    A change is called where its probability beyond the threshold is above this one (``changes.rule``).
     """
     with_effect, without = ARMS.index(EFFECT), ARMS.index(NONE)
     if np.isnan(bank.risen).any():
         return None
-    right = (bank.risen if effect.rises else bank.fallen)[:, with_effect, effect.number]
+    right = (bank.risen if effect.change > 0.0 else bank.fallen)[:, with_effect, effect.number]
     either = np.maximum(bank.risen, bank.fallen)[:, without, effect.number]
     return OnePersonPower(
         called=float((right > probability).mean()),

@@ -9,23 +9,15 @@ import pandas as pd
 
 from swesbi.persons.planning.effect import Effect
 from swesbi.persons.planning.power import OnePersonPower, PowerCurve
-from swesbi.persons.planning.settings import PAIRED, PlanSettings
+from swesbi.persons.settings import PAIRED, PlanSettings
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The answer to what was asked.
+    """The answer to what was asked: curves by number of repeats, and what each says of one person.
 
-    Attributes:
-        effect: To be found.
-        design: ``paired`` or ``groups``.
-        power: Asked for.
-        noise: Standard deviation of one repeat's speed at a phase, as a fraction.
-        persons: Number for which power is reported besides; None: none.
-        curves: By number of repeats.
-        individuals: What each says of one person, by number of repeats; None where persons come once.
-        settings: Of the plan.
-        rule: Threshold and probability by which one person's change is called.
+    ``noise`` is the standard deviation of one repeat's speed, as a fraction; ``persons`` a number for which
+    power is reported besides; ``rule`` threshold and probability by which one person's change is called.
     """
 
     effect: Effect
@@ -121,6 +113,7 @@ def plan_table(planned: Plan) -> pd.DataFrame:
 
 def _rows(planned: Plan, curve: PowerCurve) -> pd.DataFrame:
     own = planned.individuals.get(curve.repeats)
+    needed = ["" if number is None else str(number) for number in curve.needed]
     return pd.DataFrame(
         {
             "effect": f"{planned.effect.parameter}={planned.effect.change:+g}",
@@ -132,15 +125,11 @@ def _rows(planned: Plan, curve: PowerCurve) -> pd.DataFrame:
             "power_se_1": curve.power_se,
             "false_positive_1": curve.false_positive,
             "power_asked_1": planned.power,
-            "persons_needed": _text(curve.needed[0]),
-            "persons_needed_low": _text(curve.needed[1]),
-            "persons_needed_high": _text(curve.needed[2]),
+            "persons_needed": needed[0],
+            "persons_needed_low": needed[1],
+            "persons_needed_high": needed[2],
             "one_person_called_1": own.called if own else float("nan"),
             "one_person_wrongly_1": own.wrongly if own else float("nan"),
             "one_person_detectable_1": own.detectable if own else float("nan"),
         }
     )
-
-
-def _text(number: int | None) -> str:
-    return "" if number is None else str(number)

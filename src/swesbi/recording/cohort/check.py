@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -27,9 +28,9 @@ from swesbi.recording.observation import SOURCES, Observation
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import RecordingSettings, is_subject
+from swesbi.recording.tables.columns import SUBJECT
 from swesbi.recording.tables.files import SUFFIXES, open_table
 from swesbi.recording.tables.layout import TableLayout
-from swesbi.recording.tables.translate import rows_by_name
 
 Value = TypeVar("Value")
 HEADER: Final = (
@@ -58,14 +59,10 @@ LEGEND: Final = (
 
 @dataclass(frozen=True)
 class CohortReport:
-    """What a cohort holds.
+    """What a cohort holds: the subjects without a problem, in the table's order, and all problems.
 
-    Attributes:
-        subjects: The subjects without a problem, in the order of ``subjects.csv``.
-        origin: Where the recordings come from; empty if the cohort does not say.
-        problems: Everything that must be corrected.
-        notes: Which files, rows of a table of all, and columns of ``subjects.csv`` are not used.
-        visits: Whose recordings those of the table without a problem are, by subject.
+    ``notes`` say which files, rows of a table of all, and columns of ``subjects.csv`` are not used;
+    ``visits`` whose recordings those of the table are, by subject.
     """
 
     subjects: tuple[UsableRecording, ...]
@@ -90,11 +87,7 @@ def examine_cohort(
 ) -> CohortReport:
     """Check every file of a cohort, and ingest every recording, without writing anything.
 
-    Args:
-        cohort: Folder with ``subjects.csv``, ``recording.yaml`` and ``swe/``.
-        settings: Quality control and completeness.
-        grid_points: Number of points of the analysis grid.
-        phases_source: Where their number of phases is said.
+    Grids have ``grid_points``; messages name the number of phases by ``phases_source``.
     """
     if not cohort.is_dir():
         absent = Problem(str(cohort), "is no folder", "correct the path; `template` starts a new cohort")
@@ -111,8 +104,9 @@ def examine_cohort(
     problems.extend(twins_among(usable).values())
     problems.extend(_noise(cohort, [one.levels for one in usable.values() if one.levels is not None]))
     layout = said.file.layout
-    notes = _nobodys(cohort, layout, table.names) if layout.table.file else _notes(cohort, table.names)
-    notes = (*notes, *(f"{cohort / SUBJECTS}: {each}" for each in table.left_out))
+    beside = [path.name for path in _files(cohort) if path.stem not in table.names]
+    own = _nobodys(cohort, layout, table.names) if layout.table.file else _unused(cohort / RECORDINGS, beside)
+    notes = (*own, *(f"{cohort / SUBJECTS}: {each}" for each in table.left_out))
     return CohortReport(tuple(usable.values()), said.file.origin, tuple(problems), notes, table.visits)
 
 
@@ -168,24 +162,18 @@ def _recorded(cohort: Path) -> tuple[str, ...]:
     return tuple(dict.fromkeys(path.stem for path in files))
 
 
-def _notes(cohort: Path, names: tuple[str, ...]) -> tuple[str, ...]:
-    unused = [path.name for path in _files(cohort) if path.stem not in names]
-    if not unused:
-        return ()
-    return (f"{cohort / RECORDINGS}: not used, since subjects.csv does not name them: {', '.join(unused)}",)
+def _unused(place: Path, what: Sequence[str]) -> list[str]:
+    return [f"{place}: not used, since subjects.csv does not name them: {', '.join(what)}"] if what else []
 
 
-def _nobodys(cohort: Path, layout: TableLayout, names: tuple[str, ...]) -> tuple[str, ...]:
+def _nobodys(cohort: Path, layout: TableLayout, names: tuple[str, ...]) -> list[str]:
     """Say whose rows of a shared table are of no subject; nothing of a table that cannot be read."""
     path = cohort / str(layout.table.file)
     try:
-        rows = rows_by_name(open_table(path, layout), layout)
+        rows = Counter(open_table(path, layout).cells.get(layout.columns[SUBJECT], []))
     except RecordingError:
-        return ()
-    others = [f"{name} ({count} rows)" for name, count in rows.items() if name not in names]
-    if not others:
-        return ()
-    return (f"{path}: not used, since subjects.csv does not name them: {', '.join(others)}",)
+        return []
+    return _unused(path, [f"{name} ({count} rows)" for name, count in rows.items() if name not in names])
 
 
 def _files(cohort: Path) -> list[Path]:
@@ -198,27 +186,13 @@ def _files(cohort: Path) -> list[Path]:
 def summary(report: CohortReport) -> str:
     """Return a table with one line a subject, what its columns mean, who has further measures or visits."""
     observed = [subject.observation for subject in report.subjects]
-    gates, free = ([one for one in observed if one.is_gated is kind] for kind in (True, False))
-    gated = [*aligned([HEADER, *map(_row, gates)]), "", LEGEND] if gates else []
-    running = [*aligned([FREE_HEADER, *map(_free_row, free)]), "", FREE_LEGEND] if free else []
-    between = [""] if gated and running else []
+    tables = []
+    for is_gated, header, legend in ((True, HEADER, LEGEND), (False, FREE_HEADER, FREE_LEGEND)):
+        if rows := [_row(one) for one in observed if one.is_gated is is_gated]:
+            tables.append("\n".join([*aligned([header, *rows]), "", legend]))
     left_out = [f"{one.observation.subject}: {said}." for one in report.subjects for said in one.left_out]
     further = [*_measured(observed), *persons_in_words(report.visits), *left_out]
-    return "\n".join([*gated, *between, *running, *further])
-
-
-def _free_row(observed: Observation) -> tuple[str, ...]:
-    relative, stiffness = observed.relative_se, observed.stiffness_kpa[observed.measured]
-    reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
-    return (
-        observed.subject,
-        str(int(observed.measured.sum())),
-        str(sum(observed.rejected.values())),
-        str(observed.beats),
-        f"{float(np.median(relative)):.1%}",
-        f"{stiffness.min():.1f}-{stiffness.max():.1f}",
-        f"{SOURCES[observed.errors_from]}; rejected: {reasons or 'none'}",
-    )
+    return "\n".join(["\n\n".join(tables), *further])
 
 
 def _measured(observed: Sequence[Observation]) -> list[str]:
@@ -231,20 +205,30 @@ def _measured(observed: Sequence[Observation]) -> list[str]:
 
 
 def _row(observed: Observation) -> tuple[str, ...]:
-    relative = observed.relative_se
-    stiffness = observed.stiffness_kpa[observed.measured]
-    reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count)
+    relative, stiffness = observed.relative_se, observed.stiffness_kpa[observed.measured]
+    median, kpa = f"{float(np.median(relative)):.1%}", f"{stiffness.min():.1f}-{stiffness.max():.1f}"
+    reasons = ", ".join(f"{reason} {count}" for reason, count in observed.rejected.items() if count) or "none"
+    if not observed.is_gated:
+        return (
+            observed.subject,
+            str(int(observed.measured.sum())),
+            str(sum(observed.rejected.values())),
+            str(observed.beats),
+            median,
+            kpa,
+            f"{SOURCES[observed.errors_from]}; rejected: {reasons}",
+        )
     return (
         observed.subject,
         f"{int(observed.measured.sum())}/{len(observed.phase)}",
         str(int(observed.samples_accepted.sum())),
         str(int(observed.samples_rejected.sum())),
-        f"{float(np.median(relative)):.1%}",
+        median,
         f"{float(relative.max()):.1%}",
         f"{observed.noise.repeat_fraction:.1%}",
         f"{observed.noise.sample_fraction:.1%}",
-        f"{stiffness.min():.1f}-{stiffness.max():.1f}",
-        reasons or "none",
+        kpa,
+        reasons,
     )
 
 

@@ -6,15 +6,18 @@ All of it is optional: a recording says as much without, and more with it.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Annotated, Final, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.base.settings import Settings
 from swesbi.context import SubjectVariable, check_bounds
+from swesbi.recording.tables.table import MISSING, Table
 
 # From shock to the crises of hypertension; from the fastest heart to the slowest (Weissler et al. 1968).
 CLINICAL: Final = (
@@ -36,6 +39,9 @@ CLINICAL: Final = (
 """What may be measured, in the order of its columns."""
 CLINICAL_NAMES: Final = tuple(variable.name for variable in CLINICAL)
 CLINICAL_BOUNDS: Final = {variable.name: variable.bounds for variable in CLINICAL if variable.bounds}
+BOTH: Final = "give both pressures of the cuff, or leave both empty"
+MS_PER_MINUTE: Final = 6e4
+UNIT_WORDS: Final = "mmhg|kpa|ms|msec|s|sec"
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,56 @@ class ClinicalRow(Settings):
         """Return the same values, NaN for what is not there."""
         known = {name: value for name, value in self.model_dump().items() if value is not None}
         return ClinicalMeasures(**known)
+
+
+def clinical_rows(table: Table, hr_bpm: FloatArray) -> list[ClinicalRow | None]:
+    """Return what was measured of each subject beside the speeds; None where a cell is wrong.
+
+    Problems are noted in the table, ``subjects.csv``, which may have any of the columns, or none. Heart
+    rates, shape (n,), are NaN where wrong: no ejection is longer than the beat.
+    """
+    table.refuse_lookalikes(
+        {each.name: f"call it {each.name}, in {each.unit}" for each in CLINICAL}, _resembles
+    )
+    table = table.with_empty([each.name for each in CLINICAL])
+    values = {
+        each.name: table.number(
+            each.name, *CLINICAL_BOUNDS[each.name], f"{each.remedy}, or leave it empty", may_be_empty=True
+        )
+        for each in CLINICAL
+    }
+    given = {name: ~np.isin(table.cells[name], MISSING) for name in values}
+    _check_pressures(table, values, given)
+    endless = values["lvet_ms"] * hr_bpm >= MS_PER_MINUTE
+    reason = "is no shorter than a beat at hr_bpm of the same row"
+    table.flag("lvet_ms", endless, reason, "correct the cell that is wrong, or leave it empty")
+    rows = [
+        {name: float(own[index]) for name, own in values.items() if given[name][index]}
+        for index in range(len(table.rows))
+    ]
+    return [None if bad else _row(row) for bad, row in zip(endless, rows, strict=True)]
+
+
+def _check_pressures(table: Table, values: dict[str, FloatArray], given: dict[str, BoolArray]) -> None:
+    """Refuse one pressure without the other, and a diastolic one that is not the lower."""
+    for name, other in (("sbp_mmhg", "dbp_mmhg"), ("dbp_mmhg", "sbp_mmhg")):
+        table.flag(name, given[name] & ~given[other], f"is given without {other}", BOTH)
+    swapped = values["dbp_mmhg"] >= values["sbp_mmhg"]
+    reason = "is not below sbp_mmhg of the same row"
+    table.flag("dbp_mmhg", swapped, reason, "correct the cells (swapped?), or leave both empty")
+
+
+def _row(measured: dict[str, float]) -> ClinicalRow | None:
+    """Return what was measured of a subject; None of what the table's cells were refused for."""
+    try:
+        return ClinicalRow.from_plain(measured)
+    except ValidationError:
+        return None
+
+
+def _resembles(lowered: str, name: str) -> bool:
+    """Tell whether a name is the variable's in capitals, or with another unit or none."""
+    return re.fullmatch(rf"{name.partition('_')[0]}[\W_]*({UNIT_WORDS})?[\W_]*", lowered) is not None
 
 
 class ClinicalErrors(Settings):

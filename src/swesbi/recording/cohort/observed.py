@@ -32,11 +32,7 @@ def observed_curve(
     grid_points: int,
     layout: TableLayout,
 ) -> Observation:
-    """Read a subject's recording: quality control, mean speed at each phase, E = 3 rho c^2.
-
-    Raises:
-        RecordingError: The recording is malformed or too incomplete.
-    """
+    """Read a subject's recording: quality control, mean speed at each phase, E = 3 rho c^2."""
     samples = read_samples(table, recording.phases, recording.density_kg_m3, layout, context.subject)
     observed = ingest(samples, context.to_context(), recording, grid_points, clinical_row.to_measures())
     LOGGER.info("%s", _account(observed))
@@ -74,18 +70,12 @@ def cohort_noise(
 ) -> OfCohort:
     """Fit the mixed model to the accepted samples of all recordings, and put the contexts together.
 
-    Args:
-        tables: Raw recordings, one a subject.
-        observations: Their observed curves, in the same order; they name the subjects.
-        protocol: ``recording.yaml`` of the cohort, which says whether repeats are sweeps.
-        recording: Says which samples are accepted.
-        layout: How the cohort's tables differ.
-        noise: Of the fit.
-        noise_groups: The group of each subject whose errors are estimated apart.
+    Raw ``tables`` are in the order of their observed curves, which name the subjects; ``noise_groups`` has
+    the group of each subject whose errors are estimated apart. ``protocol`` is the cohort's
+    ``recording.yaml``, which says whether repeats are sweeps.
 
     Raises:
         ArtefactError: An observed curve was not made of its recording under these settings.
-        RecordingError: A recording, or what is said of the repeats, cannot be read.
         ValueError: A component cannot be estimated from the recordings.
     """
     repeats = read_recording_file(protocol.parent).protocol.repeats_are

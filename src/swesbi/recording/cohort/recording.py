@@ -16,7 +16,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.noise.sweeps import NOT_CROSSED, ONE_NUMBER, SweepLevels, levels_by
 from swesbi.recording.observation import Observation
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import Problem, refusal
 from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.quality import oddities, phases_left_out, push_quality, rejection
 from swesbi.recording.reader import samples_in
@@ -27,15 +27,11 @@ from swesbi.recording.tables.table import Table
 
 @dataclass(frozen=True)
 class UsableRecording:
-    """One subject whose recording can be used.
+    """One subject whose recording of N samples can be used, with its observed curve.
 
-    Attributes:
-        samples: The raw recording, N samples.
-        verdict: Index of the reason for which each sample is rejected, -1 where accepted; shape (N,).
-        observation: The observed curve.
-        levels: Its repeats, by which the noise is estimated; None of pushes.
-        left_out: What is left out as a whole, or odd, a sentence each: phases, columns, clipped speeds.
-        copies_allowed: Whether another recording may have the same speeds.
+    ``verdict`` (N,) has the index of the reason for which each sample is rejected, -1 where accepted. By
+    ``levels`` the noise is estimated; None of pushes. ``left_out`` says what is left out as a whole, or odd:
+    phases, columns, clipped speeds. Where ``copies_allowed``, another recording may have the same speeds.
     """
 
     samples: Samples
@@ -47,11 +43,7 @@ class UsableRecording:
 
 
 def read_raw(cohort: Path, subject: str, said: Description) -> Samples:
-    """Read the recording of a subject.
-
-    Raises:
-        RecordingError: It is malformed.
-    """
+    """Read the recording of a subject."""
     layout = said.file.layout
     path = find_recording(cohort, subject, layout.table.file)
     return raw_of(open_table(path, layout), said, subject)
@@ -72,18 +64,7 @@ def ingested(
     clinical: ClinicalMeasures,
     grid_points: int,
 ) -> UsableRecording:
-    """Return what quality control makes of a recording.
-
-    Args:
-        raw: Of :func:`read_raw`.
-        said: How it was made.
-        context: Whose heart it is.
-        clinical: What else was measured.
-        grid_points: Number of points of the analysis grid.
-
-    Raises:
-        RecordingError: It is too incomplete, or nothing tells its errors.
-    """
+    """Return what quality control makes of a recording."""
     settings, file, noted = said.settings, said.file, oddities(raw, said.settings)
     copies = file.table.copies_allowed
     if not raw.is_gated:
@@ -93,7 +74,7 @@ def ingested(
     observation, verdict = ingest(raw, context, settings, grid_points, clinical), rejection(raw, settings)
     levels = levels_by(file.protocol.repeats_are, raw, verdict == ACCEPTED)
     if isinstance(levels, SweepLevels) and not levels.is_crossed:
-        raise RecordingError(Problem(raw.source, NOT_CROSSED, ONE_NUMBER, column="repeat"))
+        raise refusal(raw.source, NOT_CROSSED, ONE_NUMBER, column="repeat")
     return UsableRecording(
         raw, verdict, observation, levels, (*phases_left_out(raw, settings), *noted), copies
     )

@@ -18,7 +18,7 @@ from pydantic_core import ErrorDetails
 from swesbi.base.settings import Settings
 from swesbi.base.yaml_files import YamlError, yaml_mapping
 from swesbi.recording.cohort.files import RECORDING_FILE, RECORDINGS, SUBJECTS, check_file
-from swesbi.recording.problems import Problem, RecordingError, raise_any
+from swesbi.recording.problems import Problem, RecordingError, raise_any, refusal
 from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import OTHERS, NoiseDeclaration, RecordingSettings, Repeats
 from swesbi.recording.tables.csv_text import read_bytes
@@ -52,25 +52,17 @@ class MadeBy(Settings):
 
 
 class OwnFile(TableLayout):
-    """What one recording may say for itself.
-
-    Attributes:
-        protocol: How it was made.
-        noise: What is known of its errors, where there are no repeats.
-    """
+    """What one recording may say for itself: ``noise`` is what is known of its errors without repeats."""
 
     protocol: MadeBy = MadeBy()
     noise: NoiseDeclaration = NoiseDeclaration()
 
 
 class RecordingFile(OwnFile):
-    """All that ``recording.yaml`` may say.
+    """All that ``recording.yaml`` may say; ``sources`` are facts of one's own.
 
-    Attributes:
-        origin: Who or what was recorded.
-        density_kg_m3: Tissue density, which must be that of the configuration.
-        noise_groups: Names of groups of recordings whose errors are estimated apart, each with its subjects.
-        sources: Facts of one's own.
+    ``origin`` is who or what was recorded. The density must be that of the configuration. Errors of each of
+    ``noise_groups``, which has its subjects, are estimated apart.
     """
 
     origin: str = ""
@@ -88,10 +80,7 @@ class RecordingFile(OwnFile):
 class Description:
     """What is said of how one recording was made, by its own file or else by its cohort's.
 
-    Attributes:
-        settings: Quality control, with as many gated phases as the recording has.
-        file: All that is said.
-        phases_source: Where the number of phases is said, for messages.
+    ``settings`` have as many gated phases as the recording; ``phases_source`` is where that number is said.
     """
 
     settings: RecordingSettings
@@ -104,15 +93,7 @@ def description_of(
 ) -> Description:
     """Return what is said of a recording, which must agree with the settings where both say the same.
 
-    Args:
-        cohort: Its folder.
-        subject: Whose recording it is; empty: what is said of all.
-        settings: Of the cohort.
-        phases_source: Where their number of phases is said.
-
-    Raises:
-        RecordingError: A file is missing, no YAML mapping, lacks ``origin``, says what is not known, or
-            disagrees.
+    Without a subject it is what is said of all. An ``origin`` must be there.
     """
     file, own = read_recording_file(cohort, subject), _own(cohort, subject)
     path = own_file(cohort, subject)
@@ -123,13 +104,9 @@ def description_of(
 
 
 def described_in_memory(said: Mapping[str, Any], settings: RecordingSettings) -> Description:
-    """Return what is said of a recording in memory, in the keys of ``recording.yaml``.
-
-    Raises:
-        RecordingError: It says what is not known, or disagrees with the settings; lists every problem.
-    """
+    """Return what is said of a recording in memory, in the keys of ``recording.yaml``."""
     path = Path(IN_MEMORY)
-    file = _validated(RecordingFile, {"origin": IN_MEMORY, **said}, path)
+    file = validated(RecordingFile, {"origin": IN_MEMORY, **said}, path)
     if file.protocol.phases is not None:
         settings = _with_phases(settings, file, path)
     _check_agreement(path, file, settings, "protocol.phases")
@@ -142,8 +119,12 @@ def _with_phases(settings: RecordingSettings, file: RecordingFile, path: Path) -
     try:
         return RecordingSettings.from_plain(settings.to_plain() | {"phases": phases})
     except ValidationError as error:
-        reason = f"under the key `protocol.phases`: {error.errors()[0]['msg']}"
-        raise RecordingError(Problem(str(path), reason, "correct it", value=str(phases))) from error
+        raise refusal(
+            path,
+            f"under the key `protocol.phases`: {error.errors()[0]['msg']}",
+            "correct it",
+            value=str(phases),
+        ) from error
 
 
 def _check_agreement(
@@ -170,35 +151,23 @@ def _check_agreement(
 
 
 def read_recording_file(cohort: Path, subject: str = "") -> RecordingFile:
-    """Read ``recording.yaml``, with what the subject's own file says in its place.
-
-    Raises:
-        RecordingError: A file is missing or no YAML mapping, or says what is not known; lists every problem.
-    """
+    """Read ``recording.yaml``, with what the subject's own file says in its place."""
     path = cohort / RECORDING_FILE
     check_file(path, cohort)
     plain, own = _mapping(path), _own(cohort, subject)
-    file = _validated(RecordingFile, plain, path)
-    if not own:
-        return file
-    _validated(OwnFile, own, own_file(cohort, subject))
+    validated(RecordingFile, plain, path)
+    validated(OwnFile, own, own_file(cohort, subject))
     merged = {**plain, **own}
     if plain.get("protocol") and own.get("protocol"):
         merged["protocol"] = {**plain["protocol"], **own["protocol"]}
-    return _validated(RecordingFile, merged, own_file(cohort, subject))
+    return validated(RecordingFile, merged, own_file(cohort, subject))
 
 
 def noise_groups_of(file: RecordingFile, path: Path, subjects: Collection[str]) -> dict[str, str]:
     """Return the group of each subject that a group of ``noise_groups`` names.
 
-    Args:
-        file: What is said.
-        path: Where, for messages.
-        subjects: All subjects of the cohort's table.
-
-    Raises:
-        RecordingError: A group names one that is not in the table or that another group has, or is called as
-            the rest.
+    ``path`` is named by messages. Refused is a name that is not among the table's ``subjects`` or is in two
+    groups, and a group that is called as the rest.
     """
     found: dict[str, str] = {}
     problems = []
@@ -208,8 +177,9 @@ def noise_groups_of(file: RecordingFile, path: Path, subjects: Collection[str]) 
     for group, name in [(group, str(name)) for group, names in file.noise_groups.items() for name in names]:
         key = f"under the key `noise_groups.{group}`"
         if name not in subjects:
-            reason = f"{key} is no subject of {SUBJECTS}"
-            problems.append(Problem(str(path), reason, "correct it", value=name))
+            problems.append(
+                Problem(str(path), f"{key} is no subject of {SUBJECTS}", "correct it", value=name)
+            )
         elif found.setdefault(name, group) != group:
             problems.append(Problem(str(path), f"{key} is in {found[name]} too", "keep one", value=name))
     raise_any(problems)
@@ -233,20 +203,15 @@ def _mapping(path: Path) -> dict[str, Any]:
     try:
         return yaml_mapping(read_bytes(path).decode("utf-8-sig"))
     except (YamlError, UnicodeDecodeError) as error:
-        reason = str(error) if isinstance(error, YamlError) else f"cannot be read as YAML ({error})"
-        raise RecordingError(Problem(str(path), reason, SEE_TEMPLATE)) from error
+        raise refusal(
+            path,
+            str(error) if isinstance(error, YamlError) else f"cannot be read as YAML ({error})",
+            SEE_TEMPLATE,
+        ) from error
 
 
-def layout_of(plain: Mapping[str, Any], path: Path) -> TableLayout:
-    """Return the layout that these keys of a ``recording.yaml`` describe.
-
-    Raises:
-        RecordingError: They say what is not known; lists every problem.
-    """
-    return _validated(TableLayout, plain, path)
-
-
-def _validated(model: type[Section], plain: Mapping[str, Any], path: Path) -> Section:
+def validated(model: type[Section], plain: Mapping[str, Any], path: Path) -> Section:
+    """Return what these keys of a file say; what is not known of it is refused."""
     try:
         return model.from_plain(_said(plain, model))
     except ValidationError as error:
@@ -255,7 +220,7 @@ def _validated(model: type[Section], plain: Mapping[str, Any], path: Path) -> Se
 
 def _said(plain: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
     """Return the keys but for known ones with nothing behind them, which say nothing."""
-    sections = dict(_sections(model))
+    sections = _sections(model)
     return {
         key: _said(value, sections[key]) if key in sections and isinstance(value, dict) else value
         for key, value in plain.items()
@@ -263,10 +228,11 @@ def _said(plain: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
     }
 
 
-def _sections(model: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
-    for name, field in model.model_fields.items():
-        if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            yield name, field.annotation
+def _sections(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
+    kinds = {name: field.annotation for name, field in model.model_fields.items()}
+    return {
+        name: kind for name, kind in kinds.items() if isinstance(kind, type) and issubclass(kind, BaseModel)
+    }
 
 
 def _problem(path: Path, details: ErrorDetails, model: type[BaseModel]) -> Problem:
@@ -289,5 +255,5 @@ def _problem(path: Path, details: ErrorDetails, model: type[BaseModel]) -> Probl
 def _keys(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
     """Yield the keys of a model and its sections, and each with those above it."""
     yield from ((name, f"{above}{name}") for name in model.model_fields)
-    for name, section in _sections(model):
+    for name, section in _sections(model).items():
         yield from _keys(section, f"{above}{name}.")

@@ -8,13 +8,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails
 
 from swesbi.context import CONTEXT, CONTEXT_BOUNDS, Context
-from swesbi.recording.cohort.clinical import CLINICAL_NAMES, ClinicalRow
-from swesbi.recording.cohort.clinical_columns import clinical_rows
-from swesbi.recording.cohort.visit_columns import visit_rows
-from swesbi.recording.cohort.visits import VISIT_NAMES, Visit
+from swesbi.recording.cohort.clinical import CLINICAL_NAMES, ClinicalRow, clinical_rows
+from swesbi.recording.cohort.visits import VISIT_NAMES, Visit, visit_rows
 from swesbi.recording.problems import Problem, listed, raise_any
 from swesbi.recording.settings import ContextRow, is_subject
 from swesbi.recording.tables.csv_text import read_csv
@@ -32,14 +29,9 @@ REMEDIES: Final = {
 class SubjectTable:
     """What ``subjects.csv`` says, as far as it can be used.
 
-    Attributes:
-        names: The subjects that have a usable name, in the file's order, those with other problems included.
-        rows: The rows without a problem, by subject.
-        clinical: What was measured beside the speeds, of the same subjects.
-        visits: Whose recordings they are, of the subjects with a usable name.
-        problems: Every problem of the cells.
-        lines: By row of the file, the text that stands there for the subject's name.
-        left_out: What of the file is not used, a sentence each.
+    ``names`` are the subjects with a usable name, in the file's order, those with other problems included;
+    ``visits`` are theirs. ``rows`` and ``clinical`` have those without a problem. ``lines`` has by row of the
+    file what stands there for the subject's name; ``left_out`` says what is not used, a sentence each.
     """
 
     names: tuple[str, ...]
@@ -62,11 +54,7 @@ class SubjectTable:
 
 
 def examine_subjects(path: Path) -> SubjectTable:
-    """Read ``subjects.csv`` as far as it goes; further columns are ignored.
-
-    Raises:
-        RecordingError: The file cannot be read as a table with these columns.
-    """
+    """Read ``subjects.csv`` as far as it goes; further columns are ignored."""
     texts = ("subject", "sex", *VISIT_NAMES)
     table = read_csv(path).using(CONTEXT_COLUMNS, (*CLINICAL_NAMES, *VISIT_NAMES), texts)
     _check_names(table)
@@ -90,23 +78,14 @@ def examine_subjects(path: Path) -> SubjectTable:
 
 
 def read_subject_table(path: Path) -> SubjectTable:
-    """Read ``subjects.csv``: one row a subject, in the file's order; further columns are ignored.
-
-    Raises:
-        RecordingError: The table is malformed, a value is impossible or a subject is named twice; it lists
-            every problem with file, row, column and value.
-    """
+    """Read ``subjects.csv``: one row a subject, in the file's order; further columns are ignored."""
     table = examine_subjects(path)
     raise_any(table.problems)
     return table
 
 
 def read_subjects(path: Path) -> tuple[Context, ...]:
-    """Read ``subjects.csv`` as contexts, in the file's order.
-
-    Raises:
-        RecordingError: As :func:`read_subject_table`.
-    """
+    """Read ``subjects.csv`` as contexts, in the file's order."""
     return tuple(row.to_context() for row in read_subject_table(path).rows.values())
 
 
@@ -132,17 +111,9 @@ def _context_row(table: Table, index: int, numbers: Mapping[str, Any]) -> Contex
     except ValidationError as error:
         for details in error.errors():
             if details["type"] != "missing":  # said already: the cell is not a number, or outside its bounds
-                _note(table, index, details)
+                message = details["msg"].removeprefix("Value error, ")
+                # of several columns the one that is named first is blamed
+                named = sorted(filter(message.__contains__, CONTEXT_COLUMNS), key=message.find)
+                column = str((*details["loc"], *named)[0])
+                table.note(index, column, f"is refused: {message}", REMEDIES[column])
         return None
-
-
-def _note(table: Table, index: int, details: ErrorDetails) -> None:
-    message = details["msg"].removeprefix("Value error, ")
-    column = str(details["loc"][0]) if details["loc"] else _blamed(message)
-    table.note(index, column, f"is refused: {message}", REMEDIES[column])
-
-
-def _blamed(message: str) -> str:
-    """Return the column that a complaint about several columns names first."""
-    named = {message.find(name): name for name in CONTEXT_COLUMNS if name in message}
-    return named[min(named)]

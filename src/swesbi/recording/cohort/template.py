@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import errno
-import os
 import sys
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
@@ -26,13 +25,9 @@ TEMPLATES: Final = {
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run `template`; return 0, or 2 where there is something already or nothing can be made.
-
-    Raises:
-        RecordingError: The file of ``--like`` cannot be read as a table.
-    """
+    """Run `template`; return 0, or 2 where there is something already or nothing can be made."""
     if options.like is not None:
-        # tables take a third of a second to import, and an empty cohort needs none
+        # readers of tables take a third of a second to import, and an empty cohort needs none
         from swesbi.recording.tables.propose import as_yaml, proposal_for
 
         print(as_yaml(options.like, proposal_for(options.like)), end="")
@@ -58,47 +53,35 @@ def _refuse(message: str) -> int:
 
 
 def write_template(folder: Path) -> list[Path]:
-    """Write the files of an empty cohort, and return their paths.
-
-    Raises:
-        FileExistsError: One of them is there.
-        ArtefactError: They cannot be written.
-    """
+    """Write the files of an empty cohort, and return their paths."""
     templates = files("swesbi.recording.cohort").joinpath("templates")
     texts = {name: templates.joinpath(file).read_text(encoding="utf-8") for name, file in TEMPLATES.items()}
     texts = {SUBJECTS: empty_subjects()} | texts
-    written = [folder / name for name in texts]
-    if there := [path for path in written if path.exists()]:
-        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(there[0]))
     with folder_made_whole(folder) as made:
         (made / RECORDINGS).mkdir()
         for name, text in texts.items():
             (made / name).write_text(text, encoding="utf-8", newline="\n")
-    return written
+    return [folder / name for name in texts]
 
 
 def empty_subjects() -> str:
     """Return a ``subjects.csv`` without a row, which says what belongs in each column."""
     asked = {"subject": NAME} | {variable.column: variable.asked for variable in CONTEXT}
-    width = max(map(len, asked)) + 2
+    optional = {column.name: f"{column.asked}, {column.example} say" for column in (*CLINICAL, *VISITS)}
     lines = (
         "# One row per subject, below the row of names. Lines that begin with # are ignored, and so are "
         "further columns.",
-        *(f"# {column:<{width}}{what}" for column, what in asked.items()),
+        *_in_columns(asked),
         "# A row looks like this:",
         f"# {','.join(['S01', *(variable.example for variable in CONTEXT)])}",
-        *_optional(),
+        "# Optional columns; name them in the row of names too. An empty cell was not measured, or says "
+        "nothing.",
+        *_in_columns(optional),
         ",".join(asked),
     )
     return "".join(f"{line}\n" for line in lines)
 
 
-def _optional() -> tuple[str, ...]:
-    """Return the lines on columns that may be added."""
-    columns = (*CLINICAL, *VISITS)
-    width = max(len(column.name) for column in columns) + 2
-    return (
-        "# Optional columns; name them in the row of names too. An empty cell was not measured, or says "
-        "nothing.",
-        *(f"# {column.name:<{width}}{column.asked}, {column.example} say" for column in columns),
-    )
+def _in_columns(asked: Mapping[str, str]) -> list[str]:
+    width = max(map(len, asked)) + 2
+    return [f"# {column:<{width}}{what}" for column, what in asked.items()]

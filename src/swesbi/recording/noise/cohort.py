@@ -28,15 +28,7 @@ OWN: Final = artefacts.Part(
 
 @dataclass(frozen=True)
 class NoiseEstimate:
-    """The components, from so many repeats and samples.
-
-    Attributes:
-        repeat: Between repeats, common to the samples of one.
-        sample: Between the spatial samples of a repeat.
-        repeats: Over the phases.
-        samples: Of all repeats.
-        sweep: Between sweeps, common to the phases of one; None where repeats are separate.
-    """
+    """The components, from so many repeats and samples; no sweeps where repeats are separate."""
 
     repeat: ComponentEstimate
     sample: ComponentEstimate
@@ -60,10 +52,8 @@ class NoiseEstimate:
 class GroupNoise:
     """Relative standard deviations of the speed over a group of recordings.
 
-    Attributes:
-        pooled: Components common to all of them.
-        by_subject: Those of each recording alone, NaN where it does not tell them; for comparison alone.
-        homogeneity_p: By the likelihood ratio; NaN for one recording.
+    ``by_subject`` has those of each recording alone, for comparison, NaN where it does not tell them. The
+    p-value is by the likelihood ratio, NaN for one recording.
     """
 
     pooled: NoiseEstimate
@@ -75,12 +65,7 @@ class GroupNoise:
 
 @dataclass(frozen=True)
 class CohortNoise(artefacts.Artefact, kind="noise"):
-    """The noise of a cohort: of each group that its ``recording.yaml`` declares, or of all recordings.
-
-    Attributes:
-        groups: By name.
-        interval: Of all intervals.
-    """
+    """The noise of a cohort: of each group that its ``recording.yaml`` declares, or of all recordings."""
 
     groups: Mapping[str, GroupNoise]
     interval: Annotated[float, artefacts.Variable("", "1", "mass of the intervals")]
@@ -96,11 +81,7 @@ class CohortNoise(artefacts.Artefact, kind="noise"):
         return {name: group for group, noise in self.groups.items() for name in noise.by_subject}
 
     def of(self, subject: str) -> NoiseComponents:
-        """Return the components of a subject's group.
-
-        Raises:
-            ArtefactError: The cohort has no such subject.
-        """
+        """Return the components of a subject's group; the cohort must have the subject."""
         if subject not in self.group_of:
             known = ", ".join(self.group_of)
             raise artefacts.ArtefactError(f"the noise of {subject} is not known; it is of {known}")
@@ -165,13 +146,8 @@ def fit_cohort(
 ) -> CohortNoise:
     """Fit the noise of each group of a cohort by itself, as :func:`fit_noise` does.
 
-    Args:
-        recordings: Repeats of each subject's recording, by subject.
-        groups: The group of each subject that a group names; the rest are ``OTHERS``.
-        interval: Mass of the profile-likelihood intervals.
-
-    Raises:
-        ValueError: As of :func:`fit_noise`.
+    Subjects that no group names are of ``OTHERS``; ``interval`` is the mass of the profile-likelihood
+    intervals.
     """
     apart: dict[str, dict[str, RepeatLevels]] = {}
     for subject, levels in recordings.items():
@@ -185,17 +161,9 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
     Every phase of every subject has a mean of its own (fixed), repeats and samples are random, and so are
     sweeps where repeats are such; the components, c of them, are common to all. Sharing them is tested by the
     likelihood ratio against a fit of each recording, chi-squared with c (subjects - 1) degrees of freedom;
-    with three sweeps a recording that is somewhat too small a p-value.
-
-    Args:
-        recordings: Repeats of each subject's recording, by subject; of all or of none known as sweeps.
-        interval: Mass of the profile-likelihood intervals.
-
-    Raises:
-        ValueError: There is no recording, or only some are of sweeps, or all do not tell a component.
+    with three sweeps a recording that is somewhat too small a p-value. A ``ValueError`` says which component
+    all recordings together do not tell.
     """
-    if not recordings:
-        raise ValueError("there is no recording to estimate noise from")
     try:
         pooled, top = _fit(together(tuple(recordings.values())), interval)
     except ValueError as error:
@@ -213,11 +181,7 @@ def fit_noise(recordings: Mapping[str, RepeatLevels], interval: float = 0.9) -> 
 
 
 def together(recordings: Sequence[RepeatLevels]) -> RepeatLevels:
-    """Join recordings, at least one.
-
-    Raises:
-        ValueError: Only some are of sweeps.
-    """
+    """Join recordings, at least one; a ``ValueError`` where only some are of sweeps."""
     sweeps = [levels for levels in recordings if isinstance(levels, SweepLevels)]
     if sweeps and len(sweeps) < len(recordings):
         raise ValueError(f"{len(sweeps)} of {len(recordings)} recordings are of sweeps: estimate them apart")
@@ -241,12 +205,9 @@ def _fit(levels: RepeatLevels, interval: float) -> tuple[NoiseEstimate, float]:
 
 @dataclass(frozen=True)
 class NoiseComparison:
-    """One recording's noise beside the cohort's.
+    """One recording's noise beside the cohort's: its own REML components, and the likelihood ratio.
 
-    Attributes:
-        own: REML components of the recording alone.
-        statistic: Likelihood ratio, twice the log of it.
-        p_value: Of the ratio, chi-squared with as many degrees of freedom as there are components.
+    The statistic is twice the log of the ratio; its p-value is by chi-squared, one degree a component.
     """
 
     own: NoiseComponents
@@ -257,14 +218,8 @@ class NoiseComparison:
 def compare_noise(levels: RepeatLevels, cohort: NoiseComponents) -> NoiseComparison:
     """Test by the restricted likelihood ratio that a recording has the cohort's components.
 
-    The cohort's own uncertainty is left out, as it is where its components give the standard errors.
-
-    Args:
-        levels: Repeats of the recording.
-        cohort: The cohort's components.
-
-    Returns:
-        NaN where the recording does not tell a component.
+    NaN where the recording does not tell a component. The cohort's own uncertainty is left out, as it is
+    where its components give the standard errors.
     """
     try:
         own, top = levels.maximum

@@ -12,7 +12,7 @@ sums over repeats and cells, and needs no matrix: a library's general solver hol
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Annotated, ClassVar, Final, Self
 
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from swesbi.artefacts import Variable
-from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray, below_each_other
 from swesbi.recording.groups import grouped
 from swesbi.recording.samples import Samples
 from swesbi.recording.speed import NoiseComponents, phase_trend, repeat_means
@@ -49,11 +49,9 @@ class ComponentEstimate:
 class RepeatLevels:
     """The repeats of one or more recordings, R of them; with the cells they are sufficient statistics.
 
-    Attributes:
-        cell: Subject and phase of each repeat as a number from 0, without gaps; shape (R,).
-        size: Accepted samples; shape (R,).
-        mean: Mean of the log speeds (c in m/s), the trend of the repeat's beat taken out; shape (R,).
-        scatter: Sum of squared deviations of the samples' log speeds from their mean; shape (R,).
+    ``cell`` is subject and phase as a number from 0, without gaps, ``size`` the accepted samples, ``mean``
+    that of their log speeds (c in m/s), the trend of the repeat's beat taken out, ``scatter`` the sum of
+    squared deviations of log speeds from their mean; each of shape (R,).
     """
 
     names: ClassVar[tuple[str, ...]] = ("repeat", "sample")
@@ -65,15 +63,11 @@ class RepeatLevels:
 
     @classmethod
     def of(cls, samples: Samples, accepted: BoolArray) -> Self:
-        """Reduce the accepted samples of one recording to its repeats.
+        """Reduce the accepted samples (N,) of one recording to its repeats.
 
         Repeats at one delay fall into beats of different RR, so at slightly different phases. What they
         differ by on the slope of the curve is no error, since the phase is averaged like the speed; it is
         taken out (:func:`swesbi.recording.speed.phase_trend`).
-
-        Args:
-            samples: The recording, N samples.
-            accepted: Which samples passed quality control; shape (N,).
         """
         repeats = repeat_means(samples, accepted)
         groups = grouped(samples.phase_index[accepted], samples.repeat[accepted])
@@ -85,12 +79,8 @@ class RepeatLevels:
     def joined(cls, recordings: Sequence[Self]) -> Self:
         """Join recordings; no two share a cell."""
         first = np.cumsum([0, *(levels.cells for levels in recordings)])
-        return cls(
-            cell=np.concatenate([levels.cell + n for levels, n in zip(recordings, first, strict=False)]),
-            size=np.concatenate([levels.size for levels in recordings]),
-            mean=np.concatenate([levels.mean for levels in recordings]),
-            scatter=np.concatenate([levels.scatter for levels in recordings]),
-        )
+        apart = [replace(own, cell=own.cell + n) for own, n in zip(recordings, first, strict=False)]
+        return below_each_other(apart)
 
     @property
     def samples(self) -> int:
@@ -108,11 +98,7 @@ class RepeatLevels:
         return int(self.cell.max(initial=-1)) + 1
 
     def check(self) -> None:
-        """Refuse repeats from which a component cannot be told.
-
-        Raises:
-            ValueError: No phase has two repeats, or no repeat two samples, or all samples are equal.
-        """
+        """Raise a ``ValueError`` of repeats from which a component cannot be told."""
         if self.repeats <= self.cells:
             raise ValueError("no phase was measured twice: the noise between repeats cannot be told")
         if self.samples <= self.repeats:
@@ -127,11 +113,7 @@ class RepeatLevels:
 
     @cached_property
     def maximum(self) -> tuple[NoiseComponents, float]:
-        """The components of the highest likelihood, and how high it is.
-
-        Raises:
-            ValueError: As of :meth:`check`.
-        """
+        """The components of the highest likelihood, and how high it is; refused as of :meth:`check`."""
         self.check()
         repeat_sd, top = _highest(partial(self.profile, "repeat"))
         sample_sd, _ = _highest(partial(self.profile, "sample"))
@@ -147,14 +129,7 @@ class RepeatLevels:
         return _highest(lambda repeat_sd: log_restricted_likelihood(self, repeat_sd, sd))[1]
 
     def estimates(self, interval: float) -> tuple[dict[str, ComponentEstimate], float]:
-        """Return the components by what they are between, and the maximum of the likelihood.
-
-        Args:
-            interval: Mass of the intervals.
-
-        Raises:
-            ValueError: As of :meth:`check`.
-        """
+        """Return the components by name, with intervals of this mass, and the highest likelihood."""
         found, top = self.maximum
         drop = 0.5 * float(chdtri(1, 1.0 - interval))
         return {
@@ -164,7 +139,7 @@ class RepeatLevels:
 
 
 def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd: float) -> float:
-    """Return the restricted log likelihood, but for a constant.
+    """Return the restricted log likelihood, but for a constant; ``sample_sd`` is above zero.
 
     With v_r = s_rep^2 + s_sam^2 / n_r the variance of a repeat mean and w_r = 1 / v_r, it is
 
@@ -172,11 +147,6 @@ def log_restricted_likelihood(levels: RepeatLevels, repeat_sd: float, sample_sd:
               + sum_r w_r (m_r - m_i)^2]
 
     where S is the scatter within repeats, m_r the repeat means and m_i their weighted mean in the cell.
-
-    Args:
-        levels: R repeats with N samples.
-        repeat_sd: s_rep.
-        sample_sd: s_sam, above zero.
     """
     # Restricted: the cells' means are integrated out, which adds the term of ``of_cell``. The likelihood with
     # means fitted instead counts all repeats, though every cell spends one on its mean: too little noise.
@@ -204,10 +174,7 @@ def _highest(function: Callable[[float], float]) -> tuple[float, float]:
 def profile_estimate(profile: Callable[[float], float], at: float, drop: float) -> ComponentEstimate:
     """Return a component with the interval in which its profile likelihood is at most ``drop`` below the top.
 
-    Args:
-        profile: Log likelihood of a standard deviation, the other components chosen to make it highest.
-        at: Where it is highest.
-        drop: Half the quantile of chi-squared with one degree of freedom.
+    ``drop`` is half the quantile of chi-squared with one degree of freedom.
     """
     from scipy.optimize import brentq
 

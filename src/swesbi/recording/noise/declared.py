@@ -13,7 +13,7 @@ from typing import Final, Literal
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import refusal
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.tables.columns import STANDARD_ERROR
@@ -28,12 +28,10 @@ DECLARE: Final = (
 
 @dataclass(frozen=True)
 class DeclaredNoise:
-    """Errors of n speeds.
+    """Errors of n speeds, relative (n,), where declared their prior median, and what they are computed from.
 
-    Attributes:
-        relative_se: Standard error of each speed as a fraction of it; where it is declared, its prior median.
-        log_sd: Standard deviation of the logarithm of what all of them are multiplied by; 0 where known.
-        source: What they are computed from.
+    ``log_sd`` is the standard deviation of the logarithm of what all are multiplied by; 0 where they are
+    known.
     """
 
     relative_se: FloatArray
@@ -44,17 +42,10 @@ class DeclaredNoise:
 def declared_noise(samples: Samples, accepted: BoolArray, declared: NoiseDeclaration) -> DeclaredNoise:
     """Return the errors of the accepted speeds: of the file before anything that is declared.
 
-    The slope of a line through n points has, by least squares, the relative standard error
-    sqrt((1 / R2 - 1) / (n - 2)): its t statistic is sqrt((n - 2) R2 / (1 - R2)) (Draper and Smith, Applied
-    Regression Analysis, 1998, Ch. 6). A speed is that slope or its inverse, to first order with the same one.
-
-    Args:
-        samples: The recording, N pushes.
-        accepted: Which passed quality control; shape (N,), n of them.
-        declared: What ``recording.yaml`` says.
-
-    Raises:
-        RecordingError: Nothing tells the errors, or those of an accepted push are missing.
+    The slope of a line through n points has, by least squares, the relative standard error sqrt((1 / R2 - 1)
+    / (n - 2)): its t statistic is sqrt((n - 2) R2 / (1 - R2)) (Draper and Smith, Applied Regression Analysis,
+    1998, Ch. 6). A speed is that slope or its inverse, to first order with the same one. Where nothing tells
+    the errors, or one is missing, the recording is refused.
     """
     count = int(accepted.sum())
     if samples.se_m_s is not None:
@@ -75,7 +66,7 @@ def declared_noise(samples: Samples, accepted: BoolArray, declared: NoiseDeclara
     if declared.cv_fraction is not None and declared.cv_log_sd is not None:
         return DeclaredNoise(np.full(count, declared.cv_fraction), declared.cv_log_sd, "declared")
     reason = "has no repeats at a phase, and nothing says how large the errors of its speeds are"
-    raise RecordingError(Problem(samples.source, reason, DECLARE))
+    raise refusal(samples.source, reason, DECLARE)
 
 
 def _check_all(
@@ -90,10 +81,11 @@ def _check_all(
     missing = np.flatnonzero(np.isnan(relative))
     if missing.size:
         index = np.flatnonzero(accepted)[missing[0]]
-        value = values[index]
-        where = (
-            f"of the push at time_ms {samples.time_ms[index]:g} ({missing.size} of {accepted.sum()} pushes)"
+        raise refusal(
+            samples.source,
+            f"of the push at time_ms {samples.time_ms[index]:g} ({missing.size} of {accepted.sum()} pushes) "
+            f"{reason}",
+            "give it, or another status than ok",
+            column=column,
+            value="" if np.isnan(values[index]) else f"{values[index]:g}",
         )
-        text = "" if np.isnan(value) else f"{value:g}"
-        remedy = "give it, or another status than ok"
-        raise RecordingError(Problem(samples.source, f"{where} {reason}", remedy, column=column, value=text))

@@ -11,18 +11,11 @@ from swesbi.recording.speed import NoiseComponents
 
 
 def relative_se(samples_by_repeat: IntArray, noise: NoiseComponents) -> FloatArray:
-    """Return the standard error of each phase's mean speed as a fraction of it; shape (p,).
+    """Return the standard error of each phase's mean speed as a fraction of it, (p,); NaN without samples.
 
-    The mean is over repeat means, so with R repeats of n_r accepted samples it is
-    sqrt(sum_r (s_rep^2 + s_swp^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count.
-    What the means of several phases share, where repeats are sweeps, is in :func:`mean_errors`.
-
-    Args:
-        samples_by_repeat: Accepted samples of each repeat; shape (p, repeats).
-        noise: The components.
-
-    Returns:
-        NaN at phases without an accepted sample.
+    The mean is over repeat means, so with R repeats of n_r accepted samples it is sqrt(sum_r (s_rep^2 +
+    s_swp^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count. What the means of several
+    phases share, where repeats are sweeps, is in :func:`mean_errors`.
     """
     counted = samples_by_repeat > 0
     of_repeat = noise.repeat_fraction**2 + noise.sweep_fraction**2
@@ -36,9 +29,8 @@ def relative_se(samples_by_repeat: IntArray, noise: NoiseComponents) -> FloatArr
 class MeanErrors:
     """Errors of a recording's mean log speeds at p phases, from K sweeps; or of n recordings, (n, ...).
 
-    Attributes:
-        own: Standard deviation of what each mean has for itself; shape (p,).
-        shared: Factor W of what they share; shape (p, K), with K = 0 where repeats are separate.
+    ``own`` (p,) is the standard deviation of what each mean has for itself, ``shared`` (p, K) the factor W of
+    what they share, with K = 0 where repeats are separate.
     """
 
     own: FloatArray
@@ -64,21 +56,14 @@ def mean_errors(samples_by_repeat: IntArray, noise: NoiseComponents) -> MeanErro
     """Return the errors of each phase's mean speed, those apart that all phases of a sweep share.
 
     The mean at phase i weighs its R_i repeats with accepted samples by W_ir = 1 / R_i, the others by 0. With
-    log speeds mu_i + v_r + u_ir + e_irj (``sweeps``) the means have, to first order in the errors,
-    the covariance
+    log speeds mu_i + v_r + u_ir + e_irj (``sweeps``) the means have, to first order in the errors, the
+    covariance
 
         diag(d^2) + s_swp^2 W W^T,    d_i^2 = sum_{r in i} (s_rep^2 + s_sam^2 / n_ir) / R_i^2
 
-    (of linear combinations of random effects: Searle, Casella and McCulloch 1992, Ch. 6).
-    It is exact in W: a sweep that misses a phase shares nothing with it. Where all phases have the same R
-    repeats, s_swp^2 W W^T is s_swp^2 / R in every place, of rank one.
-
-    Args:
-        samples_by_repeat: Accepted samples of each repeat; shape (p, K). A column is one sweep.
-        noise: The components.
-
-    Returns:
-        NaN at phases without an accepted sample.
+    (of linear combinations of random effects: Searle, Casella and McCulloch 1992, Ch. 6). It is exact in W: a
+    sweep that misses a phase shares nothing with it. Where all phases have the same R repeats, s_swp^2 W W^T
+    is s_swp^2 / R in every place, of rank one. NaN at phases without samples.
     """
     own = relative_se(samples_by_repeat, NoiseComponents(noise.repeat_fraction, noise.sample_fraction))
     if noise.sweep_fraction == 0.0:

@@ -30,12 +30,7 @@ MANY: Final = 20
 
 @dataclass(frozen=True)
 class FolderNoise:
-    """The noise of recordings of one group and one kind of repeats.
-
-    Attributes:
-        components: The most probable ones.
-        recordings: Of how many recordings; none: the prior's medians.
-    """
+    """The most probable noise of so many recordings of one kind of repeats; of none: the prior's medians."""
 
     components: NoiseComponents
     recordings: int
@@ -56,12 +51,7 @@ class FolderNoise:
 def folder_noise(recordings: Sequence[RepeatLevels], prior: NoisePriorSettings) -> FolderNoise:
     """Return the noise of a folder: the mode of prior times restricted likelihood, over log components.
 
-    Args:
-        recordings: Repeats of its recordings, all of sweeps or none; without any the prior's medians.
-        prior: What is expected.
-
-    Raises:
-        ValueError: Only some are of sweeps.
+    Its recordings are all of sweeps or none.
     """
     if not recordings:
         return FolderNoise(_median(prior), 0)
@@ -86,12 +76,9 @@ def _median(prior: NoisePriorSettings) -> NoiseComponents:
 
 @dataclass(frozen=True)
 class FolderRecordings:
-    """The repeats of a folder's recordings, with the noise that they have together.
+    """The repeats of a folder's recordings, by subject, with the noise that they have together.
 
-    Attributes:
-        levels: Repeats by subject; of sweeps and separate ones.
-        prior: What is expected of a laboratory.
-        groups: The group of each subject whose noise is estimated apart.
+    ``groups`` has the group of each subject whose noise is estimated apart.
     """
 
     levels: Mapping[str, RepeatLevels]
@@ -115,13 +102,10 @@ class FolderRecordings:
         return [own for name, own in self.levels.items() if name != but and self._kind(name) == kind]
 
     def compared(self, subject: str) -> NoiseComparison | None:
-        """Test by the restricted likelihood ratio that a recording has the noise of the others.
+        """Test by the restricted likelihood ratio that a recording has the noise of the others, if any.
 
         The ratio is that of two sets of components to one. Where the others are ``MANY``, one recording
         hardly moves what is estimated from all, and all stand for them.
-
-        Returns:
-            None where there are no others.
         """
         own, noise = self.levels[subject], self.noise(subject)
         if noise.recordings < 2:

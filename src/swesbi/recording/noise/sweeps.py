@@ -22,7 +22,7 @@ No matrix is larger than the sweeps of one recording.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import ClassVar, Final, Self
 
@@ -47,9 +47,7 @@ ONE_NUMBER: Final = "give a sweep the same repeat number at all its phases, or s
 class SweepLevels(RepeatLevels):
     """Repeats of which one number stands for one sweep at all phases of a recording.
 
-    Attributes:
-        recording: Recording of each repeat as a number from 0, without gaps; shape (R,).
-        sweep: Sweep of each repeat within its recording, likewise; shape (R,).
+    ``recording`` and the ``sweep`` within it are numbers from 0, without gaps; shape (R,).
     """
 
     names: ClassVar[tuple[str, ...]] = ("repeat", "sample", "sweep")
@@ -66,20 +64,9 @@ class SweepLevels(RepeatLevels):
     @classmethod
     def joined(cls, recordings: Sequence[Self]) -> Self:
         """Join recordings; no two share a cell or a sweep."""
-        separate = [levels.separate for levels in recordings]
         first = np.cumsum([0, *(levels.recording.max(initial=-1) + 1 for levels in recordings)])
-        return cls(
-            **vars(RepeatLevels.joined(separate)),
-            recording=np.concatenate(
-                [levels.recording + n for levels, n in zip(recordings, first, strict=False)]
-            ),
-            sweep=np.concatenate([levels.sweep for levels in recordings]),
-        )
-
-    @property
-    def separate(self) -> RepeatLevels:
-        """The same repeats, each phase taken as repeated by itself."""
-        return RepeatLevels(self.cell, self.size, self.mean, self.scatter)
+        pairs = zip(recordings, first, strict=False)
+        return super().joined([replace(own, recording=own.recording + n) for own, n in pairs])
 
     @property
     def is_crossed(self) -> bool:
@@ -102,13 +89,9 @@ class SweepLevels(RepeatLevels):
 
     @cached_property
     def maximum(self) -> tuple[NoiseComponents, float]:
-        """The components of the highest likelihood, and how high it is.
+        """The components of the highest likelihood, and how high it is; refused where sweeps do not cross.
 
         Nothing is measured as finely as the smallest: a search ends beside zero where it means zero.
-
-        Raises:
-            ValueError: As of :meth:`check`, or no two phases that were measured twice have a sweep in common.
-            RuntimeError: The search for the maximum does not end.
         """
         variances, top = self._searched
         return NoiseComponents(*np.where(variances > SMALLEST_SD**2, np.sqrt(variances), 0.0).tolist()), top
@@ -130,13 +113,7 @@ class SweepLevels(RepeatLevels):
 
 
 def levels_by(repeats: Repeats, samples: Samples, accepted: BoolArray) -> RepeatLevels:
-    """Reduce the accepted samples of one recording to its repeats, as the cohort says that they are.
-
-    Args:
-        repeats: Whether each phase is repeated by itself, or a repeat runs over all.
-        samples: The recording, N samples.
-        accepted: Which samples passed quality control; shape (N,).
-    """
+    """Reduce the accepted samples (N,) of one recording to its repeats, as the cohort says that they are."""
     kind = SweepLevels if repeats == "sweeps" else RepeatLevels
     return kind.of(samples, accepted)
 
@@ -145,9 +122,7 @@ def levels_by(repeats: Repeats, samples: Samples, accepted: BoolArray) -> Repeat
 class _Model:
     """The restricted likelihood at given variances, over tables of n recordings, P phases and K sweeps.
 
-    Attributes:
-        levels: The repeats.
-        variance: Of repeats, samples and sweeps; that of samples is above zero.
+    The variances are of repeats, samples (above zero) and sweeps.
     """
 
     levels: SweepLevels
@@ -255,11 +230,7 @@ def _bounds() -> FloatArray:
 
 
 def _highest(levels: SweepLevels, start: FloatArray, bounds: FloatArray) -> tuple[FloatArray, float]:
-    """Return the variances (3,) within ``bounds`` (3, 2) at which the likelihood is highest, and how high.
-
-    Raises:
-        RuntimeError: The search goes on rising.
-    """
+    """Return the variances (3,) within ``bounds`` (3, 2) at which the likelihood is highest, and how high."""
     from scipy.optimize import Bounds, minimize
 
     # The search is over variances, which reach zero, and not over their logs, which do not. Where the

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import Problem, RecordingError, refusal
 from swesbi.recording.tables.table import HEADER, NUMBER, SHOWN_ROWS, Row, Table, table_of
 
 MAX_BYTES: Final = 256 * 1024**2
@@ -28,38 +28,31 @@ CLOSE_QUOTE: Final = "remove the quote, or double it within a cell; no cell may 
 
 
 def read_bytes(path: Path) -> bytes:
-    """Return the content of a regular file of moderate size.
-
-    Raises:
-        RecordingError: There is no such file, it is no regular file, too large, or cannot be read.
-    """
+    """Return the content of a regular file of moderate size."""
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
-            raise RecordingError(Problem(str(path), "is no regular file", "put the recording itself there"))
+            raise refusal(path, "is no regular file", "put the recording itself there")
         if status.st_size > MAX_BYTES:
-            reason = f"has {status.st_size / 1024**2:.0f} MiB, the limit is {MAX_BYTES // 1024**2}"
-            raise RecordingError(Problem(str(path), reason, "keep one row per sample, no images or raw data"))
+            raise refusal(
+                path,
+                f"has {status.st_size / 1024**2:.0f} MiB, the limit is {MAX_BYTES // 1024**2}",
+                "keep one row per sample, no images or raw data",
+            )
         return path.read_bytes()
     except FileNotFoundError as error:
-        remedy = "put the file there or correct the path"
-        raise RecordingError(Problem(str(path), "no such file", remedy)) from error
+        raise refusal(path, "no such file", "put the file there or correct the path") from error
     except OSError as error:
-        reason = f"cannot be read ({error.strerror or error})"
-        raise RecordingError(Problem(str(path), reason, "check the file's permissions")) from error
+        raise refusal(
+            path, f"cannot be read ({error.strerror or error})", "check the file's permissions"
+        ) from error
 
 
 def read_csv(path: Path, header_row: int = 1) -> Table:
     """Return the table of a CSV file below its row of names; lines from ``#`` on are comments.
 
-    Behind semicolon and tab, a comma within a number is a decimal comma.
-
-    Args:
-        path: The file.
-        header_row: No row before this one is read.
-
-    Raises:
-        RecordingError: The file is missing, empty, a workbook, not UTF-8, or no table.
+    No row before ``header_row`` is read. Behind semicolon and tab, a comma within a number is a decimal
+    comma.
     """
     text = text_of(path)
     delimiter = _delimiter(text)
@@ -82,11 +75,7 @@ def _rows_as_comments(text: str, table: Table, delimiter: str) -> tuple[str, ...
 
 
 def csv_rows(path: Path) -> list[Row]:
-    """Return the rows of a CSV file, each with its place.
-
-    Raises:
-        RecordingError: The file is missing, a workbook, not UTF-8 or no CSV.
-    """
+    """Return the rows of a CSV file, each with its place."""
     text = text_of(path)
     return records(path, text, _delimiter(text))
 
@@ -98,11 +87,7 @@ def _delimiter(text: str) -> str:
 
 
 def text_of(path: Path) -> str:
-    """Return a CSV file as text, its names of columns in a line of their own.
-
-    Raises:
-        RecordingError: The file is missing, a workbook, not UTF-8 or no text.
-    """
+    """Return a CSV file as text, its names of columns in a line of their own."""
     content = read_bytes(path)
     if content.startswith(EXCEL_BEGINNINGS):
         raise RecordingError(Problem(str(path), "is an Excel workbook", SAVE_AS_CSV))
@@ -121,22 +106,17 @@ def delimiter_of(lines: Sequence[str]) -> str:
 
     Behind semicolons decimal commas do that too, but not in the row of names.
     """
+    bare = [re.sub(r'"[^"]*"', "", line) for line in lines]
 
     def alike(sign: str) -> tuple[int, int]:
-        counts = Counter(line.count(sign) for line in (re.sub(r'"[^"]*"', "", line) for line in lines))
-        counts.pop(0, None)
-        signs, rows = max(counts.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
-        return rows, signs
+        counts = Counter(line.count(sign) for line in bare if sign in line)
+        return max(((rows, signs) for signs, rows in counts.items()), default=(0, 0))
 
     return max(DELIMITERS, key=alike)
 
 
 def records(path: Path, text: str, delimiter: str) -> list[Row]:
-    """Return the rows that are no comments, each with its place in the file.
-
-    Raises:
-        RecordingError: A quote does not close in its row, or a row is no CSV.
-    """
+    """Return the rows that are no comments, each with its place in the file; no cell may span rows."""
     lines = [
         (place, line)
         for place, line in enumerate(io.StringIO(text, newline=""), start=1)
@@ -150,12 +130,11 @@ def records(path: Path, text: str, delimiter: str) -> list[Row]:
                 raise csv.Error(OPEN_QUOTE)
             rows.append((lines[reader.line_num - 1][0], cells))
     except csv.Error as error:
-        at_end = str(error) == "unexpected end of data"
-        spans = at_end or reader.line_num > len(rows) + 1
+        spans = str(error) == "unexpected end of data" or reader.line_num > len(rows) + 1
         behind = str(error) == f"'{delimiter}' expected after '\"'"
         reason = OPEN_QUOTE if spans else BEHIND_QUOTE if behind else f"cannot be read as CSV ({error})"
         remedy = CLOSE_QUOTE if spans or behind else "shorten its cells, or save it as CSV again"
-        raise RecordingError(Problem(str(path), reason, remedy, row=lines[len(rows)][0])) from error
+        raise refusal(path, reason, remedy, row=lines[len(rows)][0]) from error
     return rows
 
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import RecordingError, refusal
 from swesbi.recording.tables.columns import EVERY_COLUMN
 from swesbi.recording.tables.csv_text import SAVE_AS_CSV, csv_rows, read_csv
 from swesbi.recording.tables.layout import OWN_FORM, TableLayout
 from swesbi.recording.tables.matlab import read_matlab
 from swesbi.recording.tables.table import Row, Table
-from swesbi.recording.tables.workbook import read_workbook, workbook_rows
+from swesbi.recording.tables.workbook import read_workbook, sheet_and_rows
 
 TEXT: Final = (".csv", ".tsv", ".txt")
 EXCEL: Final = (".xlsx", ".xlsm")
@@ -34,57 +34,38 @@ AGAIN: Final = "save it again, or as CSV"
 
 
 def open_table(path: Path, layout: TableLayout = OWN_FORM) -> Table:
-    """Return the table that a file holds, as it stands there; the last one is kept in memory.
-
-    Raises:
-        RecordingError: It is of no format that is read, missing, damaged, or no table.
-    """
+    """Return the table that a file holds, as it stands there; the last one is kept in memory."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        reason, remedy = OTHERS.get(
-            suffix, (f"is none of {', '.join(SUFFIXES)}", "give it in one of these formats")
-        )
-        raise RecordingError(Problem(str(path), reason, remedy))
+        unknown = f"is none of {', '.join(SUFFIXES)}", "give it in one of these formats"
+        raise refusal(path, *OTHERS.get(suffix, unknown))
     try:
         status = path.stat()
-        names = tuple(dict.fromkeys((*layout.columns.values(), *_of_samples(layout), *EVERY_COLUMN)))
-        said = layout.table.sheet, layout.table.header_row, names
-        table = _opened(path, (status.st_mtime_ns, status.st_size, status.st_ino), *said)
+        content = status.st_mtime_ns, status.st_size, status.st_ino
+        names = tuple(dict.fromkeys((*layout.names, *EVERY_COLUMN)))
+        table = _opened(path, content, layout.table.sheet, layout.table.header_row, names)
     except FileNotFoundError as error:
-        remedy = "put the file there or correct the path"
-        raise RecordingError(Problem(str(path), "no such file", remedy)) from error
+        raise refusal(path, "no such file", "put the file there or correct the path") from error
     except RecordingError:
         raise
     # whatever a library makes of a file that is none: it is this recording's refusal, and no other's
     except Exception as error:
-        raise RecordingError(_unreadable(path, error)) from error
+        raise _unreadable(path, error) from error
     return replace(table, problems=[])
 
 
 def rows_as_they_stand(path: Path) -> list[Row]:
-    """Return all rows of a text file or workbook, wherever its names of columns stand.
-
-    Raises:
-        RecordingError: It is neither, or cannot be read.
-    """
+    """Return all rows of a text file or workbook, wherever its names of columns stand."""
     suffix = path.suffix.lower()
+    if suffix not in (*TEXT, *EXCEL):
+        unknown = "is no text file or workbook", "give a table in one of these formats"
+        raise refusal(path, *OTHERS.get(suffix, unknown))
     try:
-        if suffix in EXCEL:
-            return workbook_rows(path)
-        if suffix in TEXT:
-            return csv_rows(path)
+        return sheet_and_rows(path, None)[1] if suffix in EXCEL else csv_rows(path)
     except RecordingError:
         raise
     except Exception as error:
-        raise RecordingError(_unreadable(path, error)) from error
-    reason, remedy = OTHERS.get(
-        suffix, ("is no text file or workbook", "give a table in one of these formats")
-    )
-    raise RecordingError(Problem(str(path), reason, remedy))
-
-
-def _of_samples(layout: TableLayout) -> Sequence[str]:
-    return [name for sample in layout.table.samples for name in sample.values()]
+        raise _unreadable(path, error) from error
 
 
 @lru_cache(
@@ -100,6 +81,5 @@ def _opened(
     return read_matlab(path, names) if suffix == MATLAB else read_csv(path, header_row)
 
 
-def _unreadable(path: Path, error: Exception) -> Problem:
-    reason = " ".join(f"cannot be read ({type(error).__name__}: {error})".split())
-    return Problem(str(path), reason, AGAIN)
+def _unreadable(path: Path, error: Exception) -> RecordingError:
+    return refusal(path, " ".join(f"cannot be read ({type(error).__name__}: {error})".split()), AGAIN)

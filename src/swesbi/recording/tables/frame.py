@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import refusal
 from swesbi.recording.tables.table import Table, shortest, table_of
 
 if TYPE_CHECKING:
@@ -17,13 +17,9 @@ COLUMNS = "name its columns as those of a file: texts, each once"
 
 
 def table_of_frame(frame: pd.DataFrame, source: str) -> Table:
-    """Return a DataFrame as a table; its rows count from 1, and an index with a name is a column.
-
-    Raises:
-        RecordingError: It has no row, or names of columns in several levels or twice.
-    """
+    """Return a DataFrame as a table; its rows count from 1, and an index with a name is a column."""
     if frame.columns.nlevels > 1:
-        raise RecordingError(Problem(source, "has names of columns in several levels", COLUMNS))
+        raise refusal(source, "has names of columns in several levels", COLUMNS)
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
     header = [str(name) for name in frame.columns]
@@ -32,23 +28,19 @@ def table_of_frame(frame: pd.DataFrame, source: str) -> Table:
 
 
 def table_of_arrays(arrays: Mapping[str, Any], source: str) -> Table:
-    """Return arrays of one length, by the columns that they are; None is left out.
-
-    Raises:
-        RecordingError: They differ in length, are no vectors, or empty.
-    """
+    """Return arrays of one length, by the columns that they are; None is left out."""
     import pandas as pd
 
     given = {name: np.asarray(values) for name, values in arrays.items() if values is not None}
     for name, values in given.items():
         if values.ndim != 1:
-            reason = f"is an array of {values.ndim} dimensions"
-            raise RecordingError(Problem(source, reason, "give one value a push", column=name))
+            raise refusal(
+                source, f"is an array of {values.ndim} dimensions", "give one value a push", column=name
+            )
     sizes = {name: len(values) for name, values in given.items()}
     if len(set(sizes.values())) > 1:
         listed = ", ".join(f"{name} {size}" for name, size in sizes.items())
-        reason = f"its arrays differ in length ({listed})"
-        raise RecordingError(Problem(source, reason, "give every push a value in each"))
+        raise refusal(source, f"its arrays differ in length ({listed})", "give every push a value in each")
     return table_of_frame(pd.DataFrame(given), source)
 
 

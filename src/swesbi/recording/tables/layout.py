@@ -19,7 +19,6 @@ from swesbi.recording.tables.columns import (
     FREE_COLUMNS,
     MEASURED,
     PHASE,
-    SPEED,
     STATUSES,
     SUBJECT,
     TIME,
@@ -102,10 +101,8 @@ class TableSettings(Settings):
 class TableLayout(Settings):
     """What ``recording.yaml`` says of the cohort's tables; nothing: they are of this project's own form.
 
-    Attributes:
-        columns: This project's column: what the tables call it.
-        units: Units of those columns that are in another than their names say.
-        table: The rest.
+    ``columns`` has by this project's column what the tables call it; ``units`` those that are other than this
+    project's names say.
     """
 
     columns: dict[Annotated[str, one_of(*EVERY_COLUMN)], Name] = Field(default_factory=dict)
@@ -122,11 +119,7 @@ class TableLayout(Settings):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        """Each column is said once, and one table of all says whose a row is.
-
-        Raises:
-            ValueError: Otherwise.
-        """
+        """Each column is said once, and one table of all says whose a row is."""
         said = [*self.columns, *self.table.values, *(self.table.samples[0] if self.table.samples else ())]
         if twice := sorted({column for column in said if said.count(column) > 1}):
             raise ValueError(
@@ -142,15 +135,10 @@ class TableLayout(Settings):
         return self
 
     @property
-    def is_own(self) -> bool:
-        """Whether tables are of this project's own form."""
-        return self == OWN_FORM
-
-    @property
-    def measured(self) -> str:
-        """The column of what was measured, where the layout says which; else the speed."""
-        said = (*self.columns, *(self.table.samples[0] if self.table.samples else ()))
-        return next((name for name in MEASURED if name in said), SPEED)
+    def names(self) -> list[str]:
+        """What the tables call the columns that the layout names."""
+        of_samples = (name for sample in self.table.samples for name in sample.values())
+        return [*self.columns.values(), *of_samples]
 
     @property
     def values(self) -> Mapping[str, str | int | float]:

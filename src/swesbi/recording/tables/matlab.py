@@ -7,7 +7,6 @@ process of its own, ``python -I matlab.py FILE``, which prints every variable, o
 from __future__ import annotations
 
 import json
-import math
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 if TYPE_CHECKING:  # the child imports nothing of this project
-    from swesbi.base.arrays import TextArray
+    from swesbi.recording.problems import RecordingError
     from swesbi.recording.tables.table import Table
 
 MOST_VALUES: Final = 5_000_000
@@ -30,11 +29,12 @@ USER_BLOCK: Final = 512
 OCTAVE_TEXT: Final = (b"# Created by Octave", b"# name:")
 VECTOR: Final = "save one value per attempted sample, as a vector"
 NUMBERS: Final = "save it as a real vector of numbers"
-TEXTS: Final = "save texts as a cell array, numbers as a vector"
 NO_TABLE: Final = "convert a table by s = table2struct(T, 'ToScalar', true) and strings by cellstr(...)"
 SAVE_AGAIN: Final = "save it again, by save('ID.mat', '-struct', 's'), or give a CSV file"
 LAYOUT: Final = "save vectors of these names, or one struct with these fields: save('ID.mat', '-struct', 's')"
 REFUSED: Final = {
+    "cell": ("has a cell that is no text", "save texts as a cell array, numbers as a vector"),
+    "texts": ("has a cell of several texts", "save one text a cell"),
     "struct": ("is a struct", NUMBERS),
     "sparse": ("is a sparse matrix", NUMBERS),
     "complex": ("is complex", NUMBERS),
@@ -63,14 +63,12 @@ def printed(value: Any) -> Printed:  # noqa: ANN401
     if value.dtype.kind != "O":
         return {"values": value.ravel(order="F").astype(np.float64).tolist()}
     if any(isinstance(cell, dict | str) for cell in value.ravel()):
-        return {"wrong": ("has a cell that is no text", TEXTS)}
+        return {"wrong": REFUSED["cell"]}
     cells = [np.asarray(cell) for cell in value.ravel(order="F")]
     if cells and all(cell.dtype.kind in "biuf" and cell.size <= 1 for cell in cells):
-        return {"values": [float(cell.ravel()[0]) if cell.size else math.nan for cell in cells]}
+        return {"values": [float(cell.ravel()[0]) if cell.size else np.nan for cell in cells]}
     if wrong := [cell for cell in cells if cell.size and (cell.dtype.kind != "U" or cell.size > 1)]:
-        several = wrong[0].dtype.kind == "U"
-        said = ("of several texts", "save one text a cell") if several else ("that is no text", TEXTS)
-        return {"wrong": (f"has a cell {said[0]}", said[1])}
+        return {"wrong": REFUSED["texts" if wrong[0].dtype.kind == "U" else "cell"]}
     return {"values": ["".join(cell.ravel().tolist()).rstrip() for cell in cells]}
 
 
@@ -161,89 +159,79 @@ def main(path: str) -> None:
 def read_matlab(path: Path, names: Sequence[str]) -> Table:
     """Return the vectors of a file as columns; numbers as the shortest text that gives them back exactly.
 
-    Args:
-        path: A .mat file.
-        names: What is looked for, by which the one struct that has it is told from others.
-
-    Raises:
-        RecordingError: The file is missing or damaged, holds several recordings, or its vectors differ in
-            length.
+    By ``names``, of which it has any, the one struct that holds the recording is told from others.
     """
-    from swesbi.recording.problems import Problem, RecordingError
+    from swesbi.recording.problems import Problem
     from swesbi.recording.tables.csv_text import read_bytes
-    from swesbi.recording.tables.table import Table
+    from swesbi.recording.tables.table import Table, column_of, shortest
 
     if read_bytes(path).startswith(OCTAVE_TEXT):
-        reason, remedy = (
-            "is text, as Octave saves it",
-            "save it by save('-v7', 'ID.mat', ...), or give a CSV file",
+        raise _refused(
+            path, "is text, as Octave saves it", "save it by save('-v7', 'ID.mat', ...), or give a CSV file"
         )
-        raise RecordingError(Problem(str(path), reason, remedy))
     members = _members(path, _asked(path), names)
     held = {name: member for name, member in members.items() if name in names} or members
     lengths = {name: len(member["values"]) for name, member in held.items() if "values" in member}
     if held is not members and len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        reason = f"its vectors differ in length ({listed})"
-        raise RecordingError(Problem(str(path), reason, "give every attempted sample an element in each"))
+        raise _refused(
+            path, f"its vectors differ in length ({listed})", "give every attempted sample an element in each"
+        )
     if lengths and not any(lengths.values()):
-        raise RecordingError(Problem(str(path), "its vectors are empty", "save at least one sample"))
+        raise _refused(path, "its vectors are empty", "save at least one sample")
     size = max(lengths.values(), default=0)
-    wrong = {name: member["wrong"] for name, member in members.items() if "wrong" in member}
-    wrong |= {name: REFUSED["struct"] for name, member in members.items() if "fields" in member}
-    cells = {
-        name: _as_text(member["values"])
+    wrong = {
+        name: member.get("wrong", REFUSED["struct"])
         for name, member in members.items()
-        if "values" in member and len(member["values"]) == size
+        if "values" not in member
     }
     closed = {
         name: Problem(str(path), reason, remedy, column=name) for name, (reason, remedy) in wrong.items()
     }
-    empty = {name: np.array([""] * size, dtype=np.object_) for name in closed}
-    every = {name: (cells | empty)[name] for name in members if name in cells or name in empty}
-    return Table(str(path), every, np.arange(1, size + 1), unit="element", closed=closed, remedy=LAYOUT)
+    values = {name: member.get("values", [""] * size) for name, member in members.items()}
+    cells = {
+        name: column_of(each.strip() if isinstance(each, str) else shortest(each) for each in own)
+        for name, own in values.items()
+        if len(own) == size
+    }
+    return Table(str(path), cells, np.arange(1, size + 1), unit="element", closed=closed, remedy=LAYOUT)
 
 
 def _members(path: Path, variables: Mapping[str, Printed], names: Sequence[str]) -> Mapping[str, Printed]:
     """Return the variables, or in their place the fields of the one struct that holds the recording."""
-    from swesbi.recording.problems import Problem, RecordingError
-
     structs = {name: item["fields"] for name, item in variables.items() if "fields" in item}
     holding = [name for name, fields in structs.items() if set(fields) & set(names)]
-    if not set(variables) & set(names):
-        if len(holding) > 1:
-            reason = f"holds several recordings ({', '.join(holding)})"
-            raise RecordingError(Problem(str(path), reason, "save one struct a file"))
-        if holding:
-            return dict(structs[holding[0]])
-        if any(tuple(item.get("wrong", ())) == REFUSED["object"] for item in variables.values()):
-            raise RecordingError(Problem(str(path), "holds a table or another MATLAB object", NO_TABLE))
+    if set(variables) & set(names):
+        return variables
+    if len(holding) > 1:
+        raise _refused(path, f"holds several recordings ({', '.join(holding)})", "save one struct a file")
+    if holding:
+        return dict(structs[holding[0]])
+    if any(tuple(item.get("wrong", ())) == REFUSED["object"] for item in variables.values()):
+        raise _refused(path, "holds a table or another MATLAB object", NO_TABLE)
     return variables
 
 
 def _asked(path: Path) -> dict[str, Printed]:
     """Return what the child prints of a file."""
-    from swesbi.recording.problems import Problem, RecordingError
-
     command = [sys.executable, "-I", __file__, str(path)]
     try:
         done = subprocess.run(command, capture_output=True, timeout=LONGEST_S, check=False)
     except subprocess.TimeoutExpired as error:
-        why = f"it takes more than {LONGEST_S:.0f} s"
-        raise RecordingError(
-            Problem(str(path), f"cannot be read as a .mat file ({why})", SAVE_AGAIN)
+        raise _refused(
+            path, f"cannot be read as a .mat file (it takes more than {LONGEST_S:.0f} s)", SAVE_AGAIN
         ) from error
     if done.returncode == 0:
         return dict(json.loads(done.stdout))
     said = done.stderr.decode("utf-8", "replace").strip().splitlines()
     why = said[-1] if said and done.returncode > 0 else "SciPy dies of it"
-    raise RecordingError(Problem(str(path), f"cannot be read as a .mat file ({why})", SAVE_AGAIN))
+    raise _refused(path, f"cannot be read as a .mat file ({why})", SAVE_AGAIN)
 
 
-def _as_text(values: Sequence[float] | Sequence[str]) -> TextArray:
-    from swesbi.recording.tables.table import column_of, shortest
+def _refused(path: Path, reason: str, remedy: str) -> RecordingError:
+    from swesbi.recording.problems import refusal
 
-    return column_of(value.strip() if isinstance(value, str) else shortest(value) for value in values)
+    return refusal(path, reason, remedy)
 
 
 if __name__ == "__main__":

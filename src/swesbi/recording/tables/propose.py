@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.base.terminal import printable
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import refusal
 from swesbi.recording.tables.columns import (
     COLUMNS,
     DELAY,
@@ -73,15 +73,10 @@ AS_FREE: Final = (
 
 @dataclass(frozen=True)
 class Proposal:
-    """How a table can be read.
+    """How a table can be read: by this project's column, the file's.
 
-    Attributes:
-        columns: This project's column: the file's, where one alone can be meant.
-        candidates: This project's column: those of the file of which any could be meant.
-        first: The first values of each column of the file.
-        header_row: Row of the names.
-        first_phase: Number of the first phase.
-        free: Whether it seems to be free-running: it has times, and no phases or delays.
+    ``columns`` are those where one alone can be meant, ``candidates`` those of which any could be. ``first``
+    has the first values of each column of the file. ``free``: it has times, and no phases or delays.
     """
 
     columns: Mapping[str, str]
@@ -93,19 +88,14 @@ class Proposal:
 
 
 def proposal_for(path: Path) -> Proposal:
-    """Return how a table can be read.
-
-    Raises:
-        RecordingError: The file cannot be read, or has no row of names.
-    """
+    """Return how a table can be read."""
     if path.suffix.lower() == MATLAB:
         table = open_table(path)
         return propose(list(table.cells), [list(row) for row in zip(*table.cells.values(), strict=True)])
     rows = [(place, [in_one_line(cell) for cell in cells]) for place, cells in rows_as_they_stand(path)]
     header = _header(rows)
     if header is None:
-        reason = "has no row of names with rows of as many cells below it"
-        raise RecordingError(Problem(str(path), reason, "give a table"))
+        raise refusal(path, "has no row of names with rows of as many cells below it", "give a table")
     place, names = rows[header]
     below = [cells for _, cells in rows[header + 1 :] if len(cells) == len(names) and any(cells)]
     return propose(names, below, place)
@@ -131,21 +121,13 @@ def _width(cells: Sequence[str]) -> int:
 
 
 def propose(names: Sequence[str], rows: Sequence[Sequence[str]] = (), header_row: int = 1) -> Proposal:
-    """Return how a table with these columns can be read.
-
-    Args:
-        names: Of its columns.
-        rows: Rows below them.
-        header_row: Where the names stand.
-    """
+    """Return how a table with columns of these names and rows can be read."""
     words = {word for name in names for word in _words(name)}
     free = not words & set(OF_GATES) and bool(words & set(WORDS[TIME]))
-    chosen = [column for column in WORDS if column not in (GATED_ALONE if free else FREE_ALONE)]
+    own = {*MEASURED} & {*names}
+    left_out = {*(GATED_ALONE if free else FREE_ALONE), *({*MEASURED} - own if own else ())}
+    chosen = [column for column in WORDS if column not in left_out]
     possible = {column: found for column in chosen if (found := _possible(names, column))}
-    if own := [column for column in MEASURED if column in names]:
-        possible = {
-            column: found for column, found in possible.items() if column in own or column not in MEASURED
-        }
     measured = [column for column in MEASURED if column in possible]
     claims = [name for found in possible.values() for name in found]
     alone = {
@@ -214,37 +196,41 @@ def _first_phase(names: Sequence[str], rows: Sequence[Sequence[str]], column: st
 
 def as_yaml(path: Path, proposal: Proposal) -> str:
     """Return the proposal as part of ``recording.yaml``, below a list of the table's columns as comments."""
-    used = {name: column for column, name in proposal.columns.items()}
+    used = {name: f" -> {column}" for column, name in proposal.columns.items()}
     width = max(map(len, proposal.first), default=0) + 2
-    lines = [f"# Columns of {path.name}, with their first values; look at every line."]
-    for name, first in proposal.first.items():
-        values = ", ".join(one if len(one) <= LONGEST else f"{one[:LONGEST]}..." for one in first) or "empty"
-        lines.append(f"#   {name:<{width}}{values}{f' -> {used[name]}' if name in used else ''}")
-    lines.append("columns: # this project's column: that of the table")
-    lines += [f"  {column}: {quoted(name)}" for column, name in proposal.columns.items()]
-    lines += _undecided(proposal)
-    lines.append("table:")
-    if SUBJECT in proposal.columns:
-        lines.append(f"  file: {quoted(path.name)} # one table of all subjects, in the cohort's folder")
-    if proposal.header_row > 1:
-        lines.append(f"  header_row: {proposal.header_row}")
-    if not proposal.free:
-        lines.append(f"  first_phase: {proposal.first_phase} # the number of the first phase, 0 or 1")
-    lines.append("  statuses: {} # the table's word: one of ok, no_wave, motion, low_r2, bound_hit")
-    lines.append("  values: {} # of columns that it lacks, where one value holds for all: { fit_r2: 1 }")
-    if proposal.free:
-        has_errors = STANDARD_ERROR in proposal.columns or STANDARD_ERROR in proposal.candidates
-        lines += [AS_FREE] if has_errors else [AS_FREE, NO_ERRORS]
+    has_errors = STANDARD_ERROR in {*proposal.columns, *proposal.candidates}
+    of_all = f"  file: {quoted(path.name)} # one table of all subjects, in the cohort's folder"
+    phases = f"  first_phase: {proposal.first_phase} # the number of the first phase, 0 or 1"
+    lines = [
+        f"# Columns of {path.name}, with their first values; look at every line.",
+        *(f"#   {name:<{width}}{_shown(own)}{used.get(name, '')}" for name, own in proposal.first.items()),
+        "columns: # this project's column: that of the table",
+        *(f"  {column}: {quoted(name)}" for column, name in proposal.columns.items()),
+        *_undecided(proposal),
+        "table:",
+        *([of_all] if SUBJECT in proposal.columns else []),
+        *([f"  header_row: {proposal.header_row}"] if proposal.header_row > 1 else []),
+        *([] if proposal.free else [phases]),
+        "  statuses: {} # the table's word: one of ok, no_wave, motion, low_r2, bound_hit",
+        "  values: {} # of columns that it lacks, where one value holds for all: { fit_r2: 1 }",
+        *([AS_FREE] if proposal.free else []),
+        *([NO_ERRORS] if proposal.free and not has_errors else []),
+    ]
     return printable("\n".join(lines)) + "\n"
+
+
+def _shown(values: Sequence[str]) -> str:
+    return ", ".join(one if len(one) <= LONGEST else f"{one[:LONGEST]}..." for one in values) or "empty"
 
 
 def _undecided(proposal: Proposal) -> list[str]:
     """Say of which columns several could be meant, and which the table does not seem to have."""
-    lines = []
-    for column, names in proposal.candidates.items():
-        if column not in MEASURED:
-            of_unit = " under `columns`, and its unit under `units`" if column in UNITS else ""
-            lines.append(f"  # {column}: could be {', '.join(names)}; name one{of_unit}")
+    unit = " under `columns`, and its unit under `units`"
+    lines = [
+        f"  # {column}: could be {', '.join(names)}; name one{unit if column in UNITS else ''}"
+        for column, names in proposal.candidates.items()
+        if column not in MEASURED
+    ]
     if measured := [column for column in MEASURED if column in proposal.candidates]:
         meant = ", ".join(dict.fromkeys(name for column in measured for name in proposal.candidates[column]))
         lines.append(
@@ -255,12 +241,8 @@ def _undecided(proposal: Proposal) -> list[str]:
     needed = FREE_REQUIRED if proposal.free else [name for name in COLUMNS if name != SPEED]
     for column in [*needed, *([] if known & set(MEASURED) else [SPEED])]:
         if column not in known:
-            constant = CONSTANTS.get(column)
-            say = (
-                f"under `values` say `{column}: {constant}` if that is so"
-                if constant
-                else "add it to the table"
-            )
+            constant = f"under `values` say `{column}: {CONSTANTS.get(column)}` if that is so"
+            say = constant if column in CONSTANTS else "add it to the table"
             lines.append(f"  # {column}: no column seems to be it; name one, or {say}")
     return lines
 

@@ -25,12 +25,8 @@ DECIMAL_POINT: Final = r"[+-]?(?:[0-9]+\.[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 HEADER: Final = "name them in the first row, separated by commas, semicolons or tabs"
 Row = tuple[int, list[str]]
 """A row of a file: its place, from 1, and its cells."""
-
-
-def _read_number(text: str) -> float:
-    """Return the number that a cell shows, NaN where it shows none."""
-    shown = text.strip()
-    return float(shown) if re.fullmatch(NUMBER, shown) else np.nan
+Place = tuple[str, str, str]
+"""Where a cell of a translated table stands in the file: column, text, and how it was understood."""
 
 
 def shortest(value: float) -> str:
@@ -39,34 +35,15 @@ def shortest(value: float) -> str:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a cell of a translated table stands in the file: column, text, and how it was understood."""
-
-    column: str
-    text: str
-    read_as: str = ""
-
-
-@dataclass(frozen=True)
 class Table:
-    """Columns of n rows as text, and the problems found in them so far.
+    """Columns of n rows as text, shape (n,) each, and the problems found in them so far.
 
-    Attributes:
-        source: The file, for messages.
-        cells: The columns by name; shape (n,) each.
-        rows: Where each row of ``cells`` stands in the file.
-        unit: What ``rows`` counts: "row" of a text file, or "element" of a vector.
-        header_row: Where the names of the columns stand.
-        decimal_comma: Whether a comma in a number may be a decimal one.
-        closed: Columns that cannot be used: what is wrong and what to do.
-        ignored: Columns of the file that are not used.
-        differing: Those of them in which the rows differ.
-        left_out: What else of the file is not used, a sentence each.
-        copies_allowed: Whether beats or repeats that stand twice are meant.
-        problems: Grows with every check; :meth:`finish` raises them together.
-        place: Of a translated table: where a cell, by its index and column, stands in the file.
-        units: Units that are stated of columns, by the file's names or by its ``recording.yaml``.
-        remedy: What to do where a column is missing.
+    ``rows`` has where each stands in the file, counted in ``unit``: "row" of a text file, or "element" of a
+    vector. ``closed`` are columns that cannot be used, ``ignored`` those of the file that are not,
+    ``differing`` those of them in which the rows differ; ``left_out`` says what else is not used, a sentence
+    each. Where ``decimal_comma``, a comma in a number may be a decimal one. ``units`` are stated by the names
+    of the file or by its ``recording.yaml``. ``place`` tells of a translated table where a cell, by its index
+    and column, stands in the file. ``problems`` grow with every check; :meth:`finish` raises them together.
     """
 
     source: str
@@ -90,13 +67,7 @@ class Table:
     ) -> Table:
         """Return the columns that are used, of which none may be closed.
 
-        Args:
-            required: Columns that it must have.
-            optional: Columns that it may have.
-            texts: Those among them whose cells are no numbers, whatever they look like.
-
-        Raises:
-            RecordingError: A column is missing, or cannot be used; or a decimal comma stands beside points.
+        Cells of ``texts`` are no numbers, whatever they look like.
         """
         if missing := [name for name in required if name not in self.cells]:
             names = [*self.cells, *self.ignored]
@@ -109,16 +80,22 @@ class Table:
             self,
             cells={name: self.cells[name] for name in wanted},
             ignored=(*self.ignored, *others),
-            differing=(*self.differing, *(name for name in others if _differs(self.cells[name]))),
+            differing=(*self.differing, *(name for name in others if len({*self.cells[name].tolist()}) > 1)),
         )
         return used.with_decimal_points(texts) if self.decimal_comma else used
+
+    def with_empty(self, columns: Sequence[str]) -> Table:
+        """Return the table with those of the columns that it lacks, empty."""
+        empty = column_of([""] * len(self.rows))
+        return replace(self, cells={**dict.fromkeys(columns, empty), **self.cells})
 
     def number(
         self, column: str, low: float, high: float, remedy: str, *, may_be_empty: bool = False
     ) -> FloatArray:
         """Return a column of numbers within [low, high]; NaN where empty, which may be allowed, or wrong."""
         text = self.cells[column]
-        values = np.array([_read_number(cell) for cell in text], dtype=np.float64)
+        numbers = [float(cell) if _is_number(cell.strip()) else np.nan for cell in text]
+        values = np.array(numbers, dtype=np.float64)
         empty = np.isin(text, MISSING) & may_be_empty
         known = np.isfinite(values)
         written = "write a number with a decimal point" + (", or nothing" if may_be_empty else "")
@@ -130,16 +107,15 @@ class Table:
     def integer(self, column: str, low: int, high: int, remedy: str) -> IntArray:
         """Return a column of whole numbers within [low, high]; what is wrong becomes ``low``."""
         values = self.number(column, low, high, remedy)
-        fraction = np.isfinite(values) & (values != np.round(values))
-        self.flag(column, fraction, "is not a whole number", "correct the cell")
+        broken = np.isfinite(values) & (values != np.round(values))
+        self.flag(column, broken, "is not a whole number", "correct the cell")
         return np.clip(np.nan_to_num(values, nan=low), low, high).astype(np.int64)
 
     def choice(self, column: str, allowed: Sequence[str]) -> TextArray:
         """Return a column whose cells should all be among ``allowed``."""
         text = self.cells[column]
-        options = ", ".join(allowed)
-        wrong = ~np.isin(text, allowed)
-        self.flag(column, wrong, f"is none of {options}", "write one of them, in this spelling")
+        reason = f"is none of {', '.join(allowed)}"
+        self.flag(column, ~np.isin(text, allowed), reason, "write one of them, in this spelling")
         return text
 
     def unique(self, columns: Sequence[str], remedy: str = "keep one") -> None:
@@ -150,16 +126,14 @@ class Table:
     def refuse_lookalikes(self, remedies: Mapping[str, str], resembles: Callable[[str, str], bool]) -> None:
         """Refuse a column that nobody reads and that looks like one that is read and is not there.
 
-        Args:
-            remedies: By each column that is read: what to call it.
-            resembles: Whether a lower-case name is another spelling of that column.
+        ``remedies`` say of each column that is read what to call it; ``resembles`` tells whether a lower-case
+        name is another spelling of it.
         """
         absent = [name for name in remedies if name not in self.cells]
         for ignored in self.ignored:
             lowered = ignored.strip().lower()
             misspelt = [] if lowered in remedies else difflib.get_close_matches(lowered, absent, 1, SIMILAR)
-            alike = [*(name for name in absent if resembles(lowered, name)), *misspelt]
-            if alike:
+            if alike := [*(name for name in absent if resembles(lowered, name)), *misspelt]:
                 reason = f"is not read, and looks like {alike[0]}"
                 remedy = f"{remedies[alike[0]]}, or by a name that is less like it"
                 self.problems.append(Problem(self.source, reason, remedy, column=ignored))
@@ -172,14 +146,7 @@ class Table:
         self.flag(column, alike, reason, "rename one")
 
     def with_decimal_points(self, texts: Sequence[str]) -> Table:
-        """Return the table with points for decimal commas; one of both kinds is refused.
-
-        Args:
-            texts: Columns that are no numbers, and stay as they are.
-
-        Raises:
-            RecordingError: Some numbers have a comma, others a point.
-        """
+        """Return the table with points for decimal commas, but in ``texts``; one of both kinds is refused."""
         numbers = {name: cells for name, cells in self.cells.items() if name not in texts}
         comma = {name: _written_as(DECIMAL_COMMA, cells) for name, cells in numbers.items()}
         if not any(cells.any() for cells in comma.values()):
@@ -212,16 +179,12 @@ class Table:
         """Note a problem of one cell."""
         value, row = str(self.cells[column][index]), int(self.rows[index])
         if self.place is not None:
-            place = self.place(index, column)
-            column, value, reason = place.column, place.text, f"{place.read_as}{reason}"
+            column, value, read_as = self.place(index, column)
+            reason = f"{read_as}{reason}"
         self.problems.append(Problem(self.source, reason, remedy, row, column, value, self.unit))
 
     def finish(self) -> None:
-        """Raise all problems found.
-
-        Raises:
-            RecordingError: There is at least one.
-        """
+        """Raise all problems found."""
         raise_any(self.problems)
 
 
@@ -230,15 +193,6 @@ def table_of(source: str, rows: Sequence[Row], remedy: str, *, decimal_comma: bo
 
     A column without a name is called by its place, and left out where it is empty. Blank rows at the end do
     not count.
-
-    Args:
-        source: The file, for messages.
-        rows: Its rows.
-        remedy: What to do where a column is missing.
-        decimal_comma: Whether a comma in a number may be a decimal one.
-
-    Raises:
-        RecordingError: There is no row, rows differ in their number of cells, or a column is named twice.
     """
     first = next((number for number, (_, cells) in enumerate(rows) if _is_filled(cells)), len(rows))
     if first == len(rows):
@@ -249,7 +203,7 @@ def table_of(source: str, rows: Sequence[Row], remedy: str, *, decimal_comma: bo
         reason = f"names a column twice: {', '.join(twice)}"
         raise RecordingError(Problem(f"{source}, row {header_row}", reason, "rename or remove one"))
     last = max(number for number, (_, cells) in enumerate(rows) if _is_filled(cells))
-    below = [(place, cells) for place, cells in rows[first + 1 : last + 1]]
+    below = rows[first + 1 : last + 1]
     raise_any(_ragged(source, below, header_row, names))
     if not below:
         raise RecordingError(Problem(source, "holds no data row", "write at least one below the header"))
@@ -287,8 +241,7 @@ def _ragged(source: str, rows: Sequence[Row], header_row: int, names: Sequence[s
             reason = "each row has a first cell that the row of names does not name, as R writes row names"
             return [Problem(source, reason, "write the table without row names, or name their column")]
     if filled and not names[-1] and all(len(cells) == size - 1 for cells in filled):
-        reason = "the row of names ends in a delimiter, and the others do not"
-        return [Problem(source, reason, "remove it")]
+        return [Problem(source, "the row of names ends in a delimiter, and the others do not", "remove it")]
     widths = sorted(len(cells) for cells in filled)
     usual = widths[len(widths) // 2] if widths else 0
     wide = [place for place, cells in rows if len(cells) == usual and not any(map(_is_number, cells))]
@@ -359,10 +312,6 @@ def stood_before(columns: Iterable[Iterable[str]]) -> BoolArray:
     return np.array(before, dtype=np.bool_)
 
 
-def _differs(cells: TextArray) -> bool:
-    return len({*cells.tolist()}) > 1
-
-
 def column_of(values: Iterable[str]) -> TextArray:
     """Return texts as a column (n,)."""
     return np.array(list(values), dtype=np.object_)
@@ -370,7 +319,7 @@ def column_of(values: Iterable[str]) -> TextArray:
 
 def _by_value(cells: TextArray) -> list[str]:
     """Return texts (n,) of which those of equal numbers are equal."""
-    return [f"{float(cell):.15g}" if re.fullmatch(NUMBER, cell) else cell for cell in cells]
+    return [f"{float(cell):.15g}" if _is_number(cell) else cell for cell in cells]
 
 
 def _written_as(pattern: str, cells: TextArray) -> BoolArray:

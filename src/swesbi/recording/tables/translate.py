@@ -7,7 +7,6 @@ refused later is named by the file's own column and value.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
@@ -16,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import IntArray, TextArray
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import refusal
 from swesbi.recording.tables.columns import (
     EVERY_COLUMN,
     MEASURED,
@@ -32,7 +31,7 @@ from swesbi.recording.tables.columns import (
     stated_unit,
     unit_in_words,
 )
-from swesbi.recording.tables.layout import COUNTED, TableLayout
+from swesbi.recording.tables.layout import COUNTED, OWN_FORM, TableLayout
 from swesbi.recording.tables.table import NUMBER, Place, Table, column_of, spelling
 
 THREE: Final = "3"  # E = 3 mu of an incompressible, isotropic tissue
@@ -50,15 +49,6 @@ def in_own_terms(table: Table, layout: TableLayout, subject: str = "") -> Table:
 
     Columns that the layout does not name and that are not called as this project's are left out;
     ``differing`` has those in which rows of the recording differ.
-
-    Args:
-        table: As it stands in its file.
-        layout: How it differs.
-        subject: Whose rows are wanted, where it is a table of several.
-
-    Raises:
-        RecordingError: It lacks a column that the layout names, a column in use cannot be used, units
-            contradict each other, or it has no row of the subject.
     """
     blocks = _blocks(table, layout)
     used = list(dict.fromkeys(name for block in blocks for name in block.values()))
@@ -79,12 +69,12 @@ def in_own_terms(table: Table, layout: TableLayout, subject: str = "") -> Table:
     def place(index: int, column: str) -> Place:
         source = SHEAR_MODULUS if column == MODULUS and SHEAR_MODULUS in written else column
         if source not in written:
-            return Place(f"table.values.{column} of recording.yaml", str(layout.values.get(column, "")))
+            return f"table.values.{column} of recording.yaml", str(layout.values.get(column, "")), ""
         name = blocks[index % len(blocks)][source]
         read_as = f"read in {units[source]} as {column} " if source in units else ""
-        return Place(name, str(written[source][index]), read_as)
+        return name, str(written[source][index]), read_as
 
-    translated = place if not layout.is_own or SHEAR_MODULUS in written else None
+    translated = place if layout != OWN_FORM or SHEAR_MODULUS in written else None
     return replace(
         whole,
         cells=cells,
@@ -97,31 +87,27 @@ def in_own_terms(table: Table, layout: TableLayout, subject: str = "") -> Table:
 
 
 def _blocks(table: Table, layout: TableLayout) -> list[Block]:
-    """Return which of the table's columns each of ours is, by the samples that stand side by side.
-
-    Raises:
-        RecordingError: One that the layout names is not there.
-    """
+    """Return which of the table's columns each of ours is, by the samples that stand side by side."""
+    if any(name not in table.cells for name in layout.names):
+        table.using(layout.names)  # which names them
     samples = layout.table.samples or ({},)
-    named = [*layout.columns.values(), *(name for sample in samples for name in sample.values())]
-    if any(name not in table.cells for name in named):
-        table.using(named)  # which names them
     said = {*layout.columns, *layout.values, *samples[0]}
     own = [column for column in EVERY_COLUMN[1:] if column in table.cells and column not in said]
     if said & set(MEASURED):
         own = [column for column in own if column not in MEASURED]
     if len(measured := [column for column in own if column in MEASURED]) > 1:
-        reason = f"has {' and '.join(measured)}"
-        remedy = "name the one that was measured under `columns` of recording.yaml, or remove the others"
-        raise RecordingError(Problem(table.source, reason, remedy))
+        raise refusal(
+            table.source,
+            f"has {' and '.join(measured)}",
+            "name the one that was measured under `columns` of recording.yaml, or remove the others",
+        )
     return [{**layout.columns, **{column: column for column in own}, **sample} for sample in samples]
 
 
 def _units(source: str, blocks: Sequence[Block], layout: TableLayout) -> dict[str, str]:
     """Return the units that are stated of columns, by their names or by the layout.
 
-    Raises:
-        RecordingError: Names state a unit that contradicts the layout, or in which no such column is read.
+    Refused are names that state another unit than the layout, or one in which no such column is read.
     """
     units: dict[str, str] = {}
     for column, name in [item for block in blocks for item in block.items() if item[0] in UNITS]:
@@ -129,15 +115,17 @@ def _units(source: str, blocks: Sequence[Block], layout: TableLayout) -> dict[st
         stated = None if name == column else stated_unit(name)
         if stated is not None and stated not in UNITS[column]:
             other = [each for each in MEASURED if stated in UNITS[each]] if column in MEASURED else []
-            reason = f"states {stated}, and {column} is read in {', '.join(UNITS[column])}"
-            remedy = (
-                f"map it to {' or '.join(other)} in recording.yaml" if other else "convert it, and rename it"
+            raise refusal(
+                source,
+                f"states {stated}, and {column} is read in {', '.join(UNITS[column])}",
+                f"map it to {' or '.join(other)} in recording.yaml" if other else "convert it, and rename it",
+                column=name,
             )
-            raise RecordingError(Problem(source, reason, remedy, column=name))
         if stated is not None and said is not None and said != stated:
             of_file = f"`units.{column}` of recording.yaml is" if column in layout.units else "another is in"
-            reason = f"states {stated}, and {of_file} {said}"
-            raise RecordingError(Problem(source, reason, "correct one of them", column=name))
+            raise refusal(
+                source, f"states {stated}, and {of_file} {said}", "correct one of them", column=name
+            )
         if unit := stated or said:
             units[column] = unit
     return units
@@ -146,8 +134,7 @@ def _units(source: str, blocks: Sequence[Block], layout: TableLayout) -> dict[st
 def of_subject(table: Table, layout: TableLayout, subject: str) -> Table:
     """Return the rows of one subject, or all of a table of one.
 
-    Raises:
-        RecordingError: There is none, or rows may be the subject's: without a name, or spelled nearly so.
+    Refused are rows that may be the subject's: without a name, or with one that is spelled nearly so.
     """
     if SUBJECT not in layout.columns:
         return table
@@ -156,8 +143,13 @@ def of_subject(table: Table, layout: TableLayout, subject: str) -> Table:
     if not (names == subject).any():
         known = list(dict.fromkeys(names))
         listed = ", ".join(known[:10]) + (", ..." if len(known) > 10 else "")
-        remedy = f"write the name as in subjects.csv; it has {listed}"
-        raise RecordingError(Problem(table.source, "has no row", remedy, column=name, value=subject))
+        raise refusal(
+            table.source,
+            "has no row",
+            f"write the name as in subjects.csv; it has {listed}",
+            column=name,
+            value=subject,
+        )
     table = replace(table, problems=[])
     table.flag(name, names == "", "has no name, so it is nobody's row", "write the name in every row")
     alike = [
@@ -171,28 +163,21 @@ def of_subject(table: Table, layout: TableLayout, subject: str) -> Table:
     return replace(table, cells=cells, rows=table.rows[chosen])
 
 
-def rows_by_name(table: Table, layout: TableLayout) -> dict[str, int]:
-    """Return how many rows of a shared table are of each name."""
-    return dict(Counter(table.cells[layout.columns[SUBJECT]].tolist()))
-
-
 def _check_units_by_row(table: Table, unused: Sequence[str], block: Block, units: Mapping[str, str]) -> None:
-    """Refuse a column of units, row by row, in which no column in use is read throughout.
-
-    Raises:
-        RecordingError: There is one.
-    """
+    """Refuse a column of units, row by row, in which no column in use is read throughout."""
     own = {column: next(iter(UNITS[column])) for column in block if column in UNITS}
     read = set((own | dict(units)).values())
     for name in unused:
         words = list(dict.fromkeys(filter(None, table.cells[name].tolist())))
         stated = {unit_in_words(word) for word in words}
         if words and None not in stated and not (len(stated) == 1 and stated <= read):
-            reason = "states units row by row, in which no column is read throughout"
-            remedy = (
-                "write one unit in all rows, say it under `units` of recording.yaml, and drop this column"
+            raise refusal(
+                table.source,
+                "states units row by row, in which no column is read throughout",
+                "write one unit in all rows, say it under `units` of recording.yaml, and drop this column",
+                column=name,
+                value=", ".join(words),
             )
-            raise RecordingError(Problem(table.source, reason, remedy, column=name, value=", ".join(words)))
 
 
 def _understood(
@@ -200,24 +185,26 @@ def _understood(
 ) -> dict[str, TextArray]:
     """Return the cells in this project's columns, units, words and numbers."""
     cells = dict(written)
+
+    def change(column: str, by: Callable[[str], str]) -> None:
+        if column in cells:
+            cells[column] = column_of(map(by, cells[column]))
+
     for column, unit in units.items():
-        cells[column] = _changed(cells[column], _times(UNITS[column][unit]))
-    if "fit_r2" in cells:
-        cells["fit_r2"] = _changed(cells["fit_r2"], _fraction)
+        change(column, _times(UNITS[column][unit]))
+    change("fit_r2", _fraction)
     if SHEAR_MODULUS in cells:
-        cells[MODULUS] = _changed(cells.pop(SHEAR_MODULUS), _times(THREE))
+        cells[MODULUS] = cells.pop(SHEAR_MODULUS)
+        change(MODULUS, _times(THREE))
         if units.get(STANDARD_ERROR) in MODULUS_UNITS:
-            cells[STANDARD_ERROR] = _changed(cells[STANDARD_ERROR], _times(THREE))
-    if layout.table.statuses and "status" in cells:
-        cells["status"] = _changed(cells["status"], lambda word: layout.table.statuses.get(word, word))
-    if layout.table.first_phase and PHASE in cells:
-        from_first = _arithmetic(lambda number: number - layout.table.first_phase)
-        cells[PHASE] = _changed(cells[PHASE], from_first)
-    for column, value in layout.values.items():
-        if value != COUNTED:
-            cells[column] = column_of([str(value)] * len(rows))
-    for column in [column for column, value in layout.values.items() if value == COUNTED]:
-        cells[column] = _counted(cells, column, rows)
+            change(STANDARD_ERROR, _times(THREE))
+    change("status", lambda word: layout.table.statuses.get(word, word))
+    if layout.table.first_phase:
+        change(PHASE, _arithmetic(lambda number: number - layout.table.first_phase))
+    # what is counted may be so within what is constant
+    for column, value in sorted(layout.values.items(), key=lambda item: item[1] == COUNTED):
+        is_counted = value == COUNTED
+        cells[column] = _counted(cells, column, rows) if is_counted else column_of([str(value)] * len(rows))
     return cells
 
 
@@ -234,10 +221,6 @@ def _counted(cells: Mapping[str, TextArray], column: str, rows: IntArray) -> Tex
         known = seen.setdefault(key, {})
         numbers.append(known.setdefault(row if column == PHASE else index, len(known)))
     return column_of(map(str, numbers))
-
-
-def _changed(cells: TextArray, change: Callable[[str], str]) -> TextArray:
-    return column_of(map(change, cells))
 
 
 def _times(factor: str) -> Callable[[str], str]:

@@ -11,7 +11,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from swesbi.recording.problems import Problem, RecordingError
+from swesbi.recording.problems import Problem, RecordingError, refusal
 from swesbi.recording.tables.csv_text import EXCEL_BEGINNINGS, MAX_BYTES, read_bytes
 from swesbi.recording.tables.table import HEADER, Row, Table, in_one_line, shortest, table_of
 
@@ -36,32 +36,18 @@ SHOWN_AS_IT_IS: Final = re.compile(r'\[[^\]]*\]|[_*\\].|"[^"]*"')
 def read_workbook(path: Path, sheet: str | None, header_row: int = 1) -> Table:
     """Return a sheet's table, numbers as their shortest text; hidden and struck columns are closed.
 
-    Args:
-        path: An .xlsx or .xlsm file.
-        sheet: Name of the sheet; None: the only one with content.
-        header_row: No row before this one is read.
-
-    Raises:
-        RecordingError: The file is missing or no such workbook, has no such sheet or more than one, has
-            hidden rows, or a formula without a computed value.
+    No row before ``header_row`` is read; without a ``sheet`` it is the only one with content. Refused are
+    hidden rows, and formulas without a computed value.
     """
-    shown, rows = _sheet_and_rows(path, sheet)
+    shown, rows = sheet_and_rows(path, sheet)
     _check_hidden_rows(path, shown, [number for number, _ in rows])
     below = [(number, cells) for number, cells in rows if number >= header_row]
     table = table_of(str(path), below, HEADER)
     return replace(table, closed=dict(_closed(path, shown, table)), left_out=_notes(shown))
 
 
-def workbook_rows(path: Path) -> list[Row]:
-    """Return the rows of the only sheet with content.
-
-    Raises:
-        RecordingError: As of :func:`read_workbook`.
-    """
-    return _sheet_and_rows(path, None)[1]
-
-
-def _sheet_and_rows(path: Path, sheet: str | None) -> tuple[Worksheet, list[Row]]:
+def sheet_and_rows(path: Path, sheet: str | None) -> tuple[Worksheet, list[Row]]:
+    """Return a sheet, without a name the only one with content, and its rows that are not empty."""
     content = read_bytes(path)
     has_formulas = _check_size(path, content)
     values = _opened(path, content, data_only=True)
@@ -79,8 +65,11 @@ def _sheet_and_rows(path: Path, sheet: str | None) -> tuple[Worksheet, list[Row]
 def _check_size(path: Path, content: bytes) -> bool:
     """Refuse what is no workbook of moderate size, before a cell is made; tell whether it has formulas."""
     if content.startswith(EXCEL_BEGINNINGS[1]):
-        reason = "is a workbook of the old form, or one that a password protects"
-        raise RecordingError(Problem(str(path), reason, "save it without a password as .xlsx"))
+        raise refusal(
+            path,
+            "is a workbook of the old form, or one that a password protects",
+            "save it without a password as .xlsx",
+        )
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             members = archive.infolist()
@@ -88,14 +77,18 @@ def _check_size(path: Path, content: bytes) -> bool:
                 raise ValueError(f"holds more than {MAX_BYTES // 1024**2} MiB")
             parts = {one.filename: archive.read(one) for one in members if one.filename.endswith(".xml")}
     except (ValueError, OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
-        raise RecordingError(_unreadable(path, error)) from error
+        raise _unreadable(path, error) from error
     if any(STRICT in part for name, part in parts.items() if name.startswith("xl/workbook")):
-        reason = "is a 'Strict Open XML Spreadsheet'"
-        raise RecordingError(Problem(str(path), reason, "save it as 'Excel Workbook (.xlsx)', or as CSV"))
+        raise refusal(
+            path, "is a 'Strict Open XML Spreadsheet'", "save it as 'Excel Workbook (.xlsx)', or as CSV"
+        )
     for name, part in parts.items():
         if "/worksheets/" in name and _cells_of(part) > MOST_CELLS:
-            reason = f"has a sheet of more than {MOST_CELLS} cells, merged ones counted"
-            raise RecordingError(Problem(str(path), reason, "save the sheet as 'CSV UTF-8'"))
+            raise refusal(
+                path,
+                f"has a sheet of more than {MOST_CELLS} cells, merged ones counted",
+                "save the sheet as 'CSV UTF-8'",
+            )
     return any(FORMULA.search(part) for name, part in parts.items() if "/worksheets/" in name)
 
 
@@ -124,26 +117,31 @@ def _opened(path: Path, content: bytes, data_only: bool) -> Workbook:
         return load_workbook(io.BytesIO(content), data_only=data_only)
     # openpyxl raises whatever the broken part of a file makes it raise
     except Exception as error:
-        raise RecordingError(_unreadable(path, error)) from error
+        raise _unreadable(path, error) from error
 
 
-def _unreadable(path: Path, error: Exception) -> Problem:
-    return Problem(str(path), " ".join(f"cannot be read as a workbook ({error})".split()), SAVE_AGAIN)
+def _unreadable(path: Path, error: Exception) -> RecordingError:
+    return refusal(path, " ".join(f"cannot be read as a workbook ({error})".split()), SAVE_AGAIN)
 
 
 def _chosen(path: Path, book: Workbook, sheet: str | None) -> str:
     names = [each.title for each in book.worksheets]
     if sheet is not None:
         if sheet not in names:
-            remedy = "correct the key `table.sheet` of recording.yaml"
-            reason = f"is no sheet of the workbook, which has {', '.join(names)}"
-            raise RecordingError(Problem(str(path), reason, remedy, value=sheet))
+            raise refusal(
+                path,
+                f"is no sheet of the workbook, which has {', '.join(names)}",
+                "correct the key `table.sheet` of recording.yaml",
+                value=sheet,
+            )
         return sheet
     filled = [each.title for each in book.worksheets if each.max_row > 1]
     if len(filled) != 1:
-        reason = f"has {len(filled)} sheets with rows: {', '.join(filled) or 'none'}"
-        remedy = "name the one that counts under the key `table.sheet` of recording.yaml"
-        raise RecordingError(Problem(str(path), reason, remedy))
+        raise refusal(
+            path,
+            f"has {len(filled)} sheets with rows: {', '.join(filled) or 'none'}",
+            "name the one that counts under the key `table.sheet` of recording.yaml",
+        )
     return filled[0]
 
 
@@ -155,16 +153,18 @@ def _check_computed(path: Path, shown: Worksheet, written: Worksheet) -> None:
             if cell.value is None and isinstance(text, str) and text.startswith("="):
                 reason = "is a formula whose value was never computed"
                 place = f"number {cell.column}"
-                raise RecordingError(Problem(str(path), reason, SAVE_AGAIN, cell.row, place, text))
+                raise refusal(path, reason, SAVE_AGAIN, cell.row, place, text)
 
 
 def _check_hidden_rows(path: Path, shown: Worksheet, filled: Sequence[int]) -> None:
     """Refuse hidden rows with content: a filter hides what somebody meant to leave out, or forgot."""
     hidden = [row for row in filled if shown.row_dimensions[row].hidden]
     if hidden:
-        reason = f"has {len(hidden)} hidden rows with content, the first of them {hidden[0]}"
-        remedy = "delete what is not meant, or clear the filter, and save it again"
-        raise RecordingError(Problem(str(path), reason, remedy))
+        raise refusal(
+            path,
+            f"has {len(hidden)} hidden rows with content, the first of them {hidden[0]}",
+            "delete what is not meant, or clear the filter, and save it again",
+        )
 
 
 def _closed(path: Path, shown: Worksheet, table: Table) -> Iterator[tuple[str, Problem]]:
@@ -185,10 +185,10 @@ def _closed(path: Path, shown: Worksheet, table: Table) -> Iterator[tuple[str, P
         name, number = in_one_line(_as_text(cell)) or f"column {cell.column}", int(cell.column or 0)
         if number in hidden:
             remedy = "delete the column, or show it, and save the workbook again"
-            yield name, Problem(str(path), "is hidden", remedy, column=name)
+            yield (name, Problem(str(path), "is hidden", remedy, column=name))
         elif number in merged:
             remedy = "unmerge them, and write the value into every row"
-            yield name, Problem(str(path), "has merged cells", remedy, merged[number], name)
+            yield (name, Problem(str(path), "has merged cells", remedy, merged[number], name))
         else:
             marked = ((row, _mark(shown.cell(row, number))) for row in table.rows.tolist())
             if found := next(((row, mark) for row, mark in marked if mark), None):

@@ -5,7 +5,7 @@ A gated recording has phases that many beats share, a free-running one single pu
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,16 +25,7 @@ HEAD_ROOM: Final = 1.08
 def draw_band(
     axes: Axes, phase: FloatArray, band: Band, color: str, label: str = "", *, line: str = "-"
 ) -> None:
-    """Draw a median within its interval at every point of the cycle, with one entry of the legend.
-
-    Args:
-        axes: Where to draw.
-        phase: Fractions of the cycle; shape (k,).
-        band: Median and interval; each of shape (k,).
-        color: Of the line and the band.
-        label: What the legend calls both; no entry where empty.
-        line: Style of the median.
-    """
+    """Draw a median within its interval at every point of the cycle, with one entry of the legend."""
     axes.plot(phase, band.median, line, color=color)
     axes.fill_between(phase, band.low, band.high, color=color, alpha=0.25, lw=0, label=label)
 
@@ -63,14 +54,29 @@ def draw_points(
 ) -> None:
     """Draw measured points with their standard errors; a point that was not measured is NaN and left out."""
     shown = np.isfinite(value)
-    mark: dict[str, Any] = {"fmt": "o", "ms": 2.2, "elinewidth": 0.8, "zorder": 4}
-    axes.errorbar(phase[shown], value[shown], se[shown], color=color, label=label, **mark)
+    axes.errorbar(
+        phase[shown],
+        value[shown],
+        se[shown],
+        fmt="o",
+        ms=2.2,
+        elinewidth=0.8,
+        zorder=4,
+        color=color,
+        label=label,
+    )
 
 
-def draw_missing(axes: Axes, phase: FloatArray, label: str = "phase without a measurement") -> None:
+def draw_missing(axes: Axes, phase: FloatArray) -> None:
     """Mark the points of a recording that were not measured."""
     for number, at in enumerate(phase):
-        axes.axvline(at, color=EXCLUDED_POSTERIOR, lw=0.8, ls=":", label=None if number else label)
+        axes.axvline(
+            at,
+            color=EXCLUDED_POSTERIOR,
+            lw=0.8,
+            ls=":",
+            label=None if number else "phase without a measurement",
+        )
 
 
 def cycle_axis(axes: Axes, label: str = PHASE) -> None:

@@ -9,10 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from swesbi.base.arrays import FloatArray
 from swesbi.checks.calibration.dataset import Calibration, Diagnostics
 from swesbi.checks.calibration.ranks import NETWORK, QUANTITY_NAMES, WEIGHTED, RankedRecordings
-from swesbi.checks.calibration.settings import JudgementSettings
 from swesbi.checks.calibration.table import (
     JOINT,
     LOCAL,
@@ -24,31 +22,28 @@ from swesbi.checks.calibration.table import (
     binomial_ends,
 )
 from swesbi.checks.calibration.uniformity import band, points, uniformity
+from swesbi.checks.settings import JudgementSettings
 from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, PHI_SYMBOLS
 from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE
-from swesbi.report.figures.forest import Panel, Series, finish_panel, intervals
+from swesbi.report.figures.forest import Panel, Series, finish_panel, intervals, name_rows
 from swesbi.report.figures.style import (
     EXCLUDED_BACKGROUND,
     POSTERIOR,
     PRIOR,
     SERIES,
-    TEXT_WIDTH_IN,
+    WIDE_IN,
     Drawing,
+    drawing,
     in_percent,
-    new_figure,
-    style,
     titled,
 )
 from swesbi.report.figures.style import NETWORK as STYLE_NETWORK
 from swesbi.report.numbers import as_percent, count, share
 from swesbi.verdict.summary import ANSWERS, RECORDINGS
 
-WIDTH_IN: Final = 1.45 * TEXT_WIDTH_IN
-HEIGHT_IN: Final = 4.1
 LABELS: Final = {
     **PHI_SYMBOLS, ISOMETRIC: ISOMETRIC_SYMBOL, "log_likelihood": "log-likelihood", JOINT: "all jointly",
 }  # fmt: skip
-COVERAGE: Final = ("low", "coverage", "high")
 LOOK: Final = {
     f"{sampler} {kind}": Series(color, f"{ANSWERS[sampler]}, {RECORDINGS[kind]}", filled=kind == MODEL_NOISE)
     for sampler, color in ((NETWORK, STYLE_NETWORK), (WEIGHTED, POSTERIOR))
@@ -68,22 +63,15 @@ def draw_calibration(
 ) -> Drawing:
     """Draw the ranks of each quantity in the reported posterior, and the coverage of both samplers.
 
-    Args:
-        calibration: Recordings of known parameters.
-        table: ``calibration.csv``.
-        judgement: What is asked.
-        max_k_hat: Pareto shape above which weights are not used.
-        experiment: Name of the experiment.
-        cohort_title: What the subjects are ("virtual volunteers").
+    Weights of a Pareto shape above ``max_k_hat`` are not used.
     """
     own = calibration.model_noise
-    with style():
-        figure = new_figure(WIDTH_IN, HEIGHT_IN)
+    title = titled(f"Calibration of the experiment '{experiment}'", f"contexts of the {cohort_title}")
+    weights = _weights(own.diagnostics, max_k_hat)
+    with drawing(WIDE_IN, 4.1, f"{title}\n{weights}") as figure:
         ranks, covered = figure.subplots(1, 2)
         _draw_ranks(ranks, own.ranked, judgement.alpha)
         _draw_coverage(covered, table, judgement.confidence)
-        title = titled(f"Calibration of the experiment '{experiment}'", f"contexts of the {cohort_title}")
-        figure.suptitle(f"{title}\n{_weights(own.diagnostics, max_k_hat)}", fontsize=7.5)
         for axes, entries_a_row in ((ranks, 3), (covered, 1)):
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=entries_a_row)
     return figure
@@ -101,26 +89,25 @@ def _weights(diagnostics: Diagnostics, max_k_hat: float) -> str:
 
 def _draw_ranks(axes: Axes, ranked: RankedRecordings, alpha: float) -> None:
     """Draw distribution functions of ranks less the uniform one, over the band for all recordings."""
-    low, high = (_with_ends(limit) for limit in band(len(ranked.truth), alpha / len(ranked.names)))
+    low, high = band(len(ranked.truth), alpha / len(ranked.names))
     at = np.concatenate([[0.0], points(), [1.0]])
     label = f"band, left by chance in {as_percent(alpha)}"
-    axes.fill_between(at, low, high, color=EXCLUDED_BACKGROUND, lw=0, zorder=-1, label=label)
+    axes.fill_between(
+        at, np.pad(low, 1), np.pad(high, 1), color=EXCLUDED_BACKGROUND, lw=0, zorder=-1, label=label
+    )
     axes.axhline(0.0, color=PRIOR, lw=0.8, ls="--", zorder=0)
     for column, (name, color) in enumerate(zip(QUANTITY_NAMES, SERIES, strict=False)):
         difference = uniformity(ranked.weighted.level[:, column]).difference
-        axes.plot(at, _with_ends(difference), color=color, lw=0.9, label=LABELS[name])
-    axes.set_xlim(0.0, 1.0)
+        axes.plot(at, np.pad(difference, 1), color=color, lw=0.9, label=LABELS[name])
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(5, min_n_ticks=3))
         in_percent(axis)
-    axes.set_xlabel("posterior draws below the truth")
-    axes.set_ylabel("share of recordings, less the expected one")
-    axes.set_title("(a) ranks in the exact posterior")
-
-
-def _with_ends(difference: FloatArray) -> FloatArray:
-    """Return a difference of distribution functions with its zeros at both ends."""
-    return np.concatenate([[0.0], difference, [0.0]])
+    axes.set(
+        title="(a) ranks in the exact posterior",
+        xlabel="posterior draws below the truth",
+        ylabel="share of recordings, less the expected one",
+        xlim=(0.0, 1.0),
+    )
 
 
 def _draw_coverage(axes: Axes, table: pd.DataFrame, confidence: float) -> None:
@@ -136,9 +123,8 @@ def _draw_coverage(axes: Axes, table: pd.DataFrame, confidence: float) -> None:
         row=shown["quantity"].to_numpy(),
         series=(shown["sampler"] + " " + shown["recordings"]).to_numpy(),
     )
-    intervals(axes, rows, LOOK, order=list(LABELS), of=COVERAGE)
-    axes.set_yticks(range(len(LABELS)), list(LABELS.values()))
-    axes.set_ylim(len(LABELS) - 0.5, -0.5)
+    intervals(axes, rows, LOOK, order=list(LABELS), of=("low", "coverage", "high"))
+    name_rows(axes, list(LABELS.values()))
     label = f"coverage ({as_percent(confidence)} Clopper-Pearson intervals)"
     title = f"(b) {as_percent(REPORTED_LEVEL)} intervals and regions"
     finish_panel(axes, Panel(title, label, "percent", REPORTED_LEVEL))

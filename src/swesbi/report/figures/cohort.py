@@ -13,7 +13,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.artefacts import UnfitError
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.truths import Truths
@@ -28,12 +27,11 @@ from swesbi.report.figures.style import (
     REFUSED_COLOR,
     STATUS_COLORS,
     Drawing,
+    drawing,
     few_ticks,
-    new_figure,
     plain,
     plain_decades,
     shared_legend,
-    style,
     titled,
 )
 from swesbi.report.numbers import as_percent, share
@@ -44,13 +42,10 @@ from swesbi.verdict.summary import (
     CohortTable,
     answer_summary,
     cohort_table,
-    is_exact,
 )
 from swesbi.verdict.verdict import Verdict
 
 LOGGER = logging.getLogger("swesbi")
-SIZE_IN: Final = (7.2, 7.0)
-WIDE: Final = 1.9
 CONTEXT: Final = {"hr_bpm": "heart rate (1/min)", "age_years": "age (years)", "lvedv_ml": "LVEDV (mL)"}
 MOST_NAMED: Final = 24
 LONGEST_LEVEL_NAME: Final = 3
@@ -60,14 +55,7 @@ OUTSIDE: Final = "outside the declared range"
 
 @dataclass(frozen=True)
 class Overview:
-    """What the figure shows.
-
-    Attributes:
-        table: Rows of ``cohort.csv``.
-        truth: True theta (3,) of the subjects of a generated cohort; empty for a recorded one.
-        prior: The joint prior, drawn for scale.
-        interval: Mass of the credible intervals.
-    """
+    """What the figure shows: rows of ``cohort.csv``, true theta (3,) where known, the prior for scale."""
 
     table: pd.DataFrame
     truth: Mapping[str, FloatArray]
@@ -107,25 +95,9 @@ def population_cohort(
 ) -> CohortOutputs:
     """Tabulate and draw every subject of a cohort as a population's network answers it.
 
-    Args:
-        verdicts: Of every subject that is answered.
-        truth: True parameters of a generated cohort.
-        cohort_contexts: All subjects, in the cohort's order.
-        refused: Reasons, by subject.
-        joint_prior: Drawn for scale.
-        interval: Mass of the credible intervals.
-        cohort_title: What the subjects are called.
-        experiment: Name of the experiment.
-
-    Raises:
-        UnfitError: A verdict is not of an experiment on speeds.
-        ArtefactError: A subject has neither an answer nor a reason.
+    ``cohort_contexts`` are all subjects in order; each has a verdict, or a reason in ``refused``.
     """
-    answers = {}
-    for subject, verdict in verdicts.items():
-        if not is_exact(verdict):
-            raise UnfitError("verdicts", f"that of {subject} is not of an experiment on speeds")
-        answers[subject] = answer_summary(verdict)
+    answers = {subject: answer_summary(verdict) for subject, verdict in verdicts.items()}
     table = cohort_table([row.to_context() for row in cohort_contexts], answers, refused)
     overview = Overview(table, truth or {}, joint_prior, interval)
     counts = table["status"].value_counts()
@@ -137,25 +109,18 @@ def draw_cohort(overview: Overview, cohort_title: str, experiment: str) -> Figur
     """Draw a row a parameter: answers in order of their medians, against context, and against a known truth.
 
     The legend counts the verdicts; every cohort gives the same size.
-
-    Args:
-        overview: What is shown.
-        cohort_title: What the subjects are ("virtual volunteers").
-        experiment: Name of the experiment.
     """
     columns, rows = 1 + len(CONTEXT) + bool(overview.truth), len(PHI_NAMES)
-    with style():
-        figure = new_figure(*SIZE_IN)
-        grid = figure.add_gridspec(rows, columns, width_ratios=[WIDE] + [1.0] * (columns - 1))
+    median = overview.answered["efficiency"].median()
+    weights = f", efficiency of the weights {share(median, 0)} (median)" if median == median else ""
+    title = titled(f"Answers of the experiment '{experiment}'{weights}", cohort_title)
+    with drawing(7.2, 7.0, title) as figure:
+        grid = figure.add_gridspec(rows, columns, width_ratios=[1.9] + [1.0] * (columns - 1))
         for j in range(rows):
             truth = bool(overview.truth) and j < len(THETA_NAMES)
             count = 1 + len(CONTEXT) + truth
             _draw_row([figure.add_subplot(grid[j, i]) for i in range(count)], overview, j, truth=truth)
         named = [figure.axes[0], figure.axes[columns - 1]]
-        median = overview.answered["efficiency"].median()
-        weights = f", efficiency of the weights {share(median, 0)} (median)" if median == median else ""
-        what = f"Answers of the experiment '{experiment}'{weights}"
-        figure.suptitle(titled(what, cohort_title), fontsize=7.5)
         refused = int((overview.table["status"] == REFUSED).sum())
         if refused:
             named[0].plot([], [], "o", ms=3.0, mew=0, color=REFUSED_COLOR, label=f"refused ({refused})")
@@ -166,36 +131,32 @@ def draw_cohort(overview: Overview, cohort_title: str, experiment: str) -> Figur
 def _draw_row(panels: Sequence[Axes], overview: Overview, j: int, *, truth: bool) -> None:
     """Draw one parameter in all its panels, on one logarithmic axis, and label the last row's."""
     shown, name, limits = overview.answered, PHI_NAMES[j], overview.limits(j)
+    first, last, band = j == 0, j == len(PHI_NAMES) - 1, prior_band(overview.prior)[:, j]
     _draw_in_order(panels[0], shown, name)
-    for axes, column in zip(panels[1:], CONTEXT, strict=False):
+    panels[0].set(
+        title=f"median, {as_percent(overview.interval)} interval" if first else "",
+        xlabel=f"{len(shown)} subjects, sorted in each panel" if last else "",
+        ylabel=PHI_LABELS[j].replace(" (", "\n("),
+    )
+    for axes, (column, label) in zip(panels[1:], CONTEXT.items(), strict=False):
         _draw_against(axes, shown, shown[column].to_numpy(dtype=float), name)
         axes.xaxis.set_major_locator(few_ticks(integer=True))
+        axes.set_xlabel(label if last else "")
     if truth:
         _draw_against_truth(panels[-1], overview, j, limits)
+        lowest = j == len(THETA_NAMES) - 1
+        panels[-1].set(title="against the truth" if first else "", xlabel="truth" if lowest else "")
     for axes in panels:
-        band = prior_band(overview.prior)[:, j]
         axes.axhspan(*band, color=PRIOR, alpha=0.16, lw=0, zorder=0, label="prior, central 90 %")
-        axes.set_yscale("log")
-        axes.set_ylim(*limits)
         plain_decades(axes.yaxis)
+        axes.set_ylim(*limits)
         axes.tick_params(labelleft=axes is panels[0])
-    panels[0].set_ylabel(PHI_LABELS[j].replace(" (", "\n("))
-    if j == 0:
-        panels[0].set_title(f"median, {as_percent(overview.interval)} interval")
-        if truth:
-            panels[-1].set_title("against the truth")
-    if j == len(THETA_NAMES) - 1 and truth:
-        panels[-1].set_xlabel("truth")
-    if j == len(PHI_NAMES) - 1:
-        panels[0].set_xlabel(f"{len(shown)} subjects, sorted in each panel")
-        for axes, label in zip(panels[1:], CONTEXT.values(), strict=False):
-            axes.set_xlabel(label)
 
 
 def _draw(axes: Axes, shown: pd.DataFrame, x: FloatArray, name: str, **look: Any) -> None:  # noqa: ANN401
     """Draw the answers for a parameter at places along x, coloured by verdict."""
-    answers = pd.DataFrame({end: shown[f"{name}_{end}"].to_numpy(dtype=float) for end in ENDS})
-    answers = answers.assign(row=x, series=shown["status"].to_numpy())
+    ends = {end: shown[f"{name}_{end}"].to_numpy(dtype=float) for end in ENDS}
+    answers = pd.DataFrame({"row": x, "series": shown["status"].to_numpy(), **ends})
     number = shown["status"].value_counts()
     series = {
         status: Series(color, f"{status} ({number.get(status, 0)})", lane="all", **look)
@@ -231,9 +192,8 @@ def _draw_against_truth(axes: Axes, overview: Overview, j: int, limits: tuple[fl
     values = np.array([overview.truth[subject][j] for subject in shown["subject"]], dtype=float)
     _draw_against(axes, shown, values, PHI_NAMES[j])
     axes.plot(limits, limits, color=OBSERVED, lw=0.6, ls="--", label="answer = truth")
-    axes.set_xscale("log")
-    axes.set_xlim(*limits)
     plain_decades(axes.xaxis)
+    axes.set_xlim(*limits)
 
 
 def counted_reasons(table: pd.DataFrame) -> dict[str, int]:

@@ -22,7 +22,6 @@ RANGE_QUANTILES: Final = (0.002, 0.998)
 DENSITY_QUANTILES: Final = (0.0005, 0.9995)
 PRIOR_TAIL: Final = 0.05
 MARGIN: Final = 0.06
-FARTHEST: Final = 1.0
 GRID_POINTS: Final = 50
 
 
@@ -55,7 +54,7 @@ def prior_band(prior: PriorSettings | JointPriorSettings) -> FloatArray:
 def shown_range(draws: FloatArray, points: Sequence[float]) -> tuple[float, float]:
     """Return the range of nearly all draws, widened to each point unless that would dwarf them."""
     low, high = map(float, np.quantile(draws, RANGE_QUANTILES))
-    reach = FARTHEST * (high - low)
+    reach = high - low
     near = [point for point in points if low - reach <= point <= high + reach]
     low, high = min([low, *near]), max([high, *near])
     margin = MARGIN * (high - low) or MARGIN * abs(high)
@@ -79,9 +78,10 @@ def draw_marginal(
 ) -> None:
     """Draw a marginal and the prior, each scaled to its maximum, with median and credible interval."""
     theta, per_log = log_density_of_prior(prior)
-    density = per_log / theta
-    scaled, mass = density / density.max(), as_percent(interval)
-    axes.fill_between(theta, scaled, color=PRIOR, alpha=0.3, lw=0, label="prior (dotted: bounds)")
+    density, mass = per_log / theta, as_percent(interval)
+    axes.fill_between(
+        theta, density / density.max(), color=PRIOR, alpha=0.3, lw=0, label="prior (dotted: bounds)"
+    )
     draw_density(axes, draws, color=color, label=label)
     low, median, high = map(float, median_and_interval(draws, interval))
     axes.axvline(median, color=OBSERVED, lw=0.8, label=f"median; 50 % and {mass} regions")
@@ -118,28 +118,24 @@ def draw_contours(
         return
     mesh = np.meshgrid(_span(x, GRID_POINTS), _span(y, GRID_POINTS))
     density = gaussian_kde(np.stack([x, y]))(np.stack([mesh[0].ravel(), mesh[1].ravel()]))
-    # the mass below each density, on the grid
     ordered = np.sort(density)
-    below = np.cumsum(ordered) / ordered.sum()
-    levels = ordered[np.searchsorted(below, outside)]
+    mass_below = np.cumsum(ordered) / ordered.sum()
+    levels = ordered[np.searchsorted(mass_below, outside)]
     axes.contour(*mesh, density.reshape(mesh[0].shape), levels=levels, **look)
 
 
 def finish_corner(axes: Axes, place: tuple[int, int], limits: tuple[float, float], last: int) -> None:
     """Give a panel of the lower triangle its limits, with labels at the left and the bottom only."""
     row, column = place
-    axes.set_xlim(limits)
+    axes.set(xlim=limits, xlabel=PHI_LABELS[column] if row == last else "")
     axes.xaxis.set_major_locator(few_ticks())
     axes.tick_params(labelbottom=row == last, labelleft=column == 0)
-    if row == last:
-        axes.set_xlabel(PHI_LABELS[column])
     if column == row:
         axes.set_yticks([])
         axes.spines["left"].set_visible(False)
-        return
-    axes.yaxis.set_major_locator(few_ticks())
-    if column == 0:
-        axes.set_ylabel(PHI_LABELS[row])
+    else:
+        axes.yaxis.set_major_locator(few_ticks())
+        axes.set_ylabel("" if column else PHI_LABELS[row])
 
 
 def _span(draws: FloatArray, points: int) -> FloatArray:

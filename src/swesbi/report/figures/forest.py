@@ -14,41 +14,31 @@ from matplotlib.figure import Figure
 from swesbi.base.arrays import FloatArray
 from swesbi.report.figures.style import (
     PRIOR,
-    TEXT_WIDTH_IN,
+    WIDE_IN,
+    drawing,
     few_ticks,
     in_percent,
-    new_figure,
+    panel_grid,
     plain,
     plain_decades,
     shared_legend,
-    style,
 )
 
 ENDS: Final = ("low", "median", "high")
 ROW_HEIGHT_IN: Final = 0.19
-LEAST_HEIGHT_IN: Final = 0.9
 PANEL_FRAME_IN: Final = 0.65
-FRAME_IN: Final = 0.55
 SPREAD: Final = 0.68
 """How much of a row the lanes of its series share."""
-LEGEND_SIZE: Final = 3.0
 MOST_ROWS: Final = 40
 """Rows that a reader can tell apart in one panel."""
 
 
 @dataclass(frozen=True)
 class Series:
-    """How one series of intervals looks.
+    """How one series of intervals looks; its marks are opaque, sizes and widths in points.
 
-    Attributes:
-        color: Of its marks and lines.
-        label: Its entry in the legend; none where empty.
-        marker: The mark of a median.
-        filled: Whether the mark is filled.
-        lane: Series of the same lane share a line of each row; by itself each has its own.
-        alpha: Opacity of the line from end to end; marks are opaque.
-        size: Of the marks, in points.
-        width: Of the lines, in points.
+    Series of the same ``lane`` share a line of each row, by itself each has its own. An empty ``label`` has
+    no entry in the legend.
     """
 
     color: str
@@ -63,14 +53,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel of a forest.
-
-    Attributes:
-        title: What is shown, with its unit where ``label`` has none.
-        label: Below the axis.
-        scale: Of the axis: plain numbers, logarithmic, or percent of fractions.
-        mark: A value to compare with, as a dashed line.
-    """
+    """One panel of a forest: title, label of the axis, its scale, and a value to compare with, dashed."""
 
     title: str
     label: str = ""
@@ -87,15 +70,10 @@ def intervals(
     of: tuple[str, str, str] = ENDS,
     upright: bool = False,
 ) -> None:
-    """Draw lower end, median and upper end of every row on given axes.
+    """Draw the columns ``of`` (lower end, median, upper end) of every row, by ``series``, on given axes.
 
-    Args:
-        axes: Where to draw. Only what is drawn is changed: scales, limits and ticks are the caller's.
-        rows: Columns ``row``, ``series`` and those of ``of``. A row without numbers is left out.
-        look: Of each series; a series that has no look is not drawn, one without rows has no legend.
-        order: Names of ``row`` from 0 on; a name that is not there is not drawn. None: ``row`` is a number.
-        of: Columns of the lower end, the median and the upper end.
-        upright: Whether rows stand side by side along x, with intervals along y.
+    A row without numbers is left out, and so are a series without look and a ``row`` not in ``order``.
+    Without ``order``, ``row`` is a number. ``upright`` rows stand side by side along x.
     """
     lanes = list(dict.fromkeys(series.lane or name for name, series in look.items()))
     for name, series in look.items():
@@ -130,27 +108,25 @@ def _draw(
     x, y = (at, median) if upright else (median, at)
     axes.plot(x, y, ms=series.size, **mark)
     if series.label:
-        axes.plot([], [], ms=max(series.size, LEGEND_SIZE), label=plain(series.label), **mark)
+        axes.plot([], [], ms=max(series.size, 3.0), label=plain(series.label), **mark)
 
 
 def name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Name the rows of a forest from top to bottom, whatever they are called."""
-    axes.set_yticks(range(len(names)), [plain(name) for name in names])
+    """Name the rows of a forest from top to bottom."""
+    axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
 
 
 def finish_panel(axes: Axes, panel: Panel) -> None:
     """Give axes the title, label, scale and mark of a panel, with three ticks or more."""
     axes.tick_params(axis="y", length=0)
-    axes.set_title(panel.title)
-    axes.set_xlabel(panel.label)
+    axes.set(title=panel.title, xlabel=panel.label)
     if panel.mark is not None:
         axes.axvline(panel.mark, color=PRIOR, lw=0.8, ls="--", zorder=0)
     if panel.scale == "log":
-        axes.set_xscale("log")
         plain_decades(axes.xaxis)
-        return
-    axes.xaxis.set_major_locator(few_ticks())
+    else:
+        axes.xaxis.set_major_locator(few_ticks())
     if panel.scale == "percent":
         in_percent(axes.xaxis)
 
@@ -165,27 +141,13 @@ def forest(
     names: Mapping[str, str] | None = None,
     of: tuple[str, str, str] = ENDS,
     columns: int = 4,
-    width_in: float = 1.45 * TEXT_WIDTH_IN,
     entries_a_row: int = 4,
     behind: Callable[[Axes, str], None] | None = None,
 ) -> Figure:
     """Draw a panel a quantity with a row a subject, group or stratum, and one legend below.
 
-    Args:
-        rows: Columns ``panel``, ``row``, ``series`` and those of ``of``, as for :func:`intervals`.
-        panels: By the values of ``panel``, in the order in which they are drawn.
-        look: Of each series.
-        title: Of the figure.
-        order: The rows from top to bottom; None: as they come.
-        names: What rows are called in the figure, where not by their own name.
-        of: Columns of the lower end, the median and the upper end.
-        columns: Most panels beside each other.
-        width_in: Of the figure, in inches.
-        entries_a_row: Of the legend.
-        behind: Draws more into a panel, given its axes and its name.
-
-    Raises:
-        ValueError: There is no row.
+    ``rows`` has the column ``panel`` and those of :func:`intervals`; ``names`` says what rows are called
+    where not by their own name; ``behind`` draws more into a panel, given its name.
     """
     order = list(dict.fromkeys(rows["row"])) if order is None else list(order)
     look = {name: series for name, series in look.items() if (rows["series"] == name).any()}
@@ -193,20 +155,15 @@ def forest(
         raise ValueError("no row to draw: the table is empty")
     across = min(columns, len(panels))
     down = -(-len(panels) // across)
-    height = max(LEAST_HEIGHT_IN, ROW_HEIGHT_IN * len(order)) + PANEL_FRAME_IN
-    with style():
-        figure = new_figure(width_in, down * height + FRAME_IN)
-        grid = figure.subplots(down, across, sharey=True, squeeze=False)
-        for spare in grid.flat[len(panels) :]:
-            spare.remove()
-        shown = list(grid.flat[: len(panels)])
+    height_in = max(0.9, ROW_HEIGHT_IN * len(order)) + PANEL_FRAME_IN
+    with drawing(WIDE_IN, down * height_in + 0.55, title) as figure:
+        shown = panel_grid(figure, len(panels), across, sharex=False)
         for axes, (name, panel) in zip(shown, panels.items(), strict=True):
             intervals(axes, rows[rows["panel"] == name], look, order=order, of=of)
             if behind is not None:
                 behind(axes, name)
             finish_panel(axes, panel)
         for axes in shown[::across]:
-            name_rows(axes, [(names or {}).get(name, name) for name in order])
-        figure.suptitle(title, fontsize=7.5)
+            name_rows(axes, [plain((names or {}).get(name, name)) for name in order])
         shared_legend(figure, shown, entries_a_row)
     return figure

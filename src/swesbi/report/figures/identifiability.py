@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -16,22 +16,21 @@ from swesbi.heart.model import isometric_share
 from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS
 from swesbi.posterior.result import ExactPosterior
 from swesbi.report.figures.band import PHASE, cycle_axis, from_zero
-from swesbi.report.figures.forest import Panel, finish_panel
+from swesbi.report.figures.forest import Panel, finish_panel, name_rows
 from swesbi.report.figures.style import (
     CMAES,
     OBSERVED,
     POSTERIOR,
     PRIOR,
     SERIES,
-    TEXT_WIDTH_IN,
+    WIDE_IN,
     Drawing,
     columns,
-    new_figure,
+    drawing,
     panel_grid,
     plain,
     plain_decades,
     rows,
-    style,
     titled,
 )
 from swesbi.report.numbers import fixed
@@ -42,12 +41,6 @@ PARTS: Final = {
     "nuisances": ("prior of the nuisance parameters", SERIES[4]),
     "likelihood": ("likelihood", POSTERIOR),
 }
-WIDTH_IN: Final = 1.45 * TEXT_WIDTH_IN
-FRAME_IN: Final = 0.55
-SUMMARY_IN: Final = 1.7
-PAIR_IN: Final = 1.2
-PHASES_IN: Final = 1.25
-LANE: Final = 0.25
 SHOWN_DRAWS: Final = 300
 MARGIN: Final = 1.1
 
@@ -57,17 +50,12 @@ def draw_identifiability(
 ) -> Drawing:
     """Draw what every quantity owes to what, the pair k_0 and k_ATP of each subject, and the phases.
 
-    Args:
-        posteriors: Of all subjects.
-        summary: ``identifiability.csv``.
-        information: ``information.csv``.
-        cohort_title: What the subjects are ("virtual volunteers").
+    ``summary`` is ``identifiability.csv``.
     """
     names = list(dict.fromkeys(summary["subject"]))
-    heights = [SUMMARY_IN, FRAME_IN + PAIR_IN * rows(len(names)), FRAME_IN + PHASES_IN]
-    with style():
-        figure = new_figure(WIDTH_IN, sum(heights))
-        grid = figure.add_gridspec(3, 1, height_ratios=heights)
+    heights_in = [1.7, 0.55 + 1.2 * rows(len(names)), 0.55 + 1.25]
+    with drawing(WIDE_IN, sum(heights_in)) as figure:
+        grid = figure.add_gridspec(3, 1, height_ratios=heights_in)
         above, middle, below = (figure.add_subfigure(grid[row]) for row in range(3))
         _draw_summary(above, summary)
         _draw_pairs(middle, posteriors, summary, names)
@@ -82,17 +70,15 @@ def _draw_summary(figure: SubFigure, summary: pd.DataFrame) -> None:
     row = summary["quantity"].map(list(SYMBOLS).index).to_numpy(float)
     contraction.plot(summary["contraction_log"], row, "o", color=OBSERVED, ms=2.6, mew=0.0, alpha=0.6)
     for lane, (part, (label, color)) in enumerate(PARTS.items()):
-        at = row + LANE * (lane - 1)
-        look: Any = {"color": color, "ms": 2.8, "mew": 0.0, "alpha": 0.8, "label": label}
-        sensitivity.plot(summary[f"sensitivity_{part}"], at, "o", **look)
+        at, sensitive = row + 0.25 * (lane - 1), summary[f"sensitivity_{part}"]
+        sensitivity.plot(sensitive, at, "o", color=color, ms=2.8, mew=0.0, alpha=0.8, label=label)
     finish_panel(contraction, Panel("Contraction", "1 − posterior / prior variance"))
-    per_doubling = Panel("Sensitivity to power scaling", "distance per doubling of the power", "log")
-    finish_panel(sensitivity, per_doubling)
+    finish_panel(
+        sensitivity, Panel("Sensitivity to power scaling", "distance per doubling of the power", "log")
+    )
     sensitivity.axvline(SENSITIVE, color=CMAES, lw=0.8, ls="--", zorder=0, label=f"{SENSITIVE:g}: sensitive")
-    contraction.set_yticks(range(len(SYMBOLS)), list(SYMBOLS.values()))
-    contraction.set_ylim(len(SYMBOLS) - 0.5, -0.5)
-    entries = sensitivity.get_legend_handles_labels()
-    figure.legend(*entries, loc="outside right center", handlelength=1.4)
+    name_rows(contraction, list(SYMBOLS.values()))
+    figure.legend(*sensitivity.get_legend_handles_labels(), loc="outside right center", handlelength=1.4)
 
 
 def _draw_pairs(
@@ -105,24 +91,25 @@ def _draw_pairs(
     for axes, name in zip(panels, names, strict=True):
         phi = posteriors[name].phi
         shown = phi[np.linspace(0, len(phi) - 1, min(SHOWN_DRAWS, len(phi))).astype(np.int64)]
-        look: Any = {"color": POSTERIOR, "ms": 1.8, "mew": 0.0, "alpha": 0.5, "label": "posterior draws"}
-        axes.plot(shown[:, K_ATP], shown[:, K_0], ".", **look)
+        axes.plot(
+            shown[:, K_ATP], shown[:, K_0], ".", color=POSTERIOR, ms=1.8, mew=0.0, alpha=0.5,
+            label="posterior draws",
+        )  # fmt: skip
         along = np.geomspace(shown[:, K_ATP].min() / MARGIN, shown[:, K_ATP].max() * MARGIN, 100)
         share = isometric_share(along, float(isometric["activation_duration_s"][name]))
         line = float(isometric["median"][name]) / share
         axes.plot(along, line, "--", color=CMAES, lw=0.9, label="equal " + ISOMETRIC_SYMBOL)
         r = np.corrcoef(np.log(phi[:, K_0]), np.log(phi[:, K_ATP]))[0, 1]
         axes.set_title(f"{plain(name)}: $r$ = {fixed(float(r), 2)}", pad=2.0)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
         plain_decades(axes.xaxis)
         plain_decades(axes.yaxis)
     for first in panels[:: columns(len(names))]:
         first.set_ylabel(THETA_LABELS[K_0])
     for last in panels[-columns(len(names)) :]:
         last.set_xlabel(THETA_LABELS[K_ATP])
-    entries = panels[0].get_legend_handles_labels()
-    figure.legend(*entries, loc="outside lower center", ncols=2, markerscale=3.0)
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, markerscale=3.0
+    )
 
 
 def _draw_phases(figure: SubFigure, information: pd.DataFrame, names: list[str]) -> None:

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
 from swesbi.artefacts.typed import BySubject
-from swesbi.checks.calibration.alarms import ALARMS, AlarmTable
-from swesbi.checks.calibration.settings import JudgementSettings
+from swesbi.checks.calibration.table import ALARMS, AlarmTable
+from swesbi.checks.settings import JudgementSettings
 from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE
 from swesbi.report.figures.forest import Panel, Series, finish_panel, intervals, name_rows
 from swesbi.report.figures.style import (
@@ -19,25 +19,19 @@ from swesbi.report.figures.style import (
     PRIOR,
     SERIES,
     STATUS_COLORS,
-    TEXT_WIDTH_IN,
+    WIDE_IN,
     Drawing,
-    new_figure,
+    drawing,
+    plain,
     shared_legend,
-    style,
     titled,
 )
 from swesbi.report.numbers import as_percent, count
 from swesbi.verdict.summary import RECORDINGS, label_of_test
 from swesbi.verdict.verdict import Verdict
 
-WIDTH_IN: Final = 1.45 * TEXT_WIDTH_IN
-ROW_IN: Final = 0.26
-LEAST_IN: Final = 1.4
-FRAME_IN: Final = 1.4
 LEAST_P: Final = 1e-4
 """Where smaller p-values are drawn, below all that null recordings can tell."""
-RATE: Final = ("ci_low", "rate", "ci_high")
-P_VALUE: Final = ("p_value", "p_value", "p_value")
 
 
 def misspecification_figure(
@@ -50,25 +44,14 @@ def misspecification_figure(
 ) -> Drawing:
     """Draw every subject's p-values and verdict, and beside them how often the tests raise an alarm.
 
-    Args:
-        table: ``alarms.csv``.
-        verdicts: Verdict of each subject, in the order of the figure.
-        cohort_title: What the subjects are ("virtual volunteers").
-        doubtful_level: False-alarm rate that the rule is to keep.
-        judgement: The confidence of the intervals on rates.
-
-    Raises:
-        ValueError: There is no subject.
+    ``doubtful_level`` is the false-alarm rate that the rule is to keep.
     """
     subjects = dict(verdicts)
-    if not subjects:
-        raise ValueError("no subject to draw: the cohort is empty")
-    with style():
-        figure = new_figure(WIDTH_IN, FRAME_IN + max(LEAST_IN, ROW_IN * len(subjects)))
+    height_in = 1.4 + max(1.4, 0.26 * len(subjects))
+    with drawing(WIDE_IN, height_in, titled("Misspecification tests", cohort_title)) as figure:
         tests, rates = figure.subplots(1, 2)
         _draw_p_values(tests, subjects)
         _draw_rates(rates, table, doubtful_level, judgement.confidence)
-        figure.suptitle(titled("Misspecification tests", cohort_title), fontsize=7.5)
         shared_legend(figure, [tests, rates], entries_a_row=4)
     return figure
 
@@ -89,8 +72,8 @@ def _draw_p_values(axes: Axes, verdicts: Mapping[str, Verdict]) -> None:
         words = label_of_test(test)
         look[f"{test} False"] = Series(color, words, filled=False, lane=test, size=3.4)
         look[f"{test} True"] = Series(color, f"{words}, flagged", lane=test, size=4.4)
-    intervals(axes, rows, look, order=list(verdicts), of=P_VALUE)
-    name_rows(axes, [f"{subject}: {verdict.status}" for subject, verdict in verdicts.items()])
+    intervals(axes, rows, look, order=list(verdicts), of=("p_value",) * 3)
+    name_rows(axes, [plain(f"{subject}: {verdict.status}") for subject, verdict in verdicts.items()])
     for ticked, verdict in zip(axes.get_yticklabels(), verdicts.values(), strict=True):
         ticked.set_color(STATUS_COLORS.get(verdict.status, PRIOR))
     axes.set_xlim(0.5 * LEAST_P, 2.0)
@@ -107,7 +90,7 @@ def _draw_rates(axes: Axes, table: pd.DataFrame, level: float, confidence: float
         for kind, filled in ((MODEL_NOISE, True), (SAMPLE_BY_SAMPLE, False))
     }
     rows = table.assign(row=table["alarm"], series=table["recordings"])
-    intervals(axes, rows, look, order=ALARMS, of=RATE)
+    intervals(axes, rows, look, order=ALARMS, of=("ci_low", "rate", "ci_high"))
     name_rows(axes, [label_of_test(alarm) for alarm in ALARMS])
     axes.set_xlim(left=-0.02 * axes.get_xlim()[1])
     label = f"recordings ({as_percent(confidence)} Clopper-Pearson intervals)"

@@ -19,20 +19,17 @@ from swesbi.report.figures.style import (
     PRIOR,
     TEXT_WIDTH_IN,
     TRUTH,
+    drawing,
     in_percent,
-    new_figure,
     shared_legend,
-    style,
 )
 
-HEIGHT_IN: Final = 3.4
 COLORS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, DOUBTFUL)
 
 
 def draw_plan(planned: Plan) -> Figure:
     """Draw power with its Monte Carlo band, what is found without an effect, and the persons needed."""
-    with style():
-        figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
+    with drawing(TEXT_WIDTH_IN, 3.4) as figure:
         axes = figure.subplots()
         for number, curve in enumerate(planned.curves):
             color, name, needed = COLORS[number % len(COLORS)], f"{curve.repeats} repeats", curve.needed[0]
@@ -40,8 +37,8 @@ def draw_plan(planned: Plan) -> Figure:
             reached = f"{needed} needed" if needed is not None else "not reached"
             sizes, label = curve.sizes.astype(float), f"{name}, 90 % band: {reached}"
             draw_band(axes, sizes, Band(curve.power, *ends), color, label)
-            axes.plot(curve.sizes, curve.power, "o", color=color, ms=2.5)
-            axes.plot(curve.sizes, curve.false_positive, ":", color=color, label=f"{name}, no effect")
+            axes.plot(sizes, curve.power, "o", color=color, ms=2.5)
+            axes.plot(sizes, curve.false_positive, ":", color=color, label=f"{name}, no effect")
             if needed is not None:
                 axes.axvline(needed, color=color, lw=0.6)
         axes.axhline(planned.power, color=PRIOR, lw=0.7, ls="--", label="power asked for")

@@ -18,7 +18,7 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.report.figures.density import prior_band
-from swesbi.report.figures.forest import MOST_ROWS, Panel, Series, forest
+from swesbi.report.figures.forest import ENDS, MOST_ROWS, Panel, Series, forest
 from swesbi.report.figures.style import (
     CMAES,
     EXCLUDED_BACKGROUND,
@@ -28,7 +28,6 @@ from swesbi.report.figures.style import (
     PRIOR,
     STATUS_COLORS,
     TRUTH,
-    color_of,
     titled,
 )
 from swesbi.report.numbers import as_percent
@@ -37,26 +36,14 @@ from swesbi.verdict.verdict import Verdict
 NETWORK_ALONE: Final = "network alone"
 HALF: Final = 0.5
 EFFICIENCY: Final = "efficiency"
-COLUMNS: Final = ("row", "panel", "series", "low", "median", "high")
-Row = tuple[str, str, str, float, float, float]
 
 
 @dataclass(frozen=True)
 class PosteriorPanel:
-    """One subject's posterior of k parameters, as figures show it.
+    """One subject's posterior of k parameters, as figures show it, with fit and truth (3,) where known.
 
-    Attributes:
-        subject: Name.
-        verdict: The verdict.
-        draws: (n, k) draws; unfiltered candidates of a subject that an experiment on features excludes.
-        interval: Mass of the credible intervals.
-        fit_theta: (3,) the CMA-ES reference fit, if one was made.
-        truth: (3,) active parameters that made the recording, of a generated cohort.
-        proposal: (m, k) draws with which the exact inference began; None of an experiment on features.
-        start: What these are.
-        efficiency: Effective share of the weighted draws; NaN of an experiment on features.
-        by_mcmc: Whether a sampler, and not the weights, gave the draws.
-        converged: Whether the draws may be used.
+    ``draws`` (n, k) are unfiltered candidates of a subject that an experiment on features excludes. Only one
+    on speeds is ``exact``; ``start`` says what its proposal is.
     """
 
     subject: str
@@ -65,11 +52,8 @@ class PosteriorPanel:
     interval: float
     fit_theta: FloatArray | None = None
     truth: FloatArray | None = None
-    proposal: FloatArray | None = None
+    exact: ExactPosterior | None = None
     start: str = NETWORK_ALONE
-    efficiency: float = np.nan
-    by_mcmc: bool = False
-    converged: bool = True
 
     @classmethod
     def of_features(
@@ -91,16 +75,8 @@ class PosteriorPanel:
         start: str = NETWORK_ALONE,
     ) -> PosteriorPanel:
         """Return what is shown of an exact posterior: the parameters that are reported."""
-        draws, proposal = (each[:, : len(PHI)] for each in (result.phi, result.proposal_phi))
-        return cls(
-            subject, verdict, draws, result.interval_mass, fit, truth, proposal, start,
-            result.efficiency, result.by_mcmc, result.converged,
-        )  # fmt: skip
-
-    @property
-    def color(self) -> str:
-        """The colour of the posterior."""
-        return color_of(self.verdict)
+        draws = result.phi[:, : len(PHI)]
+        return cls(subject, verdict, draws, result.interval_mass, fit, truth, result, start)
 
 
 def draw_posteriors(
@@ -110,20 +86,12 @@ def draw_posteriors(
 
     Those of an experiment on features follow in percent of their medians, since they may be much narrower
     than the prior. Exact ones stand below what the proposal alone says, beside the efficiency of the weights.
-
-    Args:
-        panels: One a subject, in the order of the figure.
-        prior: The prior, drawn for scale.
-        cohort_title: What the subjects are ("virtual volunteers").
-
-    Raises:
-        ValueError: There is no panel.
     """
-    if not panels:
-        raise ValueError("no subject to draw: the cohort is empty")
-    shown, exact = panels[:MOST_ROWS], panels[0].proposal is not None
+    shown, exact = panels[:MOST_ROWS], panels[0].exact is not None
     parameters = PHI[: shown[0].draws.shape[1]]
-    rows = pd.DataFrame([row for panel in shown for row in _rows(panel)], columns=list(COLUMNS))
+    rows = pd.DataFrame(
+        [row for panel in shown for row in _rows(panel)], columns=["row", "panel", "series", *ENDS]
+    )
     known = {each.name: Panel(each.label, scale="log") for each in parameters}
     if exact:
         known[EFFICIENCY] = Panel("efficiency of\nthe weights", scale="percent")
@@ -156,44 +124,35 @@ def _look(first: PosteriorPanel) -> dict[str, Series]:
         look[_half(name)] = Series(color, "", lane="posterior", width=2.2, size=0.0)
         look[name] = Series(color, name, lane="posterior", filled=False)
     candidates = "excluded (grey): median of the candidates"
-    look["candidates"] = Series(OBSERVED, candidates, marker="D", filled=False, lane="posterior")
-    look["fit"] = Series(CMAES, "CMA-ES fit", marker="x", filled=False, lane="reference", size=3.2)
-    look["truth"] = Series(TRUTH, "truth", marker="*", lane="reference", size=4.2)
-    look["weights"] = Series(OBSERVED, "", lane="posterior")
-    look["MCMC"] = Series(OBSERVED, "draws by MCMC", marker="s", filled=False, lane="posterior")
-    return look
+    return look | {
+        "candidates": Series(OBSERVED, candidates, marker="D", filled=False, lane="posterior"),
+        "fit": Series(CMAES, "CMA-ES fit", marker="x", filled=False, lane="reference", size=3.2),
+        "truth": Series(TRUTH, "truth", marker="*", lane="reference", size=4.2),
+        "weights": Series(OBSERVED, "", lane="posterior"),
+        "MCMC": Series(OBSERVED, "draws by MCMC", marker="s", filled=False, lane="posterior"),
+    }
 
 
-def _rows(panel: PosteriorPanel) -> Iterator[Row]:
-    """Yield all that is drawn of a subject."""
-    subject, exact = panel.subject, panel.proposal is not None
-    series = f"posterior, {panel.verdict.status}" if exact else "posterior"
+def _rows(panel: PosteriorPanel) -> Iterator[tuple[object, ...]]:
+    """Yield the columns of all that is drawn of a subject."""
+    subject, exact = panel.subject, panel.exact
+    series = "posterior" if exact is None else f"posterior, {panel.verdict.status}"
     for j, name in enumerate(each.name for each in PHI[: panel.draws.shape[1]]):
-        if exact or panel.verdict.may_be_read:
+        if exact is not None or panel.verdict.may_be_read:
             draws = panel.draws[:, j]
-            yield subject, name, _half(series), *_ends(draws, HALF)
-            yield subject, name, series, *_ends(draws, panel.interval)
             relative = 100.0 * (draws / np.median(draws) - 1.0)
-            yield subject, _relative(name), _half(series), *_ends(relative, HALF)
-            yield subject, _relative(name), series, *_ends(relative, panel.interval)
+            for shown, values in ((name, draws), (_relative(name), relative)):
+                yield subject, shown, _half(series), *median_and_interval(values, HALF)
+                yield subject, shown, series, *median_and_interval(values, panel.interval)
         else:
-            yield subject, name, "candidates", *_point(panel.verdict.unfiltered_median[name])
-        if panel.proposal is not None:
-            yield subject, name, "start", *_ends(panel.proposal[:, j], panel.interval)
+            yield subject, name, "candidates", *[panel.verdict.unfiltered_median[name]] * 3
+        if exact is not None:
+            yield subject, name, "start", *median_and_interval(exact.proposal_phi[:, j], panel.interval)
         for reference, point in (("fit", panel.fit_theta), ("truth", panel.truth)):
             if point is not None and j < len(THETA):
-                yield subject, name, reference, *_point(float(point[j]))
-    if exact:
-        yield subject, EFFICIENCY, "MCMC" if panel.by_mcmc else "weights", *_point(panel.efficiency)
-
-
-def _ends(draws: FloatArray, mass: float) -> tuple[float, float, float]:
-    low, median, high = map(float, median_and_interval(draws, mass))
-    return low, median, high
-
-
-def _point(value: float) -> tuple[float, float, float]:
-    return value, value, value
+                yield subject, name, reference, *[point[j]] * 3
+    if exact is not None:
+        yield subject, EFFICIENCY, "MCMC" if exact.by_mcmc else "weights", *[exact.efficiency] * 3
 
 
 def _half(series: str) -> str:

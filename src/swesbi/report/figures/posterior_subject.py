@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,20 +12,17 @@ from swesbi.report.figures import density
 from swesbi.report.figures.posterior import PosteriorPanel
 from swesbi.report.figures.style import (
     CMAES,
+    EXCLUDED_BACKGROUND,
     NETWORK,
     PRIOR,
     TRUTH,
-    mark_excluded,
-    new_figure,
+    color_of,
+    drawing,
     shared_legend,
-    style,
     titled,
 )
 from swesbi.report.numbers import as_percent, fixed
 from swesbi.verdict.summary import verdict_numbers
-
-SIDE_IN: Final = 1.55
-FRAME_IN: Final = 0.55
 
 
 def draw_corner(
@@ -37,16 +32,11 @@ def draw_corner(
 
     Draws of the proposal are outlines: where they agree with the reported ones, the weights had little to do.
     A subject that is excluded or contradicted is drawn on grey.
-
-    Args:
-        panel: The subject.
-        prior: Of all parameters, drawn behind the marginals, each density scaled to its maximum.
-        cohort_title: What the subject is one of ("virtual volunteers").
     """
     draws, count = panel.draws, panel.draws.shape[1]
     limits = [density.shown_range(draws[:, j], _references(panel, j)) for j in range(count)]
-    with style():
-        figure = new_figure(SIDE_IN * count + FRAME_IN, SIDE_IN * count + FRAME_IN)
+    side_in = 1.55 * count + 0.55
+    with drawing(side_in, side_in, _title(panel, cohort_title), 8.0) as figure:
         grid = np.asarray(figure.subplots(count, count))
         for (row, column), axes in np.ndenumerate(grid):
             if column > row:
@@ -58,8 +48,7 @@ def draw_corner(
             density.finish_corner(axes, (row, column), limits[column], last=count - 1)
             _draw_lines(axes, panel, prior.parameters[column], row, column)
             if not panel.verdict.may_be_read:
-                mark_excluded(axes)
-        figure.suptitle(_title(panel, cohort_title), fontsize=8.0)
+                axes.set_facecolor(EXCLUDED_BACKGROUND)
         figure.align_ylabels(list(grid[:, 0]))
         shared_legend(figure, [grid[0, 0]], entries_a_row=3)
     return figure
@@ -73,24 +62,21 @@ def _references(panel: PosteriorPanel, j: int) -> list[float]:
 
 def _draw_panel(axes: Axes, panel: PosteriorPanel, prior: ParameterPrior, row: int, column: int) -> None:
     """Draw a marginal on the diagonal, a pair below it, and outlines of the proposal."""
-    draws, proposal, color, mass = panel.draws, panel.proposal, panel.color, panel.interval
+    draws, exact, color, mass = panel.draws, panel.exact, color_of(panel.verdict), panel.interval
     if column == row:
-        unread = proposal is None and not panel.verdict.may_be_read
+        unread = exact is None and not panel.verdict.may_be_read
         label = "unfiltered candidates" if unread else "posterior"
         density.draw_marginal(axes, draws[:, row], prior, color, mass, label)
-        if proposal is not None:
-            look = {
-                "color": NETWORK,
-                "lw": 0.8,
-                "ls": "--",
-                "label": f"{panel.start}, {as_percent(mass)} region",
-            }
-            density.draw_density(axes, proposal[:, row], **look)
+        if exact is not None:
+            label = f"{panel.start}, {as_percent(mass)} region"
+            density.draw_density(
+                axes, exact.proposal_phi[:, row], color=NETWORK, lw=0.8, ls="--", label=label
+            )
         return
     density.draw_pair(axes, draws[:, column], draws[:, row], color, mass)
-    if proposal is not None:
-        look = {"colors": NETWORK, "linewidths": 0.8, "linestyles": "dashed"}
-        density.draw_contours(axes, proposal[:, column], proposal[:, row], (1.0 - mass,), **look)
+    if exact is not None:
+        x, y = exact.proposal_phi[:, column], exact.proposal_phi[:, row]
+        density.draw_contours(axes, x, y, (1.0 - mass,), colors=NETWORK, linewidths=0.8, linestyles="dashed")
 
 
 def _draw_lines(axes: Axes, panel: PosteriorPanel, prior: ParameterPrior, row: int, column: int) -> None:
@@ -121,8 +107,8 @@ def _title(panel: PosteriorPanel, cohort_title: str) -> str:
     """Return what is shown, what speaks against it, and a warning where the sampler has not converged."""
     verdict, title = panel.verdict, titled(f"{panel.subject}, posterior", cohort_title)
     reasons = ", ".join(verdict_numbers(verdict))
-    if panel.proposal is None:
+    if panel.exact is None:
         excluded = f"excluded: {reasons}; unfiltered candidates shown"
         return title if verdict.may_be_read else f"{title}\n{excluded}"
-    doubt = () if panel.converged else ("NOT CONVERGED: do not use this posterior",)
+    doubt = () if panel.exact.converged else ("NOT CONVERGED: do not use this posterior",)
     return "\n".join([title, f"verdict: {verdict.status}{': ' if reasons else ''}{reasons}", *doubt])

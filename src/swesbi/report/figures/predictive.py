@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.cmaes import CmaesFit
-from swesbi.checks.free_predictive import FreePredictiveCheck
-from swesbi.checks.predictive import PredictiveCheck
+from swesbi.checks.predictive import FreePredictiveCheck, PredictiveCheck
 from swesbi.checks.scores import Band
 from swesbi.report.figures.band import (
     STIFFNESS,
@@ -25,19 +24,18 @@ from swesbi.report.figures.band import (
 )
 from swesbi.report.figures.style import (
     CMAES,
+    EXCLUDED_BACKGROUND,
     OBSERVED,
     PRIOR,
     STATUS_COLORS,
     TEXT_WIDTH_IN,
     color_of,
     columns,
+    drawing,
     few_ticks,
-    mark_excluded,
-    new_figure,
     panel_grid,
     rows,
     shared_legend,
-    style,
     titled,
 )
 from swesbi.report.numbers import as_percent
@@ -45,12 +43,7 @@ from swesbi.report.sheet import ShownCurve, curve_free
 from swesbi.verdict.summary import is_exact, verdict_numbers
 from swesbi.verdict.verdict import Verdict
 
-PANEL_IN: Final = (TEXT_WIDTH_IN / 3, 1.5)
-FRAME_HEIGHT_IN: Final = 0.95
-ROOM_FOR_NOTES: Final = 1.4
 SHOWN_TESTS: Final = 2
-SUBJECT_IN: Final = (6.4, 4.6)
-FREE_IN: Final = (6.4, 3.8)
 
 
 @dataclass(frozen=True)
@@ -67,11 +60,6 @@ class PredictivePanel:
         """Whether there are predictions of a posterior, be they contradicted."""
         return self.check.may_be_read or is_exact(self.verdict)
 
-    @property
-    def color(self) -> str:
-        """The colour of the posterior."""
-        return color_of(self.verdict)
-
 
 def draw_check(axes: Axes, panel: PredictivePanel) -> None:
     """Draw what prior and posterior predict, the recording, and the curve of the reference fit.
@@ -84,47 +72,49 @@ def draw_check(axes: Axes, panel: PredictivePanel) -> None:
     new = f"{mass} of new recordings"
     within = new if is_exact(panel.verdict) else f"{mass} of curves without noise"
     draw_band(axes, grid, check.prior.curve, PRIOR, f"prior: median, {within}", line="--")
-    if panel.has_posterior:
-        if not is_exact(panel.verdict):
-            draw_outer_band(axes, grid, check.posterior.observed, panel.color, f"posterior: {new}")
-        draw_band(axes, grid, check.posterior.curve, panel.color, f"posterior: median, {within}")
+    _draw_posterior(axes, panel, 0.0, f"posterior: median, {within}", f"posterior: {new}", "CMA-ES fit")
     target = check.target
     axes.plot(grid, target.curve_kpa, color=OBSERVED, lw=0.7, zorder=1.9)
     draw_points(
         axes, target.phase, target.stiffness_kpa, target.stiffness_se_kpa, "measured ± standard error"
     )
+
+
+def _draw_posterior(
+    axes: Axes,
+    panel: PredictivePanel,
+    base: FloatArray | float,
+    of_curves: str = "",
+    of_new: str = "",
+    of_fit: str = "",
+) -> None:
+    """Draw what the posterior predicts, and the curve of the reference fit, less a base (kPa)."""
+    grid, predicted, color = panel.check.target.grid, panel.check.posterior, color_of(panel.verdict)
+    if panel.has_posterior:
+        if not is_exact(panel.verdict):
+            draw_outer_band(axes, grid, _less(predicted.observed, base), color, of_new)
+        draw_band(axes, grid, _less(predicted.curve, base), color, of_curves)
     if panel.fit is not None:
-        axes.plot(panel.fit.grid, panel.fit.curve_kpa, "-.", color=CMAES, lw=1.0, label="CMA-ES fit")
+        axes.plot(panel.fit.grid, panel.fit.curve_kpa - base, "-.", color=CMAES, lw=1.0, label=of_fit)
 
 
 def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> Figure:
-    """Draw the predictive checks of a cohort.
-
-    Args:
-        panels: One a subject, in the order of the figure.
-        cohort_title: What the subjects are ("virtual volunteers").
-
-    Raises:
-        ValueError: There is no panel.
-    """
-    if not panels:
-        raise ValueError("no subject to draw: the cohort is empty")
-    width, height = PANEL_IN
-    with style():
-        across = max(3, columns(len(panels)))
-        figure = new_figure(width * across, FRAME_HEIGHT_IN + height * rows(len(panels)))
+    """Draw the predictive checks of a cohort, a panel a subject in the order given."""
+    width_in = TEXT_WIDTH_IN / 3 * max(3, columns(len(panels)))
+    height_in = 0.95 + 1.5 * rows(len(panels))
+    with drawing(width_in, height_in, titled("Predictive checks", cohort_title)) as figure:
         axes = panel_grid(figure, len(panels))
         for panel_axes, panel in zip(axes, panels, strict=True):
             draw_check(panel_axes, panel)
             panel_axes.set_title(panel.subject, fontweight="bold", pad=3.0)
-            look: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 6.0, "color": panel.color}
-            panel_axes.text(0.99, 0.99, _note(panel), transform=panel_axes.transAxes, **look)
+            panel_axes.text(
+                0.99, 0.99, _note(panel), transform=panel_axes.transAxes, ha="right", va="top", fontsize=6.0,
+                color=color_of(panel.verdict),
+            )  # fmt: skip
             if not panel.check.may_be_read:
-                mark_excluded(panel_axes)
-        axes[0].set_xlim(0.0, 1.0)
+                panel_axes.set_facecolor(EXCLUDED_BACKGROUND)
         axes[0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
-        axes[0].set_ylim(0.0, ROOM_FOR_NOTES * axes[0].get_ylim()[1])
-        figure.suptitle(titled("Predictive checks", cohort_title), fontsize=7.5)
+        axes[0].set(xlim=(0.0, 1.0), ylim=(0.0, 1.4 * axes[0].get_ylim()[1]))  # with room for notes
         for last in axes[columns(len(panels)) * (rows(len(panels)) - 1) :]:
             last.set_xlabel("phase of the cycle")
         figure.supylabel(STIFFNESS, fontsize=7.0)
@@ -134,7 +124,7 @@ def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> 
 
 
 def _note(panel: PredictivePanel, between: str = "\n") -> str:
-    """Return the verdict with its reasons, and what is left of the prior's error."""
+    """Return the verdict with its reasons, what is left of the prior's error, and the phases predicted."""
     prior, posterior = panel.check.prior.scores, panel.check.posterior.scores
     exact, read = is_exact(panel.verdict), panel.check.may_be_read
     lines: list[str] = [panel.verdict.status] if exact else [] if read else ["excluded"]
@@ -143,71 +133,47 @@ def _note(panel: PredictivePanel, between: str = "\n") -> str:
     if read:
         lines.append(f"RMSE {posterior.rmse_kpa:.1f} kPa (prior {prior.rmse_kpa:.1f})")
     if exact and read:
-        lines.append(_inside(panel))
+        number = int(panel.check.target.measured.sum())
+        inside = round(panel.check.posterior.phase_coverages.observed * number)
+        lines.append(f"{inside} of {number} phases inside")
     return between.join(lines)
 
 
-def _inside(panel: PredictivePanel) -> str:
-    """Return how many of the measured phases lie in the interval of a new recording."""
-    number = int(panel.check.target.measured.sum())
-    return f"{round(panel.check.posterior.phase_coverages.observed * number)} of {number} phases inside"
-
-
 def draw_subject_check(panel: PredictivePanel, cohort_title: str) -> Figure:
-    """Draw the predictive check of one subject: curves, and their distance from the recording.
-
-    Args:
-        panel: The subject.
-        cohort_title: What the subject is one of ("virtual volunteers").
-    """
-    with style():
-        figure = new_figure(*SUBJECT_IN)
+    """Draw the predictive check of one subject: curves, and their distance from the recording."""
+    title = titled(f"{panel.subject}, predictive check", cohort_title)
+    with drawing(6.4, 4.6, f"{title}\n{_note(panel, '; ')}", 8.0) as figure:
         curves, residuals = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.2))
         draw_check(curves, panel)
-        curves.set_ylim(bottom=0.0)
-        curves.set_ylabel(STIFFNESS)
+        curves.set(ylim=(0.0, None), ylabel=STIFFNESS)
         _draw_residuals(residuals, panel)
         cycle_axis(residuals)
         if not panel.check.may_be_read:
-            mark_excluded(curves)
-            mark_excluded(residuals)
+            curves.set_facecolor(EXCLUDED_BACKGROUND)
+            residuals.set_facecolor(EXCLUDED_BACKGROUND)
         figure.align_ylabels([curves, residuals])
-        title = titled(f"{panel.subject}, predictive check", cohort_title)
-        figure.suptitle(f"{title}\n{_note(panel, '; ')}", fontsize=8.0)
         shared_legend(figure, [curves], entries_a_row=2)
     return figure
 
 
 def _draw_residuals(axes: Axes, panel: PredictivePanel) -> None:
     """Draw prediction minus observation; the prior's only where there is no posterior."""
-    target, posterior = panel.check.target, panel.check.posterior
-    grid, observed = target.grid, target.curve_kpa
+    target = panel.check.target
     axes.axhline(0.0, color=OBSERVED, lw=0.6)
-    if panel.has_posterior:
-        if not is_exact(panel.verdict):
-            draw_outer_band(axes, grid, _less(posterior.observed, observed), panel.color)
-        draw_band(axes, grid, _less(posterior.curve, observed), panel.color)
-    else:
-        axes.plot(grid, panel.check.prior.curve.median - observed, "--", color=PRIOR)
-    if panel.fit is not None:
-        axes.plot(grid, panel.fit.curve_kpa - observed, "-.", color=CMAES, lw=1.0)
+    if not panel.has_posterior:
+        axes.plot(target.grid, panel.check.prior.curve.median - target.curve_kpa, "--", color=PRIOR)
+    _draw_posterior(axes, panel, target.curve_kpa)
     draw_points(axes, target.phase, 0.0 * target.stiffness_kpa, target.stiffness_se_kpa)
     axes.yaxis.set_major_locator(few_ticks())
     axes.set_ylabel("predicted −\nobserved (kPa)")
 
 
-def _less(band: Band, observed: FloatArray) -> Band:
-    return Band(band.median - observed, band.low - observed, band.high - observed)
+def _less(band: Band, base: FloatArray | float) -> Band:
+    return Band(band.median - base, band.low - base, band.high - base)
 
 
 def draw_curve(axes: Axes, curve: ShownCurve, color: str) -> None:
-    """Draw a recording, what prior and posterior predict, and where new measurements would lie.
-
-    Args:
-        axes: Where to draw.
-        curve: Gated or free-running.
-        color: Of the posterior.
-    """
+    """Draw a recording, what prior and posterior predict, and where new measurements would lie."""
     mass = as_percent(curve.interval)
     what = "new recordings" if curve.noisy else "curves without noise"
     draw_band(axes, curve.grid, curve.prior, PRIOR, f"prior: median, {mass} of {what}", line="--")
@@ -222,24 +188,12 @@ def draw_curve(axes: Axes, curve: ShownCurve, color: str) -> None:
 def draw_free_check(
     subject: str, check: FreePredictiveCheck, verdict: Verdict, errors: str, cohort_title: str
 ) -> Figure:
-    """Draw the predictive check of a free-running recording.
-
-    Args:
-        subject: Name.
-        check: The check.
-        verdict: What is said of the subject.
-        errors: What the standard errors are computed from.
-        cohort_title: What the subject is one of ("virtual volunteers").
-    """
+    """Draw the predictive check of a free-running recording, with what its standard errors are made from."""
     curve = curve_free(check)
-    with style():
-        figure = new_figure(*FREE_IN)
+    inside = f"{curve.inside} of {len(curve.phase)} pushes in their {as_percent(curve.interval)} intervals"
+    title = titled(f"{subject}, predictive check", cohort_title)
+    with drawing(6.4, 3.8, f"{title}\n{verdict.status}; {inside}\nerrors: {errors}", 8.0) as figure:
         axes = figure.add_subplot()
         draw_curve(axes, curve, STATUS_COLORS[verdict.status])
-        inside = (
-            f"{curve.inside} of {len(curve.phase)} pushes in their {as_percent(curve.interval)} intervals"
-        )
-        title = titled(f"{subject}, predictive check", cohort_title)
-        figure.suptitle("\n".join([title, f"{verdict.status}; {inside}", f"errors: {errors}"]), fontsize=8.0)
         shared_legend(figure, [axes], entries_a_row=2)
     return figure

@@ -32,16 +32,7 @@ LOOK: Final = {
 
 
 def draw_pressures(table: PressuresTable, *, experiment: str, cohort_title: str) -> Drawing:
-    """Draw medians and intervals without and with pressures, a panel a quantity and a row a subject.
-
-    Args:
-        table: ``pressures.csv``.
-        experiment: Whose rows are drawn.
-        cohort_title: What the subjects are ("virtual volunteers").
-
-    Raises:
-        UnfitError: The table has no row of the experiment.
-    """
+    """Draw medians and intervals without and with pressures, a panel a quantity and a row a subject."""
     table = table[table["experiment"] == experiment]
     if table.empty:
         raise UnfitError("table", f"holds no {experiment}; delete it and rerun")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -17,7 +17,7 @@ from swesbi.recording.observation import SOURCES
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.band import INSTANT, PHASE, SPEED, STIFFNESS, draw_missing, draw_points
-from swesbi.report.figures.forest import MOST_ROWS, Panel, Series, forest
+from swesbi.report.figures.forest import ENDS, MOST_ROWS, Panel, Series, forest
 from swesbi.report.figures.style import (
     ACCEPTED_COLOR,
     OBSERVED,
@@ -27,10 +27,9 @@ from swesbi.report.figures.style import (
     SERIES,
     TRUTH,
     Drawing,
-    new_figure,
+    drawing,
     plain,
     shared_legend,
-    style,
     titled,
 )
 from swesbi.report.numbers import REJECTIONS, as_percent, share
@@ -47,44 +46,33 @@ LOOK: Final = {
 MARKS: Final = ("x", "+", "1", "2", "3", "v", "D", "s", "o")
 WITHOUT_SPEED: Final = -0.04  # below the axis of speeds, as a fraction of its height
 ORIGIN_WIDTH: Final = 110
-WIDTH_IN: Final = 6.4
-HEIGHTS: Final = (3.0, 2.0, 1.2)
 
 
-def noise_figure(noise: CohortNoise, *, cohort_title: str) -> Drawing:
-    """Draw the variance components, of each recording and of the cohort."""
-    return draw_noise(noise, cohort_title)
-
-
-def draw_noise(
-    noise: CohortNoise, cohort_title: str, truth: Mapping[str, NoiseComponents] | None = None
-) -> Figure:
+def noise_figure(
+    noise: CohortNoise, *, cohort_title: str, truth: Mapping[str, NoiseComponents] | None = None
+) -> Drawing:
     """Draw a panel a component: each recording alone, over what those of its group have together.
 
-    Args:
-        noise: The estimates.
-        cohort_title: What the subjects are ("virtual volunteers").
-        truth: The components that each recording was made with, where that is known.
+    ``truth`` are the components that each recording was made with, where that is known.
     """
     names = [*noise.group_of][:MOST_ROWS]
-    first = next(iter(noise.groups.values())).pooled.parts
-    rows = pd.DataFrame(
-        _noise_rows(noise, truth or {}), columns=["row", "panel", "series", "low", "median", "high"]
-    )
+    first = next(iter(noise.groups))
+    rows = pd.DataFrame(_noise_rows(noise, truth or {}), columns=["row", "panel", "series", *ENDS])
     panels = {
-        name: Panel(_component_title(noise, name), "relative sd of the speed", "percent") for name in first
+        name: Panel(_component_title(noise, name), "relative sd of the speed", "percent")
+        for name in noise.groups[first].pooled.parts
     }
 
     def groups(axes: Axes, name: str) -> None:
         for group, each in noise.groups.items():
             places = [names.index(subject) for subject in each.by_subject if subject in names]
             if places:
-                pooled, ends = each.pooled.parts[name], [min(places) - 0.4, max(places) + 0.4]
-                label = "recordings of a group together" if group == next(iter(noise.groups)) else None
+                pooled, ends = each.pooled.parts[name], (min(places) - 0.4, max(places) + 0.4)
+                label = "recordings of a group together" if group == first else None
                 axes.fill_betweenx(
                     ends, pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0, label=label
                 )
-                axes.vlines(pooled.fraction, ends[0], ends[1], color=POSTERIOR, lw=1.1)
+                axes.vlines(pooled.fraction, *ends, color=POSTERIOR, lw=1.1)
         axes.set_xlim(left=0.0)
 
     title = titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title)
@@ -109,21 +97,15 @@ def _noise_rows(noise: CohortNoise, truth: Mapping[str, NoiseComponents]) -> Ite
 
 
 def draw_recording_sheet(subject: UsableRecording, origin: str) -> Figure:
-    """Draw one subject's recording: speeds with what is rejected, stiffness, and counts of a gated one.
-
-    Args:
-        subject: A gated recording, whose phases many beats share, or a free-running one, of single pushes.
-        origin: Where it comes from.
-    """
+    """Draw one subject's recording: speeds with what is rejected, stiffness, and counts of a gated one."""
     observed, context = subject.observation, subject.observation.context
-    heights = HEIGHTS if observed.is_gated else HEIGHTS[:2]
+    heights = (3.0, 2.0, 1.2) if observed.is_gated else (3.0, 2.0)
     lines = [f"{context.subject}: {context.sex}, {context.age_years:g} years, {context.hr_bpm:g} bpm"]
     if not observed.is_gated:
         pushes = int(observed.measured.sum())
         lines.append(f"free-running, {pushes} pushes; errors: {SOURCES[observed.errors_from]}")
-    with style():
-        figure = new_figure(WIDTH_IN, 1.0 + 0.9 * sum(heights))
-        figure.suptitle("\n".join([*lines, *textwrap.wrap(plain(origin), ORIGIN_WIDTH)]), fontsize=8.0)
+    title = "\n".join([*lines, *textwrap.wrap(plain(origin), ORIGIN_WIDTH)])
+    with drawing(6.4, 1.0 + 0.9 * sum(heights), title, 8.0) as figure:
         axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
         _draw_speeds(axes[0], subject)
         _draw_stiffness(axes[1], subject)
@@ -151,9 +133,10 @@ def _draw_speeds(axes: Axes, subject: UsableRecording) -> None:
             missing = np.isnan(samples.speed_m_s)
             lanes += bool((missing & chosen).any())  # each reason on a line of its own
             height = np.where(missing, lanes * below, samples.speed_m_s)[chosen]
-            look: dict[str, Any] = {"ms": 3.0, "mew": 0.7, "mfc": "none", "color": colour, "ls": "none"}
             label = f"rejected: {REJECTIONS[reason][0].lower()}{REJECTIONS[reason][1:]}"
-            axes.plot(phase[chosen], height, mark, label=label, **look)
+            axes.plot(
+                phase[chosen], height, mark, ms=3.0, mew=0.7, mfc="none", color=colour, ls="none", label=label
+            )
     axes.axhline(0.0, color=PRIOR, lw=0.4)
     axes.set_ylabel(f"{SPEED};\nbelow 0: none measured")
 

@@ -25,16 +25,10 @@ ON_PAGE: Final[dict[Scope, tuple[Scope, ...]]] = {
 
 @dataclass(frozen=True)
 class FigureSpec:
-    """One figure.
+    """One figure: its rule, its file's name without suffix, for what there is one, and what is said of it.
 
-    Attributes:
-        rule: The rule that draws it.
-        name: Its file's name without suffix; for an experiment, ``-<experiment>`` follows.
-        of: What there is one of it for.
-        label: What the report lists it as.
-        caption: What is printed below it, with the fields ``cohort``, ``experiment`` and ``subject``.
-        description: What it looks like, for who cannot see it, with the same fields.
-        subcategory: Where the report lists it, in the experiment.
+    ``label`` and ``subcategory`` are the report's. ``caption`` is printed below it, ``description`` is for
+    who cannot see it; both have the fields ``cohort``, ``experiment`` and ``subject``.
     """
 
     rule: str
@@ -46,17 +40,11 @@ class FigureSpec:
     subcategory: str = "Whole cohort"
 
     def stem(self, experiment: str) -> str:
-        """Return the name of its file without the suffix."""
+        """Return the name of its file without the suffix; for an experiment, ``-<experiment>`` follows."""
         return self.name if self.of in WHOLE else f"{self.name}-{experiment}"
 
     def texts(self, cohort: str, experiment: str = "", subject: str = "") -> tuple[str, str]:
-        """Return its description and its caption.
-
-        Args:
-            cohort: What the subjects are ("virtual volunteers").
-            experiment: Name of the experiment.
-            subject: Name of the subject.
-        """
+        """Return its description and its caption."""
         fields = {"cohort": cohort, "experiment": experiment, "subject": subject}
         return self.description.format(**fields), self.caption.format(**fields)
 
@@ -204,11 +192,7 @@ def names_of(scope: Scope) -> list[str]:
 
 
 def figure_of(rule: str, name: str) -> FigureSpec:
-    """Return the figure of this name that a rule draws.
-
-    Raises:
-        KeyError: It draws none.
-    """
+    """Return the figure of this name that a rule draws."""
     return {(figure.rule, figure.name): figure for figure in FIGURES}[rule, name]
 
 
@@ -219,7 +203,7 @@ def on_page(scope: Scope) -> dict[str, FigureSpec]:
 
 def captions() -> dict[str, list[str]]:
     """Return the captions of every rule's figures, for the template that all of them share."""
-    texts: dict[str, list[str]] = {}
-    for figure in FIGURES:
-        texts.setdefault(figure.rule, []).append(figure.caption)
-    return texts
+    return {
+        rule: [figure.caption for figure in FIGURES if figure.rule == rule]
+        for rule in dict.fromkeys(figure.rule for figure in FIGURES)
+    }

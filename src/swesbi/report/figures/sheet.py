@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
+from textwrap import fill, wrap
 from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.table import Table
 
 from swesbi.parameters import REPORTED, REPORTED_NAMES
 from swesbi.report.figures.density import log_density_of_draws
@@ -19,10 +20,9 @@ from swesbi.report.figures.style import (
     PRIOR,
     REFUSED_COLOR,
     STATUS_COLORS,
-    new_figure,
+    drawing,
     plain,
     plain_decades,
-    style,
 )
 from swesbi.report.sheet import RecordingSummary, Sheet
 from swesbi.report.sheet_text import (
@@ -36,7 +36,6 @@ from swesbi.report.sheet_text import (
 
 PAGE_IN: Final = (8.27, 11.69)  # A4
 MARGIN_IN: Final = 0.55
-PARTS: Final = (1.35, 2.45, 1.3, 2.75, 2.75)
 DRAWN: Final = ("duration_ms", "peak_kpa", "decay_rate_per_s", "k_sr_per_s", "peak_active_kpa", "k0_kpa")
 """Quantities whose densities are drawn; the table has all."""
 LINE: Final = 140
@@ -44,15 +43,12 @@ LABEL: Final = 44
 BULLET: Final = "–  "
 VERDICT_LINE: Final = 96
 VERDICT_LINES: Final = 5
-SHOWN: Final = (0.5, 99.5)
-BAR_ROOM: Final = 1.25
 
 
 def draw_sheet(sheet: Sheet) -> Figure:
     """Draw the page of one subject."""
-    with style():
-        figure = new_figure(*PAGE_IN)
-        parts = _parts(figure, PARTS)
+    with drawing(*PAGE_IN) as figure:
+        parts = _parts(figure, (1.35, 2.45, 1.3, 2.75, 2.75))
         left = _draw_head(parts[0].subplots(), sheet)
         curves, counts = parts[1].subplots(1, 2, width_ratios=(3.0, 1.0))
         draw_curve(curves, sheet.curve, STATUS_COLORS[sheet.verdict.status])
@@ -61,7 +57,10 @@ def draw_sheet(sheet: Sheet) -> Figure:
         _draw_counts(counts, sheet.recorded)
         _draw_densities(parts[2].subplots(1, len(DRAWN)), sheet)
         _draw_table(parts[3].subplots(), sheet)
-        _write(parts[4].subplots(), [*left, *notes(sheet)])
+        write_lines(
+            parts[4].subplots(), [*left, *notes(sheet)], LINE, (BULLET, " " * len(BULLET)), fontsize=7.0,
+            linespacing=1.35,
+        )  # fmt: skip
     return figure
 
 
@@ -83,7 +82,7 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
     word, said = verdict_text(sheet.verdict)
     box = {"boxstyle": "round,pad=0.45", "facecolor": STATUS_COLORS[word], "edgecolor": "none"}
     axes.text(0.008, 0.52, word.upper(), fontsize=9.0, weight="bold", color="white", bbox=box, **place)
-    broken = [textwrap.wrap(line, VERDICT_LINE) for line in said]
+    broken = [wrap(line, VERDICT_LINE) for line in said]
     fitting = int(np.sum(np.cumsum([len(lines) for lines in broken]) <= VERDICT_LINES))
     lines = [part for each in broken[:fitting] for part in each]
     axes.text(0.245, 0.55, "\n".join(lines), fontsize=7.5, linespacing=1.3, **place)
@@ -92,16 +91,20 @@ def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
 
 def _draw_counts(axes: Axes, recorded: RecordingSummary) -> None:
     """Draw how many were accepted, and how many rejected for which reason."""
-    rejected = {in_words(reason): n for reason, n in recorded.rejected.items()}
-    counts = {"accepted": recorded.accepted} | rejected
+    counts = {"accepted": recorded.accepted}
+    counts |= {in_words(reason): n for reason, n in recorded.rejected.items()}
     place = np.arange(len(counts))
-    colours = [ACCEPTED_COLOR, *[REFUSED_COLOR] * len(recorded.rejected)]
-    bars = axes.barh(place, list(counts.values()), 0.6, color=colours)
+    bars = axes.barh(
+        place, list(counts.values()), 0.6, color=[ACCEPTED_COLOR, *[REFUSED_COLOR] * len(recorded.rejected)]
+    )
     axes.bar_label(bars, padding=2.0, fontsize=6.5)
     axes.set_yticks(place, list(counts))
-    axes.set_ylim(max(len(counts), 4) - 0.4, -0.6)
-    axes.set_xlim(right=BAR_ROOM * max(counts.values()))
-    axes.set(title=f"Quality: {recorded.unit}", xticks=[])
+    axes.set(
+        title=f"Quality: {recorded.unit}",
+        xticks=[],
+        xlim=(None, 1.25 * max(counts.values())),
+        ylim=(max(len(counts), 4) - 0.4, -0.6),
+    )
     axes.spines["bottom"].set_visible(False)
 
 
@@ -112,32 +115,23 @@ def _draw_densities(axes: Sequence[Axes], sheet: Sheet) -> None:
     for panel, name in zip(axes, DRAWN, strict=True):
         j = REPORTED_NAMES.index(name)
         for draws, color in ((sheet.population.prior[:, j], PRIOR), (sheet.values[:, j], colour)):
-            first, last = np.percentile(draws, SHOWN)
+            first, last = np.percentile(draws, (0.5, 99.5))
             density = log_density_of_draws(draws[(draws >= first) & (draws <= last)])
             panel.fill_between(*density, color=color, alpha=0.35, lw=0)
         panel.plot([low[j], high[j]], [0.0, 0.0], color=colour, lw=3.0, clip_on=False)
         panel.plot([median[j]], [0.0], "o", color=colour, ms=4.5, clip_on=False)
-        panel.set_xscale("log")
         plain_decades(panel.xaxis)
-        panel.set(title=f"{REPORTED[j].tex} ({REPORTED[j].unit})", yticks=[])
-        panel.set_ylim(bottom=0.0)
+        panel.set(title=f"{REPORTED[j].tex} ({REPORTED[j].unit})", yticks=[], ylim=(0.0, None))
         panel.spines["left"].set_visible(False)
 
 
 def _draw_table(axes: Axes, sheet: Sheet) -> None:
-    axes.set_axis_off()
-    names, shown = header(sheet), rows(sheet)
+    names = header(sheet)
     further = len(names) - 5
     widths = [0.33, 0.07, 0.13, 0.17, 0.13, *[0.057] * further]
     if further:
         axes.set_title(f"width with more {sheet.recorded.more}", loc="right", fontsize=7.0)
-    table = axes.table(
-        cellText=shown, colLabels=list(names), loc="upper center", cellLoc="center", edges="horizontal",
-        colWidths=widths,
-    )  # fmt: skip
-    table.auto_set_font_size(False)
-    table.set_fontsize(7.5)
-    table.scale(1.0, 1.2)
+    table = write_table(axes, names, rows(sheet), widths, 1.2, loc="upper center")
     for (row, column), cell in table.get_celld().items():
         cell.set_edgecolor(EXCLUDED_BACKGROUND)
         if column == 0:
@@ -145,16 +139,41 @@ def _draw_table(axes: Axes, sheet: Sheet) -> None:
             cell.set_text_props(ha="left")
             label = cell.get_text().get_text()
             if len(label.partition("$")[0]) > LABEL:
-                cell.set_text_props(text=textwrap.fill(label, LABEL), fontsize=5.8)
+                cell.set_text_props(text=fill(label, LABEL), fontsize=5.8)
         if row == 0 or column == 1:
             cell.set_text_props(weight="bold")
 
 
-def _write(axes: Axes, lines: Sequence[str]) -> None:
+def write_table(
+    axes: Axes,
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    widths: Sequence[float],
+    stretch: float,
+    loc: str = "center",
+) -> Table:
+    """Write a table on a page in place of axes; rows are stretched in height."""
     axes.set_axis_off()
+    table = axes.table(
+        cellText=rows, colLabels=head, loc=loc, cellLoc="center", edges="horizontal", colWidths=widths
+    )
+    table.auto_set_font_size(False)
+    table.set_fontsize(7.5)
+    table.scale(1.0, stretch)
+    return table
+
+
+def write_lines(
+    axes: Axes,
+    lines: Sequence[str],
+    width: int,
+    indents: tuple[str, str],
+    **look: Any,  # noqa: ANN401
+) -> None:
+    """Write lines in place of axes, broken at a width, with indents of a line's first part and the others."""
+    axes.set_axis_off()
+    first, further = indents
     broken = [
-        part
-        for line in lines
-        for part in textwrap.wrap(line, LINE, initial_indent=BULLET, subsequent_indent=" " * len(BULLET))
+        part for line in lines for part in wrap(line, width, initial_indent=first, subsequent_indent=further)
     ]
-    axes.text(0.0, 1.0, "\n".join(broken), va="top", fontsize=7.0, linespacing=1.35, transform=axes.transAxes)
+    axes.text(0.0, 1.0, "\n".join(broken), va="top", transform=axes.transAxes, **look)

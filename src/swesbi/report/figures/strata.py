@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Final
 
 import numpy as np
@@ -34,31 +35,20 @@ LOOK: Final = {
 def stratum_label(name: str) -> str:
     """Return a stratum in words: "age_years 18 to 40" as "age 18 to 40 years"."""
     quantity, _, limits = name.partition(" ")
-    if name in NAMES or quantity not in QUANTITIES:
+    if quantity not in QUANTITIES:
         return NAMES.get(name, name)
     word, unit = QUANTITIES[quantity]
-    return f"{word} {limits} {unit}".rstrip() if unit else f"{word} {_as_percent(limits)}"
+    return f"{word} {limits} {unit}" if unit else f"{word} {_as_percent(limits)}"
 
 
 def _as_percent(limits: str) -> str:
-    """Return limits of a fraction in percent: "below 0.0205" as "below 2.05 %"."""
-    words = [f"{100.0 * float(word):g}" if word[0].isdigit() else word for word in limits.split()]
-    last = max((index for index, word in enumerate(words) if word[0].isdigit()), default=0)
-    words[last] += " %"
-    return " ".join(words)
+    """Return limits of a fraction in percent, with one sign: "0.01 to 0.0205" as "1 to 2.05 %"."""
+    shown = re.sub(r"\d\S*", lambda number: f"{100.0 * float(number[0]):g}", limits)
+    return re.sub(r"(\d)(\D*)$", r"\1 %\2", shown)
 
 
 def draw_strata(strata: StrataTable, *, interval: float, experiment: str) -> Drawing:
-    """Draw coverage by stratum, a panel a sampler, with recordings and efficiency of the weights in names.
-
-    Args:
-        strata: ``strata.csv``.
-        interval: Nominal level that is shown.
-        experiment: Name of the experiment.
-
-    Raises:
-        ValueError: The table has no rows at that level.
-    """
+    """Draw coverage by stratum, a panel a sampler, with recordings and efficiency of the weights in names."""
     shown = strata[np.isclose(strata["nominal"], interval)]
     if shown.empty:
         raise ValueError(f"no coverage of {as_percent(interval)} intervals is in the table of strata")
@@ -75,15 +65,15 @@ def draw_strata(strata: StrataTable, *, interval: float, experiment: str) -> Dra
         f"'{experiment}'\nin brackets: recordings; median efficiency of the weights"
     )
     rows = shown.assign(panel=shown["sampler"], row=shown["stratum"], series=shown["parameter"])
-    limits = (
-        min(interval - 0.06, shown["ci_low"].min() - 0.01),
-        max(interval + 0.06, shown["ci_high"].max() + 0.01),
-    )
+    low = min(interval - 0.06, shown["ci_low"].min() - 0.01)
+    high = max(interval + 0.06, shown["ci_high"].max() + 0.01)
 
     def asked(axes: Axes, _: str) -> None:
         for reach, color, label in BANDS:
             axes.axvspan(interval - reach, interval + reach, color=color, lw=0, zorder=-1, label=label)
-        axes.set_xlim(*limits)
+        axes.set_xlim(low, high)
 
-    of = ("ci_low", "coverage", "ci_high")
-    return forest(rows, panels, LOOK, title=title, names=names, of=of, behind=asked, entries_a_row=5)
+    return forest(
+        rows, panels, LOOK, title=title, names=names, of=("ci_low", "coverage", "ci_high"), behind=asked,
+        entries_a_row=5,
+    )  # fmt: skip

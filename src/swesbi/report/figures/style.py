@@ -25,6 +25,8 @@ from swesbi.verdict.verdict import Status, Verdict
 
 TEXT_WIDTH_IN: Final = 12.2 / 2.54
 """Text width of Springer's LNCS class, in inches."""
+WIDE_IN: Final = 1.45 * TEXT_WIDTH_IN
+"""Of figures that only pages show."""
 
 OBSERVED: Final = "#000000"
 TRUTH: Final = "#009E73"
@@ -73,12 +75,13 @@ RC: Final[Any] = {
     "mathtext.fontset": "dejavusans",
 }
 
-PNG_DPI: Final = 300
 MAX_PIXELS: Final = 30_000
 """Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
 PLACES: Final = 2**20
 """Panels stand at multiples of this fraction of a figure: less than a thirtieth of a pixel of the largest."""
 FEWEST_TICKS: Final = 3
+COLUMNS: Final = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}
+"""Of a grid of so many panels, where not four or five."""
 NO_TIMESTAMP: Final = {".pdf": {"CreationDate": None, "ModDate": None}, ".png": {"Software": None}}
 
 
@@ -115,6 +118,16 @@ def _rounded(box: Bbox) -> FloatArray:
     return np.asarray(np.round(box.get_points() * PLACES) / PLACES)
 
 
+@contextmanager
+def drawing(width_in: float, height_in: float, title: str = "", size: float | str = 7.5) -> Iterator[Figure]:
+    """Draw a figure in the study's style, with its title above; without one it has no room for it."""
+    with style():
+        figure = new_figure(width_in, height_in)
+        if title:
+            figure.suptitle(title, fontsize=size)
+        yield figure
+
+
 def new_figure(width_in: float, height_in: float) -> Figure:
     """Return an empty figure on the Agg canvas; its constrained layout keeps text apart."""
     figure = Figure(figsize=(width_in, height_in), layout=SameTwiceLayout())
@@ -123,16 +136,12 @@ def new_figure(width_in: float, height_in: float) -> Figure:
 
 
 def save_figure(figure: Figure, *paths: Path) -> None:
-    """Write a figure as PDF (embedded TrueType fonts) or PNG, by suffix, without a timestamp.
-
-    Raises:
-        ValueError: The suffix is neither .pdf nor .png.
-    """
+    """Write a figure as PDF (embedded TrueType fonts) or PNG, by suffix, without a timestamp."""
     for path in paths:
         if path.suffix not in NO_TIMESTAMP:
             raise ValueError(f"{path}: figures are written as .pdf or .png, not {path.suffix!r}")
         with style(), atomic_path(path) as temporary:
-            dpi = min(PNG_DPI, MAX_PIXELS / max(figure.get_size_inches()))
+            dpi = min(300, MAX_PIXELS / max(figure.get_size_inches()))
             figure.savefig(temporary, dpi=dpi, metadata=NO_TIMESTAMP[path.suffix])
 
 
@@ -150,11 +159,7 @@ Drawing = Annotated[Figure, Saved()]
 
 def columns(panels: int) -> int:
     """Return how many columns a grid of panels gets: few and wide for small cohorts, at most five."""
-    if panels <= 3:
-        return panels
-    if panels == 4:
-        return 2
-    return 3 if panels in (5, 6, 9) else 4 if panels <= 24 else 5
+    return COLUMNS.get(panels, 4 if panels <= 24 else 5)
 
 
 def rows(panels: int) -> int:
@@ -162,9 +167,12 @@ def rows(panels: int) -> int:
     return math.ceil(panels / columns(panels))
 
 
-def panel_grid(figure: Figure | SubFigure, panels: int) -> list[Axes]:
+def panel_grid(
+    figure: Figure | SubFigure, panels: int, across: int | None = None, *, sharex: bool = True
+) -> list[Axes]:
     """Return one axes a panel, row by row, with common scales; what is left of the last row stays empty."""
-    grid = figure.subplots(rows(panels), columns(panels), sharex=True, sharey=True, squeeze=False)
+    across = across or columns(panels)
+    grid = figure.subplots(math.ceil(panels / across), across, sharex=sharex, sharey=True, squeeze=False)
     axes = list(grid.flat)
     for spare in axes[panels:]:
         spare.remove()
@@ -176,11 +184,6 @@ def panel_grid(figure: Figure | SubFigure, panels: int) -> list[Axes]:
 def color_of(verdict: Verdict) -> str:
     """Return the colour of a verdict; the paper's criteria have those of what may be read, or not."""
     return STATUS_COLORS.get(verdict.status, POSTERIOR if verdict.may_be_read else EXCLUDED_POSTERIOR)
-
-
-def mark_excluded(axes: Axes) -> None:
-    """Grey the panel of a subject outside the prior's support."""
-    axes.set_facecolor(EXCLUDED_BACKGROUND)
 
 
 def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> None:
@@ -219,7 +222,9 @@ def few_ticks(*, integer: bool = False) -> MaxNLocator:
 
 
 def plain_decades(axis: Axis) -> None:
-    """Mark a logarithmic axis in plain numbers, three or more."""
+    """Make an axis logarithmic, marked in plain numbers, three or more."""
+    axes = axis.axes
+    (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
     axis.set_major_locator(PlainDecades())
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from swesbi.artefacts.typed import ByPlace, BySubject
@@ -73,16 +74,13 @@ def cohort_figures(
     prior: PriorSettings,
 ) -> CheckAndPosterior:
     """Draw predictive checks and posteriors of a cohort, subjects in the order of ``predictives``."""
-    checks = _checks(predictives, verdicts, cmaes)
     panels = [
         PosteriorPanel.of_features(
             place.subject, posteriors[place], verdicts[place], cmaes[place.subject].theta
         )
         for place in predictives
     ]
-    return CheckAndPosterior(
-        draw_cohort_checks(checks, cohort_title), draw_posteriors(panels, prior, cohort_title)
-    )
+    return _of_cohort(predictives, verdicts, cmaes, panels, prior, cohort_title)
 
 
 def exact_figures(
@@ -96,22 +94,31 @@ def exact_figures(
     joint_prior: JointPriorSettings,
 ) -> CheckAndPosterior:
     """Draw predictive checks and exact posteriors of a cohort, in the order of ``predictives``."""
-    checks, truths = _checks(predictives, verdicts, cmaes), truth or Truths()
-    panels = []
-    for place in predictives:
-        fit, true = cmaes[place.subject].theta, truths.get(place.subject)
-        panels.append(PosteriorPanel.of_speeds(place.subject, posteriors[place], verdicts[place], fit, true))
-    return CheckAndPosterior(
-        draw_cohort_checks(checks, cohort_title),
-        draw_posteriors(panels, joint_prior, cohort_title),
-    )
+    truths = truth or Truths()
+    panels = [
+        PosteriorPanel.of_speeds(
+            place.subject,
+            posteriors[place],
+            verdicts[place],
+            cmaes[place.subject].theta,
+            truths.get(place.subject),
+        )
+        for place in predictives
+    ]
+    return _of_cohort(predictives, verdicts, cmaes, panels, joint_prior, cohort_title)
 
 
-def _checks(
-    predictives: ByPlace[PredictiveCheck], verdicts: ByPlace[Verdict], cmaes: BySubject[CmaesFit]
-) -> list[PredictivePanel]:
-    """Return what the predictive check of each subject shows, with the reference fit."""
-    return [
+def _of_cohort(
+    predictives: ByPlace[PredictiveCheck],
+    verdicts: ByPlace[Verdict],
+    cmaes: BySubject[CmaesFit],
+    panels: Sequence[PosteriorPanel],
+    prior: PriorSettings | JointPriorSettings,
+    title: str,
+) -> CheckAndPosterior:
+    """Draw the predictive check of each subject, with the reference fit, and the posteriors."""
+    checks = [
         PredictivePanel(place.subject, check, cmaes[place.subject], verdicts[place])
         for place, check in predictives.items()
     ]
+    return CheckAndPosterior(draw_cohort_checks(checks, title), draw_posteriors(panels, prior, title))

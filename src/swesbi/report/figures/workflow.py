@@ -20,25 +20,22 @@ from swesbi.report.figures.density import log_density_of_draws, log_density_of_p
 from swesbi.report.figures.posterior import PosteriorPanel
 from swesbi.report.figures.predictive import PredictivePanel, draw_check
 from swesbi.report.figures.style import (
+    EXCLUDED_BACKGROUND,
     NETWORK,
     OBSERVED,
     PRIOR,
     Drawing,
-    mark_excluded,
-    new_figure,
+    color_of,
+    drawing,
     plain,
     plain_decades,
     shared_legend,
-    style,
     titled,
 )
 from swesbi.verdict.verdict import Verdict
 
-SIZE_IN: Final = (6.5, 4.2)
 SHOWN_CURVES: Final = 60
-RIDGE: Final = 0.8
 HEADS: Final = ("prior →", "simulated curves →", "features →", "training →", "posterior →", "check")
-POOL_BAND: Final = (0.05, 0.95)
 
 
 def workflow_figure(
@@ -56,8 +53,9 @@ def workflow_figure(
     place = shown_subject(judged)
     check, verdict, subject = predictives[place], judged[place], plain(place.subject)
     panel = PosteriorPanel.of_features(place.subject, posteriors[place], verdict, None)
-    with style():
-        figure = new_figure(*SIZE_IN)
+    excluded = "" if verdict.may_be_read else ", who is excluded"
+    what = f"The workflow, {len(pool.subjects)} subjects pooled, here {subject}{excluded}"
+    with drawing(6.5, 4.2, titled(what, cohort_title)) as figure:
         axes = list(figure.subplots(2, 3).flat)
         _draw_ridges(axes[0], prior)
         axes[1].plot(check.target.grid, check.prior.draws.curve_kpa[:SHOWN_CURVES].T, color=PRIOR, lw=0.4)
@@ -72,35 +70,25 @@ def workflow_figure(
         for curves in (axes[1], axes[5]):
             curves.set(xlabel="phase of the cycle", ylabel=STIFFNESS, xlim=(0.0, 1.0))
         for last in () if verdict.may_be_read else axes[4:]:
-            mark_excluded(last)
-        excluded = "" if verdict.may_be_read else ", who is excluded"
-        what = f"The workflow, {len(pool.subjects)} subjects pooled, here {subject}{excluded}"
-        figure.suptitle(titled(what, cohort_title), fontsize=7.5)
+            last.set_facecolor(EXCLUDED_BACKGROUND)
         shared_legend(figure, [axes[2], axes[5]], entries_a_row=2)
     return figure
 
 
 def shown_subject(verdicts: Mapping[Place, Verdict]) -> Place:
-    """Return the first subject whose posterior may be interpreted, or the first where there is none.
-
-    Raises:
-        ValueError: There is no subject.
-    """
-    if not verdicts:
-        raise ValueError("no subject to draw: the cohort is empty")
+    """Return the first subject whose posterior may be interpreted, or the first where there is none."""
     return next((place for place, verdict in verdicts.items() if verdict.may_be_read), next(iter(verdicts)))
 
 
 def _draw_ridges(axes: Axes, prior: PriorSettings, posterior: PosteriorPanel | None = None) -> None:
     """Draw the densities of the parameters one above the other, in multiples of the prior's centre."""
     for j, each in enumerate(prior.parameters):
-        densities = [(PRIOR, log_density_of_prior(each))]
+        densities = {PRIOR: log_density_of_prior(each)}
         if posterior is not None:
-            densities.append((posterior.color, log_density_of_draws(posterior.draws[:, j])))
-        for color, (theta, density) in densities:
-            ridge = j - RIDGE * density / density.max()
+            densities[color_of(posterior.verdict)] = log_density_of_draws(posterior.draws[:, j])
+        for color, (theta, density) in densities.items():
+            ridge = j - 0.8 * density / density.max()
             axes.fill_between(theta / each.centre, ridge, j, color=color, alpha=0.5, lw=0.5)
-    axes.set_xscale("log")
     plain_decades(axes.xaxis)
     axes.set_yticks(range(len(THETA)), [parameter.tex for parameter in THETA])
     axes.set(ylim=(len(THETA) - 0.9, -1.0), xlabel="value over the prior's centre")
@@ -111,7 +99,7 @@ def _draw_features(axes: Axes, pool: Pool, subject: str) -> None:
     rows = pool.subject_index == pool.subjects.index(subject)
     copies = pool.z[rows & (pool.draw_index == pool.draw_index[rows].min())].astype(np.float64)
     position = np.arange(copies.shape[1])
-    axes.vlines(position, *np.quantile(pool.z[rows], POOL_BAND, axis=0), color=PRIOR, lw=1.0, alpha=0.5)
+    axes.vlines(position, *np.quantile(pool.z[rows], (0.05, 0.95), axis=0), color=PRIOR, lw=1.0, alpha=0.5)
     axes.plot(position, copies.T, ".", ms=1.6, mew=0, color=NETWORK, alpha=0.5)
     axes.plot(position, pool.observed_z(subject), ".", ms=2.6, mew=0, color=OBSERVED)
     for color, label in ((NETWORK, f"features, {len(copies)} noisy copies"), (OBSERVED, "features observed")):

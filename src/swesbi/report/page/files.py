@@ -15,7 +15,6 @@ import pandas as pd
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.files import hdf5_provenance
-from swesbi.artefacts.provenance import Provenance
 from swesbi.report.table import Link, Table
 
 HERE: Final = "."
@@ -46,28 +45,23 @@ def relative(path: Path, page: Path) -> str:
 
 
 def file_groups(paths: Sequence[Path], page: Path) -> tuple[Table, ...]:
-    """Group the files by the folder that they lie in, in the order given; one row a subject or kind."""
+    """Group the files by the folder that they lie in, in the order given; one row a subject or kind.
+
+    Examples: ``paper/subjects/A/ppc.png`` is ppc.png of A, ``cmaes/A.h5`` is A.h5 of the whole cohort.
+    """
     grouped: dict[str, dict[str, list[Link]]] = {}
     for path in dict.fromkeys(paths):
         href = relative(path, page)
-        folder, *rest = Path(href).parts if "/" in href else (HERE, href)
-        row, text = _row_and_text(rest)
-        grouped.setdefault(folder, {}).setdefault(row, []).append(Link(text, href))
-    return tuple(_group(folder, rows) for folder, rows in grouped.items())
-
-
-def _row_and_text(parts: Sequence[str]) -> tuple[str, str]:
-    """Return the row of a file within its group, and what its link says.
-
-    Examples: ``paper/subjects/A/ppc.png`` is ppc.png of A, ``cmaes/A.h5`` is A.h5 of the cohort.
-    """
-    *folders, name = [part for part in parts if part != "subjects"]
-    return ", ".join(folders) or WHOLE_COHORT, name
-
-
-def _group(folder: str, rows: dict[str, list[Link]]) -> Table:
-    frame = pd.DataFrame({"Of": list(rows), "Files": [tuple(links) for links in rows.values()]})
-    return Table(f"{folder}/: {MEANING.get(folder, EXPERIMENT_MEANING)}", frame)
+        folder, *within, name = Path(href).parts if "/" in href else (HERE, href)
+        row = ", ".join(part for part in within if part != "subjects") or WHOLE_COHORT
+        grouped.setdefault(folder, {}).setdefault(row, []).append(Link(name, href))
+    return tuple(
+        Table(
+            f"{folder}/: {MEANING.get(folder, EXPERIMENT_MEANING)}",
+            pd.DataFrame({"Of": list(rows), "Files": [tuple(links) for links in rows.values()]}),
+        )
+        for folder, rows in grouped.items()
+    )
 
 
 @dataclass(frozen=True)
@@ -83,38 +77,31 @@ class Figure:
 
 
 def figure(png: Path, page: Path, description: str, caption: str, pdf: Path | None = None) -> Figure:
-    """Return a figure of the page; a click leads to the PDF, or to the PNG where there is none.
-
-    Raises:
-        ArtefactError: The file is no PNG.
-    """
-    width, height = _size(png)
-    return Figure(relative(png, page), relative(pdf or png, page), width, height, description, caption)
-
-
-def _size(png: Path) -> tuple[int, int]:
+    """Return a figure of the page; a click leads to the PDF, or to the PNG where there is none."""
     with png.open("rb") as file:
         head = file.read(SIZE_AT.stop)
     if not head.startswith(PNG_SIGNATURE) or len(head) < SIZE_AT.stop:
         raise ArtefactError(f"{png}: is not a PNG image; delete it and rerun")
     width, height = struct.unpack(">II", head[SIZE_AT])
-    return width, height
+    return Figure(relative(png, page), relative(pdf or png, page), width, height, description, caption)
 
 
 def provenance_table(paths: Sequence[Path]) -> Table:
     """Return seed and code of every kind of HDF5 artefact among these files."""
-    by_kind: dict[str, list[Provenance]] = {}
-    for path in (path for path in paths if path.suffix == ".h5"):
-        provenance = hdf5_provenance(path)
-        by_kind.setdefault(provenance.kind, []).append(provenance)
+    found = [hdf5_provenance(path) for path in paths if path.suffix == ".h5"]
     named = {"Seed": "seed", "Code hash": "code_hash", "swesbi": "package_version"}
     rows = [
         {"Artefact": kind, "Files": len(each)}
         | {head: ", ".join(sorted({str(getattr(one, name)) for one in each})) for head, name in named.items()}
-        for kind, each in sorted(by_kind.items())
+        for kind in sorted({one.kind for one in found})
+        for each in [[one for one in found if one.kind == kind]]
     ]
-    note = "The code hash names the code of the stage that wrote the file, docstrings and comments left out."
-    return Table("What made the artefacts.", pd.DataFrame(rows), note=note)
+    return Table(
+        "What made the artefacts.",
+        pd.DataFrame(rows),
+        note="The code hash names the code of the stage that wrote the file, docstrings and comments left "
+        "out.",
+    )
 
 
 def software_table() -> Table:

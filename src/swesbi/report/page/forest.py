@@ -6,8 +6,7 @@ reader's light or dark page, which a file of matplotlib cannot.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -25,36 +24,17 @@ RIGHT: Final = 12.0
 TOP: Final = 8.0
 ROW: Final = 22.0
 AXIS: Final = 26.0
-TICKS: Final = 5
 
 
-@dataclass(frozen=True)
-class Panel:
-    """One parameter: a mark for each subject, the ticks of its axis (place, text), and the same in words."""
+def panel(symbol: str, unit: str, answers: pd.DataFrame) -> Mapping[str, Any]:
+    """Return a parameter for the template: intervals from zero on, those without an answer left out.
 
-    symbol: str
-    unit: str
-    width: float
-    height: float
-    bottom: float
-    left: float
-    right: float
-    marks: Sequence[Mapping[Hashable, Any]]
-    ticks: tuple[tuple[float, str], ...]
-    description: str
-
-
-def panel(symbol: str, unit: str, answers: pd.DataFrame) -> Panel:
-    """Place a parameter's intervals from zero on, those without an answer left out.
-
-    Args:
-        symbol: The parameter.
-        unit: Its unit.
-        answers: Columns ``subject``, ``status``, ``median``, ``low`` and ``high``, in that unit.
+    There are a mark for each subject, the ticks (place, text), and the same in words. ``answers`` has the
+    columns ``subject``, ``status``, ``median``, ``low`` and ``high``, in that unit.
     """
     known = answers.dropna(subset="median")
     end = known["high"].max() if len(known) else 1.0
-    ticks = [float(value) for value in MaxNLocator(TICKS).tick_values(0.0, end) if value >= 0.0]
+    ticks = [float(value) for value in MaxNLocator(5).tick_values(0.0, end) if value >= 0.0]
     scale = (WIDTH - LEFT - RIGHT) / ticks[-1]
     placed = {name: (LEFT + scale * known[name]).round(1) for name in ("low", "median", "high")}
     marks = known.assign(y=TOP + ROW * (np.arange(len(known)) + 0.5), **placed)
@@ -63,18 +43,18 @@ def panel(symbol: str, unit: str, answers: pd.DataFrame) -> Panel:
         for subject, median, low, high in known[["subject", "median", "low", "high"]].to_numpy()
     ]
     bottom = TOP + ROW * len(known)
-    return Panel(
-        symbol,
-        unit,
-        WIDTH,
-        bottom + AXIS,
-        bottom,
-        LEFT,
-        WIDTH - RIGHT,
-        records(marks),
-        tuple((round(LEFT + scale * value, 1), f"{value:g}") for value in ticks),
-        f"{symbol} in {unit}: {'; '.join(said)}",
-    )
+    return {
+        "symbol": symbol,
+        "unit": unit,
+        "width": WIDTH,
+        "height": bottom + AXIS,
+        "bottom": bottom,
+        "left": LEFT,
+        "right": WIDTH - RIGHT,
+        "marks": records(marks),
+        "ticks": [(round(LEFT + scale * value, 1), f"{value:g}") for value in ticks],
+        "description": f"{symbol} in {unit}: {'; '.join(said)}",
+    }
 
 
 def svg_symbols(text: str) -> Markup:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Final
 
 import pandas as pd
@@ -22,7 +22,7 @@ from swesbi.report.numbers import (
     share,
     significant,
 )
-from swesbi.report.page.forest import Panel, panel
+from swesbi.report.page.forest import panel
 from swesbi.report.page.sections import counted, coverages, too_narrow, truth_inside
 from swesbi.report.paper.comparison import score_in_words
 from swesbi.report.results import Experiment, Results, columns_of, records, wide
@@ -45,59 +45,32 @@ MEANING: Final = {
 }
 
 
-@dataclass(frozen=True)
-class Landing:
-    """What only the landing page shows.
+def make_landing(results: Results, title: str, links: Sequence[str]) -> Mapping[str, object]:
+    """Return what only the landing page shows, of the first experiment on speeds, or else of the main one.
 
-    Attributes:
-        found: What was found, in sentences.
-        believed: Whether to believe it, in sentences.
-        answers: A row for each subject.
-        panels: The figure, a panel for each parameter.
-        statuses: What the experiment may say of a subject, from good to bad.
-        cards: What the page prints of each subject, by the names of the template.
-        paper: The paper's experiment in a line.
-        explorer: The explorer, relative to the page; empty where there is none.
-    """
-
-    found: Sequence[str]
-    believed: Sequence[str]
-    answers: Table
-    panels: Sequence[Panel]
-    statuses: Sequence[str]
-    cards: Sequence[Mapping[str, str]]
-    paper: str
-    explorer: str
-
-
-def make_landing(results: Results, title: str, links: Sequence[str]) -> Landing:
-    """Put the landing page together: of the first experiment on speeds, or else of the main experiment.
-
-    Args:
-        results: The study.
-        title: What the subjects are.
-        links: Every file behind the page, relative to it.
+    ``links`` are all files behind the page, relative to it; the path of an explorer that is not among them is
+    empty.
     """
     experiment = next((each for each in results.experiments if each.exact), results.main)
     answers = answers_of(experiment)
     of_parameter = {name: dict(zip(columns_of(name), LIMITS, strict=True)) for name in PARAMETERS}
-    return Landing(
-        found=tuple(_found(experiment, answers, title)),
-        believed=tuple(_believed(experiment)),
-        answers=answers_table(experiment, answers, title),
-        panels=[
+    return {
+        "found": list(_found(experiment, answers, title)),
+        "believed": list(_believed(experiment)),
+        "answers": answers_table(experiment, answers, title),
+        "panels": [
             panel(symbol, PARAMETER_UNITS[name], answers.rename(columns=of_parameter[name]))
             for name, symbol in PARAMETERS.items()
         ],
-        statuses=statuses_of(experiment),
-        cards=[
+        "statuses": statuses_of(experiment),
+        "cards": [
             _card(experiment, each.context, links)
             for each in results.observations
             if each.context.subject in experiment.verdicts
         ],
-        paper=paper_in_a_line(results.main, results.statements),
-        explorer="explorer.html" if "explorer.html" in links else "",
-    )
+        "paper": paper_in_a_line(results.main, results.statements),
+        "explorer": "explorer.html" if "explorer.html" in links else "",
+    }
 
 
 def answers_of(experiment: Experiment) -> pd.DataFrame:
@@ -139,18 +112,15 @@ def limits(experiment: Experiment, subject: str) -> Iterator[str]:
     for row in records(table[(table["subject"] == subject) & (table["parameter"] == EJECTION)]):
         if (said := beside_the_measured(row)).startswith("predicted"):
             yield f"{quantity(EJECTION)} {said}"
-    for name in _in_conflict(experiment, subject):
-        yield f"prior and recording disagree on {PARAMETERS[name]}"
+    if experiment.exact:
+        yield from _conflicts(experiment.identifiability, subject)
 
 
-def _in_conflict(experiment: Experiment, subject: str) -> list[str]:
-    """Return the parameters that move where either of prior and likelihood is scaled in power."""
-    if not experiment.exact:
-        return []
-    table = experiment.identifiability
-    rows = records(table[(table["subject"] == subject) & table["quantity"].isin(PARAMETERS)])
-    parts = ("sensitivity_prior", "sensitivity_likelihood")
-    return [str(row["quantity"]) for row in rows if all(row[part] >= SENSITIVE for part in parts)]
+def _conflicts(table: pd.DataFrame, subject: str) -> Iterator[str]:
+    """Name the parameters that move where either of prior and likelihood is scaled in power."""
+    for row in records(table[(table["subject"] == subject) & table["quantity"].isin(PARAMETERS)]):
+        if row["sensitivity_prior"] >= SENSITIVE and row["sensitivity_likelihood"] >= SENSITIVE:
+            yield f"prior and recording disagree on {PARAMETERS[row['quantity']]}"
 
 
 def statuses_of(experiment: Experiment) -> tuple[str, ...]:
@@ -166,13 +136,17 @@ def _found(experiment: Experiment, answers: pd.DataFrame, title: str) -> Iterato
     if good.empty:
         yield "No posterior can be used without care."
         return
-    ranges = []
-    for parameter, symbol in PARAMETERS.items():
-        medians = good[f"{parameter}_median"]
-        span = " to ".join(dict.fromkeys(significant(value, 2) for value in (medians.min(), medians.max())))
-        ranges.append(f"{symbol} {span} {PARAMETER_UNITS[parameter]}")
+    ranges = [
+        f"{symbol} {_range(good[f'{name}_median'], partial(significant, digits=2))} {PARAMETER_UNITS[name]}"
+        for name, symbol in PARAMETERS.items()
+    ]
     what = "medians of active stiffness, contraction and relaxation rate"
     yield f"Among those {statuses[0]}, {what} are {', '.join(ranges)}."
+
+
+def _range(values: pd.Series, shown: Callable[[float], str]) -> str:
+    """Return the least and the largest value, once where they look the same."""
+    return " to ".join(dict.fromkeys((shown(values.min()), shown(values.max()))))
 
 
 def _believed(experiment: Experiment) -> Iterator[str]:
@@ -184,11 +158,7 @@ def _believed(experiment: Experiment) -> Iterator[str]:
 
 
 def level_kept(table: pd.DataFrame) -> str:
-    """Return whether coverages reach their nominal level, where the recordings are enough to tell.
-
-    Args:
-        table: A row a parameter, with ``nominal``, ``n`` and the Clopper-Pearson interval on its coverage.
-    """
+    """Return whether coverages, a row a parameter, reach their level, where recordings are enough to tell."""
     nominal, least = float(table["nominal"].iloc[0]), float(table["ci_low"].min())
     if short := [PARAMETERS[str(name)] for name in too_narrow(table).index]:
         return f"Too narrow: {', '.join(short)}."
@@ -202,13 +172,12 @@ def level_kept(table: pd.DataFrame) -> str:
 def paper_in_a_line(main: Experiment, statements: pd.DataFrame) -> str:
     """Return what came out of the experiment that repeats the paper, beside its statements."""
     table = main.at_level(main.recovery_acquisition)
-    nominal, covered = float(table["nominal"].iloc[0]), table["coverage"]
-    span = " to ".join(dict.fromkeys((percent(covered.min(), 0), percent(covered.max(), 0))))
+    covered = _range(table["coverage"], partial(percent, decimals=0))
     inside = sum(verdict.may_be_read for verdict in main.verdicts.values())
     return (
         f"The experiment {main.name} repeats the published method: {score_in_words(statements)}. Its prior "
         f"supports {inside} of {len(main.verdicts)} subjects, and with the noise of an acquisition its "
-        f"{share(nominal, 0)} intervals contain the true value in {span} %."
+        f"{share(table['nominal'].iloc[0], 0)} intervals contain the true value in {covered} %."
     )
 
 

@@ -13,11 +13,9 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 from swesbi.artefacts import ArtefactError
 from swesbi.report.figures.registry import on_page
 from swesbi.report.numbers import with_symbols
-from swesbi.report.page.files import Figure
 from swesbi.report.page.forest import svg_symbols
-from swesbi.report.page.landing import Landing
 from swesbi.report.page.names import LANDING
-from swesbi.report.page.sections import Section, section_figures
+from swesbi.report.page.sections import section_figures
 from swesbi.report.results import Results
 from swesbi.report.table import Table
 from swesbi.report.tables import subjects
@@ -29,7 +27,6 @@ from swesbi.report.tables.experiments import (
     statements_table,
     training_table,
 )
-from swesbi.report.tables.validation import StoredValidation
 
 TEMPLATES: Final = (
     "templates/index.html", "templates/method.html", "templates/checks.html", "templates/paper.html",
@@ -38,20 +35,11 @@ TEMPLATES: Final = (
 )  # fmt: skip
 PLACED: Final = ("workflow", "ppc", "posterior")
 """Figures of the study that have a place of their own in a template."""
-ABOVE: Final = "../"
-"""Before every path of a page in the folder ``report``: paths are relative to the landing page."""
 
 
 @dataclass(frozen=True)
 class Cohort:
-    """What the subjects are, and who says so.
-
-    Attributes:
-        title: What figures and tables call them.
-        folder: Folder of the recordings.
-        origin: Where the recordings come from, in the words of the cohort's ``recording.yaml``.
-        protocol: How they were made, likewise, entry by entry; empty if it does not say.
-    """
+    """What the subjects are, and who says so: origin and protocol in the words of its ``recording.yaml``."""
 
     title: str
     folder: str
@@ -62,59 +50,6 @@ class Cohort:
     def origin_after_title(self) -> str:
         """The origin as it follows the title, which it may begin with."""
         return self.origin.removeprefix(self.title).lstrip(" ,;") or self.origin
-
-
-@dataclass(frozen=True)
-class Figures:
-    """The figures of the page: of the study by name, those without a place of their own, one a training."""
-
-    study: Mapping[str, Figure]
-    further: tuple[Figure, ...]
-    training: tuple[Figure, ...]
-
-
-@dataclass(frozen=True)
-class PageProvenance:
-    """Where the results come from; the configuration as text, and the file that holds the same."""
-
-    seed: int
-    code_hash: str
-    version: str
-    artefacts: Table
-    software: Table
-    configuration: str
-    configuration_file: str
-
-
-@dataclass(frozen=True)
-class Page:
-    """Everything that the templates show: the main experiment, those on speeds, those over a population.
-
-    Attributes:
-        cohort: What the subjects are.
-        landing: What only the landing page shows.
-        tables: Tables of the whole study by name.
-        figures: Its figures.
-        experiments: Names of all experiments that have verdicts.
-        main: The experiment that stands for the paper's.
-        sections: Of the experiments on speeds.
-        populations: Of those over a population.
-        validation: What came out of the validation; None where there is no table of it.
-        files: Every file, a table a folder.
-        provenance: Where the results come from.
-    """
-
-    cohort: Cohort
-    landing: Landing
-    tables: Mapping[str, Table]
-    figures: Figures
-    experiments: Sequence[str]
-    main: Section
-    sections: Sequence[Section]
-    populations: Sequence[Section]
-    validation: StoredValidation | None
-    files: Sequence[Table]
-    provenance: PageProvenance
 
 
 def study_tables(results: Results, title: str) -> Mapping[str, Table]:
@@ -135,40 +70,25 @@ def study_tables(results: Results, title: str) -> Mapping[str, Table]:
 
 def study_figures(
     pngs: Sequence[Path], experiments: Sequence[str], page: Path, main: str, title: str
-) -> Figures:
-    """Return the figures of the study, and each experiment's training.
-
-    Args:
-        pngs: PNG of each, its PDF beside it; others are left out.
-        experiments: Names of those whose training is shown.
-        page: The page.
-        main: Name of the main experiment.
-        title: What the subjects are.
-
-    Raises:
-        ArtefactError: A file is no PNG, or a figure is missing.
-    """
+) -> dict[str, Any]:
+    """Return figures of the study by name, those without a place in a template, and one a training."""
     shown = section_figures("cohort", pngs, main, page, title)
     trained = {name: section_figures("experiment", pngs, name, page, title) for name in experiments}
     missing = [name for name in on_page("cohort") if name not in shown]
     missing += [f"training of {name}" for name, found in trained.items() if not found]
     if missing:
         raise ArtefactError(f"figures of the study: {', '.join(missing)} missing")
-    return Figures(
-        shown,
-        tuple(shown[name] for name in on_page("cohort") if name not in PLACED),
-        tuple(found["training"] for found in trained.values()),
-    )
+    return {
+        "study": shown,
+        "further": [shown[name] for name in on_page("cohort") if name not in PLACED],
+        "training": [found["training"] for found in trained.values()],
+    }
 
 
-def render(page: Page, name: str = LANDING) -> str:
-    """Return one of the pages as HTML; equal pages give equal text.
-
-    Args:
-        page: What the pages show.
-        name: ``LANDING`` or one of ``FURTHER``.
-    """
-    root = "" if name == LANDING else ABOVE
+def render(page: Mapping[str, object], name: str = LANDING) -> str:
+    """Return ``LANDING`` or one of ``FURTHER`` as HTML, from all that templates show."""
+    # paths are relative to the landing page, and the others lie in a folder beside it
+    root = "" if name == LANDING else "../"
     return templates().get_template(f"{name}.html").render(page=page, here=name, root=root)
 
 

@@ -36,18 +36,9 @@ Facts = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Section:
-    """What the templates show of one experiment.
+    """What the templates show of one experiment: facts as an abstract would have them, verdicts as sentences.
 
-    Attributes:
-        name: Its name.
-        tables: Tables by name.
-        facts: What an abstract would say.
-        figures: Figures by name.
-        cohort: The cohort as one population.
-        verdicts: The verdict of each subject as a sentence.
-        caution: A warning where its credible intervals cover less than they claim.
-        base: Of an experiment over a population, the one whose prior and likelihood it has.
-        declared: Likewise, the declared range.
+    ``base`` (whose prior and likelihood it has) and ``declared`` (its range) are of one over a population.
     """
 
     name: str
@@ -107,11 +98,10 @@ def make_section(
 
 def counted(verdicts: Mapping[str, Verdict], order: Sequence[str] = STATUSES) -> str:
     """Return how many subjects have which verdict, and who: "2 not contradicted (A, B), 1 doubtful (D)"."""
-    by_status = {
-        word: [name for name, verdict in verdicts.items() if verdict.status == word] for word in order
-    }
     return ", ".join(
-        f"{len(names)} {word} ({', '.join(names)})" for word, names in by_status.items() if names
+        f"{len(names)} {word} ({', '.join(names)})"
+        for word in order
+        if (names := [name for name, verdict in verdicts.items() if verdict.status == word])
     )
 
 
@@ -188,9 +178,14 @@ def make_population_section(
     if shown.pressures is not None:
         tables["pressures"] = pressures_table(shown.pressures, title)
         tables["pressures_subjects"] = subjects_table(shown.pressures, title)
-    base, declared = str(shown.settings["base"]), range_in_words(shown.settings)
     return Section(
-        shown.name, tables, dict(_population_facts(shown)), figures, cohort, base=base, declared=declared
+        shown.name,
+        tables,
+        dict(_population_facts(shown)),
+        figures,
+        cohort,
+        base=str(shown.settings["base"]),
+        declared=range_in_words(shown.settings),
     )
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 from pydantic import JsonValue
 
 from swesbi import __version__
-from swesbi.artefacts import ArtefactError, UnfitError
+from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import PlainTable
 from swesbi.artefacts.typed import ByExperiment, ByName, ByPlace, Text, Texts
 from swesbi.checks.calibration.table import StrataTable
@@ -24,15 +24,7 @@ from swesbi.report.numbers import protocol_entry
 from swesbi.report.page.files import Figure, file_groups, provenance_table, relative, software_table
 from swesbi.report.page.landing import make_landing
 from swesbi.report.page.names import FURTHER, LANDING
-from swesbi.report.page.page import (
-    Cohort,
-    Page,
-    PageProvenance,
-    as_yaml,
-    render,
-    study_figures,
-    study_tables,
-)
+from swesbi.report.page.page import Cohort, as_yaml, render, study_figures, study_tables
 from swesbi.report.page.sections import make_population_section, make_section, section_figures
 from swesbi.report.paper.comparison import ComparisonTable, StatementsTable
 from swesbi.report.results import Experiment, Results, no_rows
@@ -85,9 +77,6 @@ def pages_of_study(
 
     ``tables`` are those of the whole study; ``pngs`` lie in a folder beside that page. ``artefacts`` are all
     files of the study. Inputs of experiments that are not run are empty.
-
-    Raises:
-        ArtefactError: An input is missing, a figure is no PNG, or recordings are of unsaid origin.
     """
     page, title, of_study = pngs[0].parents[1] / f"{LANDING}.html", cohort_title, dict(tables)
     experiments = tuple(
@@ -99,23 +88,31 @@ def pages_of_study(
     populations = _populations(populations_shown, population_cohorts, population_strata, of_study)
     on_speeds = [each for each in experiments if each.exact]
     drawn = (cohort_posteriors, pngs, page, title)
-    whole = Page(
-        cohort=cohort_in_words(recording, title),
-        landing=make_landing(results, title, [relative(path, page) for path in artefacts]),
-        tables=study_tables(results, title),
-        figures=study_figures(pngs, list(experiments_shown), page, main.name, title),
-        experiments=list(experiments_shown),
-        main=make_section(main, {}, title),
-        sections=[make_section(each, *_beside(each.name, "speeds", *drawn)) for each in on_speeds],
-        populations=[
+    written = as_yaml(configuration)
+    whole = {
+        "cohort": cohort_in_words(recording, title),
+        "landing": make_landing(results, title, [relative(path, page) for path in artefacts]),
+        "tables": study_tables(results, title),
+        "figures": study_figures(pngs, list(experiments_shown), page, main.name, title),
+        "experiments": list(experiments_shown),
+        "main": make_section(main, {}, title),
+        "sections": [make_section(each, *_beside(each.name, "speeds", *drawn)) for each in on_speeds],
+        "populations": [
             make_population_section(each, *_beside(each.name, "population", *drawn)) for each in populations
         ],
-        validation=None if validation is None else shown_validation(validation),
-        files=file_groups(artefacts, page),
-        provenance=_provenance(seed, code, artefacts, as_yaml(configuration)),
-    )
-    further = {name: render(whole, name) for name in FURTHER}
-    return Pages(render(whole), further, as_yaml(configuration))
+        "validation": None if validation is None else shown_validation(validation),
+        "files": file_groups(artefacts, page),
+        "provenance": {
+            "seed": seed,
+            "code_hash": code,
+            "version": __version__,
+            "artefacts": provenance_table(artefacts),
+            "software": software_table(),
+            "configuration": written,
+            "configuration_file": CONFIGURATION,
+        },
+    }
+    return Pages(render(whole), {name: render(whole, name) for name in FURTHER}, written)
 
 
 def _beside(
@@ -132,11 +129,7 @@ def _beside(
 
 
 def cohort_in_words(recording: Path, title: str) -> Cohort:
-    """Return what the cohort says of its own recordings; only ``origin`` is required.
-
-    Raises:
-        ArtefactError: It does not say where the recordings come from.
-    """
+    """Return what the cohort says of its own recordings; only ``origin`` is required."""
     file = read_recording_file(recording.parent)
     if not file.origin:
         raise ArtefactError(f"{recording}: add `origin`: who or what was recorded, in a few words")
@@ -154,15 +147,9 @@ def _experiment(
     of_study: Mapping[str, pd.DataFrame],
     own: Mapping[str, pd.DataFrame],
 ) -> Experiment:
-    """Return what there is of an experiment; ``own`` are the tables in its folder.
-
-    Raises:
-        UnfitError: It is one on speeds, and no noise is given.
-    """
+    """Return what there is of an experiment; ``own`` are the tables in its folder."""
     of_speeds: dict[str, Any] = {}
     if "exact" in settings:
-        if noise is None:
-            raise UnfitError("noise", "that of the cohort is not given")
         of_speeds = {kind: own[kind] for kind in ("calibration", "alarms", "identifiability")}
         of_speeds |= {"results": _of_experiment(posteriors, name), "noise": noise}
     return Experiment(
@@ -201,15 +188,3 @@ def _of_experiment(files: ByPlace[Item], experiment: str) -> dict[str, Item]:
 
 def _rows(table: pd.DataFrame, experiment: str) -> pd.DataFrame:
     return table[table["experiment"] == experiment]
-
-
-def _provenance(seed: int, code: str, artefacts: Sequence[Path], configuration: str) -> PageProvenance:
-    return PageProvenance(
-        seed=seed,
-        code_hash=code,
-        version=__version__,
-        artefacts=provenance_table(artefacts),
-        software=software_table(),
-        configuration=configuration,
-        configuration_file=CONFIGURATION,
-    )

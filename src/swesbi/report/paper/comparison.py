@@ -39,10 +39,6 @@ MEASURES: Final[Mapping[str, Measure]] = {
 """The public functions of the module, by name."""
 
 
-class ReadingError(ValueError):
-    """A row of the paper's numbers that no rule can read."""
-
-
 @dataclass(frozen=True)
 class Difference:
     """How this study's value differs from the paper's: whether both agree, by the rule, and in words."""
@@ -55,23 +51,8 @@ Reading = Callable[[PaperNumber, StudyValue, str], Difference]
 
 
 def read_difference(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
-    """Return the reading of one row, its remark included where there is a value; none agrees with nothing.
-
-    Args:
-        paper: What the paper prints.
-        measured: This study's value, or why there is none.
-        cohort_title: What the subjects are ("virtual volunteers").
-
-    Raises:
-        ReadingError: The row names no rule.
-    """
-    if paper.row.reading not in READINGS:
-        known = ", ".join(READINGS)
-        raise ReadingError(f"{paper.quantity}: {paper.row.reading!r} is no reading; known: {known}")
-    rule = READINGS[paper.row.reading]
-    if measured.missing:
-        return Difference(False, f"no value to compare: {measured.missing}")
-    reading = rule(paper, measured, cohort_title)
+    """Return the reading of one row, its remark included."""
+    reading = READINGS[paper.row.reading](paper, measured, cohort_title)
     return replace(reading, words=f"{reading.words}. {paper.row.remark}") if paper.row.remark else reading
 
 
@@ -80,19 +61,14 @@ def origin(paper: PaperNumber, study: Findings) -> str:
 
     A number read from the configuration is designed by its setting; of others the data file says where. What
     the maker of the shipped volunteers chose designs nothing of other subjects.
-
-    Args:
-        paper: What the paper prints.
-        study: What was found, and of whom.
     """
-    path, designed = str(paper.row.of.get("path", "")), paper.row.designed
+    path, designed = paper.row.path, paper.row.designed
     if "volunteers" in designed and study.cohort_title != SHIPPED:
         return FOUND
     if designed or not path:
         return f"{DESIGNED} ({designed})" if designed else FOUND
-    within = path.removeprefix(MAIN)
-    owner = f"experiment {study.main}, " if within != path else ""
-    return f"{DESIGNED} (config.yaml: {owner}{within})"
+    key = path.replace(MAIN, f"experiment {study.main}, ") if path.startswith(MAIN) else path
+    return f"{DESIGNED} (config.yaml: {key})"
 
 
 def _if_equal(equal: str, otherwise: str) -> Reading:
@@ -103,10 +79,8 @@ def _if_equal(equal: str, otherwise: str) -> Reading:
 
     def read(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
         same = abs(measured.value - paper.value) <= 1e-9 * max(abs(paper.value), 1e-12)
-        words = (equal if same else otherwise).format(
-            cohort=cohort_title, difference=_difference(paper, measured)
-        )
-        return Difference(same, words)
+        words = equal if same else otherwise
+        return Difference(same, words.format(cohort=cohort_title, difference=_difference(paper, measured)))
 
     return read
 
@@ -115,9 +89,11 @@ def _spread(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Diff
     """Say whether the mean lies within the paper's mean ± sd, else by how much it does not."""
     if abs(measured.value - paper.value) <= paper.sd:
         return Difference(True, "within the paper's spread")
-    difference = _difference(paper, measured)
-    words = f"outside the paper's spread: {difference}; {cohort_title}, other subjects than the paper's"
-    return Difference(False, words)
+    return Difference(
+        False,
+        f"outside the paper's spread: {_difference(paper, measured)}; {cohort_title}, "
+        "other subjects than the paper's",
+    )
 
 
 def _case(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
@@ -156,8 +132,7 @@ def _binomial(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Di
     """Say whether two frequencies differ beyond the 95 % interval of their difference."""
     if not differ(paper.value / 100.0, PAPER_RECORDINGS, measured.value / 100.0, measured.n):
         return Difference(True, "no difference beyond binomial error")
-    words = f"{_difference(paper, measured)} percentage points, beyond binomial error"
-    return Difference(False, words)
+    return Difference(False, f"{_difference(paper, measured)} percentage points, beyond binomial error")
 
 
 def _words(paper: PaperNumber, measured: StudyValue, cohort_title: str) -> Difference:
@@ -194,11 +169,7 @@ READINGS: Final[Mapping[str, Reading]] = {
 
 
 def comparison_table(paper: Sequence[PaperNumber], study: Findings) -> pd.DataFrame:
-    """Return the columns ``COLUMNS``, all text, every cell filled; rows in the order of ``paper``.
-
-    Raises:
-        ReadingError: A row names a measure or a reading that does not exist.
-    """
+    """Return the columns ``COLUMNS``, all text, every cell filled; rows in the order of ``paper``."""
     rows = (
         (printed.quantity, printed.printed, measured.text, difference.words, origin(printed, study))
         for printed, measured, difference in _compared(paper, study)
@@ -209,11 +180,8 @@ def comparison_table(paper: Sequence[PaperNumber], study: Findings) -> pd.DataFr
 def statements_table(paper: Sequence[PaperNumber], study: Findings) -> pd.DataFrame:
     """Return the columns ``STATEMENT_COLUMNS``: a row for each of the paper's statements on its results.
 
-    A statement is one or several of the paper's numbers. It agrees where each of them agrees, and is designed
-    where one of them is.
-
-    Raises:
-        ReadingError: A row names a measure or a reading that does not exist.
+    A statement is one or several of the paper's numbers. It agrees where each of them agrees, and is
+    designed where one of them is.
     """
     scored = [number for number in paper if number.row.statement]
     compared = pd.DataFrame(
@@ -243,22 +211,22 @@ def score_in_words(statements: pd.DataFrame) -> str:
     """Return how many of the paper's statements agree, and how many of these by design."""
     agrees = statements["agrees"] == "yes"
     designed = agrees & (statements["origin"] == DESIGNED)
-    of_all = f"{agrees.sum()} of the paper's {len(statements)} statements agree"
-    return f"{of_all}, {designed.sum()} of them by design"
+    return (
+        f"{agrees.sum()} of the paper's {len(statements)} statements agree, "
+        f"{designed.sum()} of them by design"
+    )
 
 
 def _compared(
     paper: Sequence[PaperNumber], study: Findings
 ) -> Iterator[tuple[PaperNumber, StudyValue, Difference]]:
     for printed in paper:
-        row = printed.row
-        if row.measure not in MEASURES:
-            raise ReadingError(f"{printed.quantity}: there is no measure {row.measure!r}")
         try:
-            measured = MEASURES[row.measure](study, printed)
+            measured = MEASURES[printed.row.measure](study, printed)
         except NoValueError as reason:
-            measured = StudyValue(f"none: {reason}", missing=str(reason))
-        yield printed, measured, read_difference(printed, measured, study.cohort_title)
+            yield printed, StudyValue(f"none: {reason}"), Difference(False, f"no value to compare: {reason}")
+        else:
+            yield printed, measured, read_difference(printed, measured, study.cohort_title)
 
 
 def _brief(paper: PaperNumber, text: str) -> str:

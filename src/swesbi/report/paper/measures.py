@@ -32,7 +32,7 @@ EXCLUDED_CASES: Final = {"first": 0, "second": -1}
 
 def designed(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return a number that the study was made with, by its dotted path; ``factor`` changes its unit."""
-    path = asked.option("path")
+    path = asked.row.path
     value: Any = study.design
     for key in path.split("."):
         if not isinstance(value, Mapping) or key not in value:
@@ -47,14 +47,13 @@ def designed(study: Findings, asked: PaperNumber) -> StudyValue:
 def supported_count(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return how many subjects the prior supports, and their names."""
     names = [name for name, verdict in study.verdicts.items() if verdict.may_be_read]
-    total = len(study.verdicts)
-    return StudyValue(f"{len(names)} of {total}{_listed(names)}", len(names), n=total)
+    return StudyValue(f"{len(names)} of {len(study.verdicts)}{_listed(names)}", len(names))
 
 
 def excluded_count(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return how many subjects the prior does not support, and their names."""
     names = list(_excluded(study))
-    return StudyValue(f"{len(names)}{_listed(names)}", len(names), n=len(study.verdicts))
+    return StudyValue(f"{len(names)}{_listed(names)}", len(names))
 
 
 def excluded(study: Findings, asked: PaperNumber) -> StudyValue:
@@ -76,15 +75,15 @@ def excluded(study: Findings, asked: PaperNumber) -> StudyValue:
 
 def score_mean(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return mean and sd of a score over the prior-supported subjects."""
-    return spread(study.scores()[asked.option("column")].tolist(), asked)
+    return spread(study.readable(study.ppc)[asked.option("column")].tolist(), asked)
 
 
 def score(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return a score of the subject that bears the name of the paper's case."""
-    table, column = study.scores(readable=False), asked.option("column")
-    if asked.case not in table.index:
+    own = study.ppc[(study.ppc["experiment"] == study.main) & (study.ppc["subject"] == asked.case)]
+    if own.empty:
         raise NoValueError(f"the cohort has no subject {asked.case}")
-    value = float(table[column].to_dict()[asked.case])
+    value = float(own[asked.option("column")].iloc[0])
     if math.isnan(value):
         why = ", ".join(support_numbers(study.verdicts[asked.case]))
         raise NoValueError(f"{asked.case} is not prior-supported: {why}")
@@ -93,7 +92,7 @@ def score(study: Findings, asked: PaperNumber) -> StudyValue:
 
 def extreme_case(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return the prior-supported subject with the largest (or smallest) score, and that score."""
-    values = study.scores()[asked.option("column")]
+    values = study.readable(study.ppc)[asked.option("column")]
     if values.empty:
         raise NoValueError(UNSUPPORTED)
     name = str(values.idxmax() if asked.row.of["largest"] else values.idxmin())
@@ -102,11 +101,10 @@ def extreme_case(study: Findings, asked: PaperNumber) -> StudyValue:
 
 def features_inside(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return in how many prior-supported subjects every checked feature is inside, and which do not."""
-    table = study.features[study.features["experiment"] == study.main]
-    table = table[table["may_be_read"].astype(bool)]
+    table = study.readable(study.features)
     inside = table["inside"].astype(bool)
-    outside = [f"{row.subject}: {row.feature}" for row in table[~inside].itertuples()]
-    complete = inside.groupby(table["subject"], sort=False).all()
+    outside = [f"{subject}: {feature}" for subject, feature in table.loc[~inside, "feature"].items()]
+    complete = inside.groupby("subject", sort=False).all()
     counted = share(int(complete.sum()), len(complete))
     text = f"{int(inside.sum())} of {len(inside)}" + (f"; outside {', '.join(outside)}" if outside else "")
     return StudyValue(f"all in {counted.text} cases ({text})", counted.value, n=counted.n)
@@ -114,14 +112,13 @@ def features_inside(study: Findings, asked: PaperNumber) -> StudyValue:
 
 def peak_underestimated(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return in how many prior-supported subjects the prior predictive median of the maximum is too low."""
-    table = study.features[study.features["experiment"] == study.main]
-    table = table[table["may_be_read"].astype(bool) & (table["feature"] == "maximum_kpa")]
+    table = study.readable(study.features[study.features["feature"] == "maximum_kpa"])
     return share(int((table["prior_median"] < table["observed"]).sum()), len(table))
 
 
 def sbi_below_cmaes(study: Findings, asked: PaperNumber) -> StudyValue:
     """Return in how many prior-supported subjects the posterior predictive median has the lower RMSE."""
-    table = study.scores()
+    table = study.readable(study.ppc)
     return share(int((table["rmse_kpa"] < table["rmse_cmaes_kpa"]).sum()), len(table))
 
 
@@ -165,7 +162,7 @@ def _listed(names: list[str]) -> str:
 
 def scalar_only_degrades(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether the mean RMSE is higher in the other experiment, over the subjects supported in both."""
-    both = _beside(study, asked, study.scores)
+    both = _beside(study, asked, lambda name: study.readable(study.ppc, name))
     means = both[["rmse_kpa", "rmse_kpa_other"]].mean().to_frame("mean").T
     worse = bool(means["rmse_kpa_other"].iloc[0] > means["rmse_kpa"].iloc[0])
     changes = _changes(pd.concat([means, both]), "rmse_kpa", asked)
@@ -196,10 +193,8 @@ def coverage_degrades(study: Findings, asked: PaperNumber) -> StudyValue:
 
 def constraint_order(study: Findings, asked: PaperNumber) -> StudyValue:
     """Say whether k_0 has a narrower credible interval, relative to its median, than k_SR."""
-    widths = []
-    for name in THETA_NAMES:
-        table = study.parameter(name)
-        widths.append(100.0 * float(((table["ci_high"] - table["ci_low"]) / table["median"]).mean()))
+    tables = [study.parameter(name) for name in THETA_NAMES]
+    widths = [100.0 * float(((each["ci_high"] - each["ci_low"]) / each["median"]).mean()) for each in tables]
     if np.isnan(widths).any():
         raise NoValueError(UNSUPPORTED)
     named = ", ".join(
@@ -214,11 +209,7 @@ def _beside(
     table: Callable[[str], pd.DataFrame],
     none: str = "no subject is prior-supported in both experiments",
 ) -> pd.DataFrame:
-    """Return the rows that a table has in the main and in the other experiment, whose columns end in _other.
-
-    Raises:
-        NoValueError: The other experiment was not run, or there is no such row.
-    """
+    """Return the rows that a table has in the main experiment and in the other (columns end in _other)."""
     experiment = asked.option("experiment")
     if experiment == study.main or experiment not in study.recoveries:
         raise NoValueError(f"the experiment '{experiment}' was not run beside '{study.main}'")
@@ -246,5 +237,4 @@ def _changes(both: pd.DataFrame, column: str, asked: PaperNumber) -> str:
 
 
 def _coverages(recovery: pd.DataFrame, nominal: float) -> pd.DataFrame:
-    rows = recovery.loc[recovery["nominal"] == nominal, ["parameter", "coverage", "n"]]
-    return rows.set_index("parameter").dropna()
+    return recovery[recovery["nominal"] == nominal].set_index("parameter")[["coverage", "n"]].dropna()

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Final, Self
 
 import yaml
-from pydantic import Field, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from swesbi.artefacts import ArtefactError
 from swesbi.base.settings import Settings
 
 PAPER_VALUES: Final = Path(__file__).parent / "paper_values.yaml"
@@ -32,23 +30,14 @@ class PaperRow(Settings):
     paper: str = ""
     cases: dict[str, str] = {}
     value: float | None = None
-    measure: str
+    path: str = ""
+    measure: str = "designed"
     of: dict[str, Option] = {}
     digits: int = Field(ge=0, le=8)
-    reading: str
+    reading: str = "configured"
     remark: str = ""
     designed: str = ""
     statement: str = ""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_design(cls, plain: dict[str, Any]) -> dict[str, Any]:
-        """Put what a ``path`` stands for: the measure of a study's design, and how it is read."""
-        if "path" not in plain:
-            return plain
-        rest = {name: value for name, value in plain.items() if name != "path"}
-        of = {**rest.get("of", {}), "path": plain["path"]}
-        return {"measure": "designed", "reading": "configured", **rest, "of": of}
 
     @model_validator(mode="after")
     def _check_printed(self) -> Self:
@@ -57,27 +46,13 @@ class PaperRow(Settings):
         return self
 
 
-class PaperGroup(Settings):
-    """Rows that belong together, under a heading."""
-
-    group: str = Field(min_length=1)
-    rows: tuple[PaperRow, ...] = Field(min_length=1)
-
-
 @dataclass(frozen=True)
 class PaperNumber:
-    """One number of the paper.
+    """One number of the paper; ``case`` is one of the paper's ("A"), empty for a number of the whole study.
 
-    Attributes:
-        group: Heading of its rows.
-        row: What it is, and how this study's value is found and read.
-        case: The paper's case ("A"), empty for a number of the whole study.
-        printed: As the paper prints it.
-        value: The number; NaN where the print is words.
-        sd: The standard deviation printed behind it; NaN where there is none.
+    ``value`` is NaN where what is printed is words, ``sd`` where no standard deviation stands behind it.
     """
 
-    group: str
     row: PaperRow
     case: str
     printed: str
@@ -85,11 +60,7 @@ class PaperNumber:
     sd: float
 
     def option(self, name: str) -> str:
-        """Return an option of the measure that is a name.
-
-        Raises:
-            KeyError: The row has no such option.
-        """
+        """Return an option of the measure that is a name."""
         return str(self.row.of[name])
 
     @property
@@ -99,24 +70,16 @@ class PaperNumber:
         return f"{self.row.quantity}{case} [{self.row.where}]"
 
 
-def read_paper(path: Path = PAPER_VALUES) -> tuple[PaperNumber, ...]:
-    """Read the paper's numbers, in the order of the file.
-
-    Raises:
-        ArtefactError: The file cannot be read, or a row is wrong.
-    """
-    try:
-        plain = yaml.safe_load(path.read_text(encoding="utf-8"))
-        groups = [PaperGroup.from_plain(part) for part in TypeAdapter(list[Any]).validate_python(plain)]
-    except (OSError, yaml.YAMLError, ValidationError) as error:
-        raise ArtefactError(f"{path}: cannot be read as the paper's numbers ({error})") from error
-    return tuple(number for group in groups for row in group.rows for number in _expand(group.group, row))
-
-
-def _expand(group: str, row: PaperRow) -> Iterator[PaperNumber]:
-    for case, printed in (row.cases or {"": row.paper}).items():
-        value, sd = numbers(printed)
-        yield PaperNumber(group, row, case, printed, value if row.value is None else row.value, sd)
+def read_paper() -> tuple[PaperNumber, ...]:
+    """Read the paper's numbers, in the order of the file."""
+    groups = yaml.safe_load(PAPER_VALUES.read_text(encoding="utf-8"))
+    rows = [PaperRow.from_plain(plain) for group in groups for plain in group["rows"]]
+    return tuple(
+        PaperNumber(row, case, printed, value if row.value is None else row.value, sd)
+        for row in rows
+        for case, printed in (row.cases or {"": row.paper}).items()
+        for value, sd in [numbers(printed)]
+    )
 
 
 def numbers(printed: str) -> tuple[float, float]:

@@ -6,33 +6,17 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.checks.calibration.alarms import ALARMS
-from swesbi.checks.calibration.table import C2ST, POOLED
-from swesbi.report.columns import COLUMNS, named
-from swesbi.report.numbers import MISSING, PARAMETERS, count, fixed
-from swesbi.report.results import Experiment, wide
-from swesbi.report.table import Column, Table, words
-from swesbi.verdict.summary import RECORDINGS
-
-MADE = words("recordings", "Recordings", RECORDINGS)
+from swesbi.checks.calibration.table import ALARMS, C2ST, POOLED
+from swesbi.report.columns import each_parameter, named
+from swesbi.report.numbers import MISSING, count, fixed
+from swesbi.report.results import Experiment, columns_of, wide
+from swesbi.report.table import Column, Table
 
 CLOPPER_PEARSON: Final = "Clopper-Pearson, as calibration.judgement.confidence says"
 
 
 def calibration_summary(exact: Experiment) -> Table:
     """Return how many checks of calibration fail, by how recordings were made and who answered."""
-    columns = (
-        MADE,
-        COLUMNS["answer"],
-        Column("pooled", "Checks, pooled", "failed of all"),
-        Column("single", "Checks, by subject", "failed of all"),
-        *(
-            Column(f"sbc {name}", f"Coverage of {label}", "%, pooled", "1%")
-            for name, label in PARAMETERS.items()
-        ),
-        Column("tarp joint", "Joint coverage", "%, pooled", "1%"),
-        COLUMNS["n"],
-    )
     table = exact.calibration
     rows = []
     for key, part in table[table["test"] != C2ST].groupby(["recordings", "sampler"], sort=False):
@@ -41,12 +25,14 @@ def calibration_summary(exact: Experiment) -> Table:
         covered = dict(zip(known["test"] + " " + known["quantity"], known["coverage_90"], strict=True))
         failed = {"pooled": _failed(part[of_all]), "single": _failed(part[~of_all]), "n": part["n"].max()}
         rows.append(dict(zip(("recordings", "sampler"), key, strict=True)) | failed | covered)
-    note = (
+    return Table(
+        "Calibration on recordings of known parameters.",
+        pd.DataFrame(rows),
+        named("recordings", "answer", "pooled", "single", *each_parameter("sbc"), "tarp joint", "n"),
         "Checks: ranks of the truth and coverage at all levels within simultaneous bands, joint coverage, "
         "contraction. Coverage is that of 90 % intervals and regions. At the subject's own data, the truth "
-        f"is a draw of its posterior and the recording a new one from it. {two_samples(table)}"
+        f"is a draw of its posterior and the recording a new one from it. {two_samples(table)}",
     )
-    return Table("Calibration on recordings of known parameters.", pd.DataFrame(rows), columns, note)
 
 
 def _failed(table: pd.DataFrame) -> str:
@@ -55,35 +41,27 @@ def _failed(table: pd.DataFrame) -> str:
 
 def failed_checks(exact: Experiment) -> Table:
     """Return the checks that failed."""
-    columns = (
-        COLUMNS["subject"],
-        MADE,
-        COLUMNS["answer"],
-        *named("test", "quantity"),
-        Column("n", "n", "", "d"),
-        Column("statistic", "Statistic", "", "3g"),
-        Column("p_value", "p-value", "", "2g"),
-        Column("limit", "Limit", "", "2g"),
+    table, of_each = exact.calibration, ("checked", "statistic", "p_value", "limit")
+    return Table(
+        "Checks of calibration that failed.",
+        table[table["flagged"] == 1],
+        named("subject", "recordings", "answer", "test", "quantity", *of_each),
+        f"All {count(len(table))} checks: calibration.csv in the folder of the experiment.",
     )
-    table = exact.calibration
-    note = f"All {count(len(table))} checks: calibration.csv in the folder of the experiment."
-    return Table("Checks of calibration that failed.", table[table["flagged"] == 1], columns, note)
 
 
 def alarms_table(exact: Experiment) -> Table:
     """Return how often the verdict raises an alarm on recordings that the model itself made."""
-    columns = (
-        MADE,
-        *(
-            Column(tuple(f"{name}_{of}" for of in ("rate", "ci_low", "ci_high")), name, "% (interval)", "1%")
-            for name in ALARMS
-        ),
-        COLUMNS["n"],
+    alarms = (
+        Column(columns_of(name, ("rate", "ci_low", "ci_high")), name, "% (interval)", "1%") for name in ALARMS
     )
-    table = exact.alarms
-    frame = wide(table[table["alarm"].isin(ALARMS)], ["recordings"], "alarm")
-    note = f"On recordings that the model itself made an alarm is false. Intervals: {CLOPPER_PEARSON}."
-    return Table("False alarms of the misspecification tests.", frame, columns, note)
+    frame = wide(exact.alarms[exact.alarms["alarm"].isin(ALARMS)], ["recordings"], "alarm")
+    return Table(
+        "False alarms of the misspecification tests.",
+        frame,
+        named("recordings", *alarms, "n"),
+        f"On recordings that the model itself made an alarm is false. Intervals: {CLOPPER_PEARSON}.",
+    )
 
 
 def two_samples(calibration: pd.DataFrame) -> str:

@@ -10,28 +10,20 @@ import numpy as np
 import pandas as pd
 
 from swesbi.parameters import THETA
-from swesbi.persons.cohort.stored import NOTE_SEPARATOR, CohortPosterior
-from swesbi.persons.cohort.table import (
+from swesbi.persons.cohort.stored import (
     FACTOR,
     GROUP_FACTOR,
     MEDIAN,
+    NOTE_SEPARATOR,
     SPREAD,
+    CohortPosterior,
     hyperparameter_table,
     subject_table,
 )
-from swesbi.report.columns import COLUMNS
-from swesbi.report.numbers import (
-    PARAMETER_UNITS,
-    PARAMETERS,
-    estimate,
-    fixed,
-    interval,
-    percent,
-    with_limits,
-)
-from swesbi.report.results import columns_of, marked, records, wide
-from swesbi.report.table import Column, Table, words
-from swesbi.verdict.summary import LIMITS
+from swesbi.report.columns import named
+from swesbi.report.numbers import PARAMETER_UNITS, PARAMETERS, estimate, fixed, percent
+from swesbi.report.results import marked, records, wide
+from swesbi.report.table import Table
 
 SURE: Final = 0.95
 """Probability from which a sentence calls a difference one."""
@@ -58,59 +50,31 @@ class CohortSection:
 def cohort_section(posterior: CohortPosterior, title: str) -> CohortSection:
     """Return what is shown of a cohort; what was left out of its posterior is said last."""
     population, subjects = hyperparameter_table(posterior), subject_table(posterior)
-    tables = {
-        "population": population_table(population, title),
-        "subjects": subjects_table(subjects, title),
-    }
-    compared = f"Groups are compared with {posterior.reference_group}."
+    compared = [f"Groups are compared with {posterior.reference_group}."] if posterior.groups else ()
     notes = (f"{note[:1].upper()}{note[1:]}." for note in posterior.notes.split(NOTE_SEPARATOR) if note)
-    said = (*in_words(population, subjects), *([compared] if posterior.groups else ()), *notes)
-    return CohortSection(said, tables)
+    return CohortSection(
+        (*in_words(population, subjects), *compared, *notes),
+        {"population": population_table(population, title), "subjects": subjects_table(subjects, title)},
+    )
 
 
 def population_table(table: pd.DataFrame, title: str) -> Table:
     """Return a row a hyperparameter, parameter by parameter."""
-    columns = (
-        COLUMNS["parameter"],
-        words(("quantity", "of"), "Quantity", _quantity),
-        COLUMNS["median"],
-        Column(LIMITS, "Interval", "", interval),
-        words(("parameter", "unit"), "Unit", lambda name, unit: PARAMETER_UNITS[name] if unit != "1" else ""),
-        Column("probability_above_1", "Above 1", "%", "0%"),
-    )
+    limits = ("median", "hyperparameter_interval", "hyperparameter_unit", "probability_above_1")
+    columns = named("parameter", "hyperparameter", *limits)
     return Table(f"The population of the {title}.", table, columns, NOTE)
-
-
-def _quantity(name: str, of: str) -> str:
-    return name if of == "all" else f"{name}: {of.replace('_', ' ')}"
 
 
 def subjects_table(table: pd.DataFrame, title: str) -> Table:
     """Return a row a subject: each parameter alone and within the population."""
-    columns = (
-        COLUMNS["subject"],
-        words("verdict", "Verdict"),
-        *(
-            Column(
-                columns_of(of),
-                f"{PARAMETERS[name]} {how}",
-                f"{PARAMETER_UNITS[name]} (interval)",
-                with_limits,
-            )
-            for name in PARAMETERS
-            for how, of in (("alone", f"{name}_alone"), ("within", name))
-        ),
-        Column("outlier_probability", "Outlier", "%", "0%"),
-        Column(
-            ("effective_draws", "refreshed"),
-            "Draws",
-            "",
-            lambda draws, refreshed: f"{draws:.0f}{'*' if refreshed else ''}",
-        ),
-    )
+    both = (f"{how} {name}" for name in PARAMETERS for how in ("alone", "within"))
     frame = wide(table, ["subject"], "parameter")
-    caption = f"Every subject alone and within the population ({title})."
-    return Table(caption, marked(frame, frame["verdict"]), columns, SUBJECT_NOTE)
+    return Table(
+        f"Every subject alone and within the population ({title}).",
+        marked(frame, frame["verdict"]),
+        named("subject", "verdict", *both, "outlier_probability", "draws_behind"),
+        SUBJECT_NOTE,
+    )
 
 
 def in_words(population: pd.DataFrame, subjects: pd.DataFrame) -> Iterator[str]:

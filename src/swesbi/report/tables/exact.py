@@ -10,17 +10,16 @@ import pandas as pd
 
 from swesbi.checks.identifiability.power_scaling import SENSITIVE
 from swesbi.draws import median_and_interval
-from swesbi.parameters import NUISANCES, OF_INTEREST, PHI_NAMES
+from swesbi.parameters import OF_INTEREST, PHI_NAMES
 from swesbi.recording.noise.cohort import GroupNoise
 from swesbi.report.columns import named
-from swesbi.report.numbers import MISSING, as_percent, count, fixed, quantity, significant
+from swesbi.report.numbers import MISSING, as_percent, count, fixed, significant
 from swesbi.report.results import Experiment
 from swesbi.report.table import Cell, Column, Strong, Table
 from swesbi.verdict.summary import label_of_test
 from swesbi.verdict.verdict import VerdictTest
 
 KEYS: Final = ("subject", "parameter")
-MEANINGS: Final = {parameter.name: parameter.meaning for parameter in NUISANCES}
 
 
 def verdicts_table(experiment: Experiment, cohort_title: str) -> Table:
@@ -114,36 +113,21 @@ def _answers(experiment: Experiment) -> Iterator[dict[str, object]]:
 
 def identifiability_table(experiment: Experiment, cohort_title: str) -> Table:
     """Return how far the recording narrows each quantity, and what its posterior owes to what."""
-    columns = (
-        *named("subject", "quantity"),
-        Column("contraction_log", "Contraction", "log scale", "3f"),
-        Column("sensitivity_prior", "Sensitivity to the prior", "", "2f"),
-        Column("sensitivity_nuisances", "to that of nuisance parameters", "", "2f"),
-        Column("sensitivity_likelihood", "to the likelihood", "", "2f"),
-        Column("sd_log", "Posterior sd", "% of the value", "1%"),
-        Column("expected_sd_log", "Expected sd", "% of the value", "1%"),
-        Column("width_4", "With four times the repeats", "% of the sd", "0%"),
-        Column(("correlated_with", "correlation"), "Correlated most with", "", _correlated),
-    )
-    note = (
+    sensitivities = ("sensitivity_prior", "sensitivity_nuisances", "sensitivity_likelihood")
+    widths = ("sd_log", "expected_sd_log", "width_4")
+    return Table(
+        f"What a recording tells ({cohort_title}).",
+        experiment.identifiability,
+        named("subject", "quantity", "contraction_log", *sensitivities, *widths, "correlated"),
         "Contraction: 1 − posterior variance / prior variance of the logarithm. Sensitivity: how far the "
         "posterior moves for each doubling of the power of its prior or its likelihood. From "
         f"{SENSITIVE:g} on it depends on that; where it depends on both, they disagree. Expected: by the "
-        "information of the phases."
+        "information of the phases.",
     )
-    return Table(f"What a recording tells ({cohort_title}).", experiment.identifiability, columns, note)
-
-
-def _correlated(name: str, correlation: float) -> str:
-    return f"{MEANINGS.get(name) or quantity(name)} ({fixed(correlation, 2)})"
 
 
 def noise_table(experiment: Experiment, cohort_title: str) -> Table:
-    """Return the noise components, and the discrepancy that stands beside them.
-
-    Raises:
-        ValueError: The experiment is none on speeds.
-    """
+    """Return the noise components, and the discrepancy that stands beside them."""
     if experiment.noise is None:
         raise ValueError(f"the experiment {experiment.name!r} has no noise of the speeds")
     groups = experiment.noise.groups

@@ -13,7 +13,7 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.report.columns import ACQUIRED, DESIGN_MARK, named
 from swesbi.report.numbers import MISSING, PARAMETERS, mean_sd, percent
 from swesbi.report.paper.comparison import score_in_words
-from swesbi.report.results import Experiment, records
+from swesbi.report.results import Experiment
 from swesbi.report.table import Column, Table
 from swesbi.report.tables.subjects import SCORES
 
@@ -28,17 +28,16 @@ def recovery_table(experiments: Sequence[Experiment]) -> Table:
         .sort_values("nominal", kind="stable")
         for each in experiments
     ]
-    columns = named(
-        "experiment", "parameter", "unit", "nominal", "coverage", "n", "coverage_acquired", "n_acquired",
-        "bias", "bias_acquired", "contraction",
-    )  # fmt: skip
-    note = (
+    own = ("coverage", "n", "coverage_acquired", "n_acquired", "bias", "bias_acquired", "contraction")
+    return Table(
+        "Recovery of known parameters, at every nominal level.",
+        pd.concat(frames),
+        named("experiment", "parameter", "unit", "nominal", *own),
         "Own noise: the experiment's observation model on the features. Acquisition noise: synthetic "
         "recordings, passed through quality control, passive calibration and inference like a measured one. "
         "Intervals are Clopper-Pearson intervals on the coverage. Bias, in the parameter's unit: mean of "
-        "posterior mean minus truth. Contraction: 1 − mean posterior variance / prior variance."
+        "posterior mean minus truth. Contraction: 1 − mean posterior variance / prior variance.",
     )
-    return Table("Recovery of known parameters, at every nominal level.", pd.concat(frames), columns, note)
 
 
 def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Table:
@@ -57,8 +56,10 @@ def differences_table(experiments: Sequence[Experiment], main: Experiment) -> Ta
         rows.extend(
             (experiment.name, key, _value(reference.get(key)), _value(settings.get(key))) for key in changed
         )
-    frame = pd.DataFrame(rows, columns=["Experiment", "Setting", f"In {main.name}", "Here"])
-    return Table(f"What differs from the experiment {main.name}.", frame)
+    return Table(
+        f"What differs from the experiment {main.name}.",
+        pd.DataFrame(rows, columns=["Experiment", "Setting", f"In {main.name}", "Here"]),
+    )
 
 
 def _leaves(plain: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
@@ -108,33 +109,38 @@ def _measures(experiment: Experiment) -> Iterator[tuple[str, str]]:
 
 def training_table(experiments: Sequence[Experiment]) -> Table:
     """Return how long each estimator was trained, and what it reached."""
-    rows = []
-    for experiment in experiments:
-        losses = experiment.training
-        best = records(losses)[int(losses["validation_loss"].argmin())]
-        last = losses["validation_loss"].iloc[-1]
-        rows.append({**best, "experiment": experiment.name, "epochs": len(losses), "last": last})
-    columns = named("experiment", "epochs", "epoch", "validation_loss", "training_loss", "last")
-    note = "Loss: mean of −log q(θ | z) over the rows of the pool."
-    return Table("Training of the estimators.", pd.DataFrame(rows), columns, note)
+    best = pd.concat(
+        losses.assign(experiment=name, epochs=len(losses), last=losses["validation_loss"].iloc[-1]).nsmallest(
+            1, "validation_loss"
+        )
+        for name, losses in ((each.name, each.training) for each in experiments)
+    )
+    return Table(
+        "Training of the estimators.",
+        best,
+        named("experiment", "epochs", "epoch", "validation_loss", "training_loss", "last"),
+        "Loss: mean of −log q(θ | z) over the rows of the pool.",
+    )
 
 
 def paper_table(comparison: pd.DataFrame, cohort_title: str) -> Table:
     """Return the comparison; numbers keep the digits that the table of the study gives them."""
-    note = (
+    return Table(
+        f"Every number of the paper, and of this study ({cohort_title}).",
+        comparison,
+        named("printed", "paper", "this_study", "note", "origin"),
         f"{DESIGN_MARK} Designed: a choice of this study, whose place stands in brackets, brought the value "
-        "or its agreement with the paper about; it is no finding, however it is read."
+        "or its agreement with the paper about; it is no finding, however it is read.",
     )
-    caption = f"Every number of the paper, and of this study ({cohort_title})."
-    return Table(caption, comparison, named("printed", "paper", "this_study", "note", "origin"), note)
 
 
 def statements_table(statements: pd.DataFrame, cohort_title: str) -> Table:
     """Return the paper's statements on its results, and whether each agrees."""
-    note = (
+    return Table(
+        f"{score_in_words(statements)} ({cohort_title}).",
+        statements,
+        named("statement", "paper", "this_study", "agrees", "origin"),
         "A mean with a printed spread agrees within it, a share within the joint 95 % binomial interval, a "
         "coverage within one of 20 phases, an order, a count or a yes as printed. "
-        f"{DESIGN_MARK} Designed: a choice of this study brought a number of the statement about."
+        f"{DESIGN_MARK} Designed: a choice of this study brought a number of the statement about.",
     )
-    caption = f"{score_in_words(statements)} ({cohort_title})."
-    return Table(caption, statements, named("statement", "paper", "this_study", "agrees", "origin"), note)

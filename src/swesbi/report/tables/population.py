@@ -25,15 +25,10 @@ from swesbi.verdict.summary import OUTCOMES, REFUSED
 
 @dataclass(frozen=True)
 class PopulationSection:
-    """What is shown of one experiment over a population.
+    """What is shown of one experiment over a population: its tables, by their names.
 
-    Attributes:
-        name: Its name in the configuration.
-        settings: Its section of the configuration, plain.
-        interval: Mass of the credible intervals.
-        cohort: ``cohort.csv``.
-        strata: ``strata.csv``.
-        pressures: Its rows of ``pressures.csv``; None where no subject has pressures.
+    Settings are plain, and ``interval`` is the mass of the credible intervals. ``pressures`` is None where
+    no subject has pressures.
     """
 
     name: str
@@ -56,29 +51,25 @@ class PopulationSection:
 
 def strata_table(shown: PopulationSection) -> Table:
     """Return coverage of both answers by stratum, with the efficiency of the weights."""
-    columns = named(
-        words("stratum", "Stratum", stratum_label),
-        "answer",
-        *each_parameter("coverage"),
-        "n",
-        "median_efficiency",
-    )
+    stratum = words("stratum", "Stratum", stratum_label)
     frame = wide(shown.coverage, ["stratum", "sampler"], "parameter")
     strata = list(frame["stratum"].unique())
     frame = frame.sort_values("stratum", key=lambda names: names.map(strata.index), kind="stable")
     frame[MARK] = frame["stratum"].map({"all": SUMMARY}).fillna("")
     level = percent(shown.interval, 0)
-    note = (
+    return Table(
+        f"Coverage of {level} % intervals by stratum, on fresh contexts.",
+        frame,
+        named(stratum, "answer", *each_parameter("coverage"), "n", "median_efficiency"),
         f"Nominal: {level} %. Each fresh context is recorded once under the model's own noise; none was "
-        f"trained on. Intervals on coverage: {CLOPPER_PEARSON}."
+        f"trained on. Intervals on coverage: {CLOPPER_PEARSON}.",
     )
-    return Table(f"Coverage of {level} % intervals by stratum, on fresh contexts.", frame, columns, note)
 
 
 def cohort_table(shown: PopulationSection, cohort_title: str) -> Table:
     """Return a row a subject of a small cohort, counts of a large one."""
-    small = len(shown.cohort) <= MOST_SHOWN
-    return _subjects(shown, cohort_title) if small else counts_table(shown, cohort_title)
+    table = _subjects if len(shown.cohort) <= MOST_SHOWN else counts_table
+    return table(shown, cohort_title)
 
 
 def counts_table(shown: PopulationSection, cohort_title: str, most_reasons: int | None = 3) -> Table:
@@ -87,29 +78,33 @@ def counts_table(shown: PopulationSection, cohort_title: str, most_reasons: int 
     for status in OUTCOMES:
         subjects = shown.cohort[shown.cohort["status"] == status]
         reasons = list(counted_reasons(subjects).items())[:most_reasons]
-        row = {
-            "status": status,
-            "reasons": ", ".join(f"{reason} ({number})" for reason, number in reasons) or MISSING,
-            "subjects": len(subjects),
-            "share": len(subjects) / len(shown.cohort),
-            "median_efficiency": float(subjects["efficiency"].median()),
-        }
-        rows.append(row)
-    columns = named("status", "reasons", "subjects", "share", "median_efficiency")
-    note = "Each subject has its row in cohort.csv, with context, reason, medians and limits."
-    return Table(f"Verdicts over the cohort ({cohort_title}).", pd.DataFrame(rows), columns, note)
+        rows.append(
+            {
+                "status": status,
+                "reasons": ", ".join(f"{reason} ({number})" for reason, number in reasons) or MISSING,
+                "subjects": len(subjects),
+                "share": len(subjects) / len(shown.cohort),
+                "median_efficiency": float(subjects["efficiency"].median()),
+            }
+        )
+    return Table(
+        f"Verdicts over the cohort ({cohort_title}).",
+        pd.DataFrame(rows),
+        named("status", "reasons", "subjects", "share", "median_efficiency"),
+        "Each subject has its row in cohort.csv, with context, reason, medians and limits.",
+    )
 
 
 def _subjects(shown: PopulationSection, cohort_title: str) -> Table:
-    answers = (f"answer {name}" for name in PHI_NAMES)
-    columns = named("subject", "status", "reason", *answers, "k_hat", "efficiency", "sampler")
-    note = (
+    answers = each_parameter("answer", PHI_NAMES)
+    return Table(
+        f"Every subject as the network answers it ({cohort_title}).",
+        marked(shown.cohort, shown.cohort["status"]),
+        named("subject", "status", "reason", *answers, "k_hat", "efficiency", "sampler"),
         "Medians and credible intervals. "
         "Who lies outside the declared range is refused: the network has learnt nothing there. Grey: "
-        "refused, or contradicted, whose posterior must not be used."
+        "refused, or contradicted, whose posterior must not be used.",
     )
-    frame = marked(shown.cohort, shown.cohort["status"])
-    return Table(f"Every subject as the network answers it ({cohort_title}).", frame, columns, note)
 
 
 def range_in_words(settings: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 from swesbi.checks.pressures import RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import PEAK_ACTIVE, PHI_NAMES
-from swesbi.report.columns import named
+from swesbi.report.columns import each_parameter, named
 from swesbi.report.numbers import MISSING, fixed, quantity
 from swesbi.report.results import wide
 from swesbi.report.table import Table
@@ -25,16 +25,15 @@ NOTE: Final = (
 
 
 def pressures_table(table: pd.DataFrame, cohort_title: str) -> Table:
-    """Return a row a quantity: widths with over without and shifts, over the subjects.
-
-    Args:
-        table: ``pressures.csv``, of one experiment.
-        cohort_title: What the subjects are ("virtual volunteers").
-    """
+    """Return a row a quantity: widths with over without and shifts, over the subjects."""
     by_quantity = table.groupby("quantity")[["width_ratio", "shift_in_widths"]].agg(_span)
     frame = by_quantity.loc[[name for name in ROWS if name in by_quantity.index]].reset_index()
-    caption = f"What pressures add: {table['subject'].nunique()} {cohort_title}."
-    return Table(caption, frame, named("quantity", "width_ratio", "shift_in_widths"), NOTE)
+    return Table(
+        f"What pressures add: {table['subject'].nunique()} {cohort_title}.",
+        frame,
+        named("quantity", "width_ratio", "shift_in_widths"),
+        NOTE,
+    )
 
 
 def _span(values: pd.Series) -> str:
@@ -47,7 +46,7 @@ def _span(values: pd.Series) -> str:
 
 def subjects_table(table: pd.DataFrame, cohort_title: str) -> Table:
     """Return a row a subject: its pressures, what they tell of the circulation, how that was obtained."""
-    widths = (f"width {name}" for name in (RESISTANCE, TIME_CONSTANT))
+    widths = each_parameter("width", (RESISTANCE, TIME_CONSTANT))
     columns = named("subject", "cuff", *widths, f"with {VOLUME_FACTOR}", "efficiency", "pressures_sampler")
     return Table(f"Answers with pressures ({cohort_title}).", wide(table, ["subject"], "quantity"), columns)
 

@@ -11,14 +11,23 @@ from swesbi.context import CONTEXT_NAMES
 from swesbi.recording.observation import Observation
 from swesbi.report.columns import each_parameter, named
 from swesbi.report.numbers import MISSING, PARAMETERS, count
-from swesbi.report.results import Experiment
+from swesbi.report.results import Experiment, records
 from swesbi.report.table import MARK, SUMMARY, Table
 from swesbi.verdict.verdict import Status
 
-FEATURE_NOISE: Final = (
-    "noise of Eq. 5 on the whole curve: that of the maximum as a scale, that of the time to peak as a shift"
+OF_FEATURES: Final = (
+    "Table 1. ",
+    Status.PRIOR_SUPPORTED,
+    "noise of Eq. 5 on the whole curve: that of the maximum as a scale, that of the time to peak as a shift",
+    "Subjects outside the prior's support have no posterior scores.",
 )
-SPEED_NOISE: Final = "noise of the measured speeds and discrepancy of the model"
+OF_SPEEDS: Final = (
+    "",
+    Status.NOT_CONTRADICTED,
+    "noise of the measured speeds and discrepancy of the model",
+    "Contradicted subjects have no posterior scores; doubtful ones do, and are left out of the mean.",
+)
+"""Of the table of scores: its number, which subjects its mean is of, their noise, and who is left out."""
 SCORES: Final = (
     "rmse_prior_kpa", "rmse_kpa", "rmse_reduction_percent", "nrmse", "r2", "post_peak_rmse_kpa",
     "coverage_noiseless_grid", "coverage_noiseless_phases", "rmse_cmaes_kpa", "coverage_observed_grid",
@@ -98,25 +107,16 @@ def verdict_table(experiment: Experiment, cohort_title: str) -> Table:
 def score_table(experiment: Experiment, cohort_title: str) -> Table:
     """Return table 1: the predictive scores of each subject, and their mean over those that pass."""
     mass = f"{experiment.predictive_percent:g} %"
-    passed, left_out = (
-        Status.PRIOR_SUPPORTED,
-        "Subjects outside the prior's support have no posterior scores.",
-    )
-    if experiment.exact:
-        passed = Status.NOT_CONTRADICTED
-        left_out = (
-            "Contradicted subjects have no posterior scores; doubtful ones do, and are left out of the mean."
-        )
-    note = (
+    number, passed, noise, left_out = OF_SPEEDS if experiment.exact else OF_FEATURES
+    return Table(
+        f"{number}Posterior predictive performance ({cohort_title}).",
+        with_mean(experiment.marked(experiment.scores), experiment.passed, f"{passed}, "),
+        named("subject", *SCORES),
         "RMSE of the predictive median against the observed curve; reduction against the prior's. Coverage: "
         f"share of the observed curve inside the {mass} band of noiseless curves, or the {mass} interval of "
-        f"new observations ({SPEED_NOISE if experiment.exact else FEATURE_NOISE}). The prior's band and "
-        f"the extremes of all its draws are the ceiling of the first. {left_out}"
+        f"new observations ({noise}). The prior's band and the extremes of all its draws are the ceiling of "
+        f"the first. {left_out}",
     )
-    frame = with_mean(experiment.marked(experiment.scores), experiment.passed, f"{passed}, ")
-    number = "" if experiment.exact else "Table 1. "
-    caption = f"{number}Posterior predictive performance ({cohort_title})."
-    return Table(caption, frame, named("subject", *SCORES), note)
 
 
 def with_mean(scores: pd.DataFrame, passed: pd.DataFrame, label: str = "") -> pd.DataFrame:
@@ -124,18 +124,20 @@ def with_mean(scores: pd.DataFrame, passed: pd.DataFrame, label: str = "") -> pd
     if len(passed) < 2:
         return scores
     numbers = passed[list(SCORES)]
-    mean = {"subject": f"{label}mean", MARK: SUMMARY, **numbers.mean()}
-    spread = {"subject": f"{label}sd", MARK: SUMMARY, **numbers.std(ddof=1)}
-    return pd.concat([scores, pd.DataFrame([mean, spread])])
+    rows = [
+        {"subject": f"{label}mean", MARK: SUMMARY, **numbers.mean()},
+        {"subject": f"{label}sd", MARK: SUMMARY, **numbers.std(ddof=1)},
+    ]
+    return pd.concat([scores, pd.DataFrame(rows)])
 
 
 def feature_table(experiment: Experiment, cohort_title: str) -> Table:
     """Return the checked features of each subject: observed, predicted, inside or not."""
-    predicted = ("prior_median", "predicted_median", "predicted_interval")
+    predicted = ("prior_median", "predicted_median", "predicted_interval", "inside")
     return Table(
         f"The features that carry noise ({cohort_title}).",
         experiment.marked(experiment.features),
-        named("subject", "feature", "feature_unit", "observed", *predicted, "inside"),
+        named("subject", "feature", "feature_unit", "observed", *predicted),
         f"Intervals, {experiment.predictive_percent:g} %, are those of a new observation, the observation "
         "model's noise included.",
     )
@@ -143,8 +145,9 @@ def feature_table(experiment: Experiment, cohort_title: str) -> Table:
 
 def posterior_table(experiments: Sequence[Experiment], cohort_title: str) -> Table:
     """Return medians, credible intervals and correlations of the three parameters by experiment."""
-    parts = (each.marked(parameters_of(each.posterior)).assign(experiment=each.name) for each in experiments)
-    table = pd.concat(parts)
+    table = pd.concat(
+        each.marked(parameters_of(each.posterior)).assign(experiment=each.name) for each in experiments
+    )
     order = [f"{subject} {name}" for subject in table["subject"].unique() for name in PARAMETERS]
     places = (table["subject"] + " " + table["parameter"]).map(order.index)
     return Table(
@@ -182,15 +185,16 @@ def derived_of(posterior: pd.DataFrame) -> pd.DataFrame:
 def derived_table(experiment: Experiment, cohort_title: str) -> Table:
     """Return what a cardiologist reads: quantities of the posterior predictive simulations."""
     table = derived_of(experiment.posterior)
-    beside = [beside_the_measured(row) for row in table.to_dict("records")]
-    note = (
+    beside = [beside_the_measured(row) for row in records(table)]
+    return Table(
+        f"Derived quantities ({cohort_title}).",
+        experiment.marked(table.assign(beside=beside)),
+        named(*DERIVED, "beside"),
         f"{experiment.intervals} From the simulations that the posterior draws give. "
         "The fit sees the stiffness curve alone; the measured volumes enter only as context. Beside it: "
         "whether the interval holds what was measured. Where it does not, the model's beat is not the "
-        "subject's."
+        "subject's.",
     )
-    frame = experiment.marked(table.assign(beside=beside))
-    return Table(f"Derived quantities ({cohort_title}).", frame, named(*DERIVED, "beside"), note)
 
 
 def beside_the_measured(row: Mapping[Hashable, Any]) -> str:

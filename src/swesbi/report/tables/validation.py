@@ -70,22 +70,17 @@ def letters(rows: pd.DataFrame) -> frozenset[str]:
 
 
 def shown_validation(table: pd.DataFrame) -> StoredValidation:
-    """Return what the page shows: the last round that asked every generator that any round asked.
-
-    Args:
-        table: The stored table of all rounds.
-
-    Raises:
-        UnfitError: No round of it is whole.
-    """
+    """Return what the page shows: the last round that asked every generator that any round asked."""
     whole = [rows for _, rows in table.groupby("round") if letters(rows) == letters(table)]
     if not whole:
         named = ", ".join(sorted(letters(table)))
         raise UnfitError("validation", f"no round of the validation asked all generators, {named}")
     shown = whole[-1]
     number, date, model = shown.iloc[0][list(OF_ROUND)]
-    caption = f"The validation of the shipped study: round {number}, {date}; {model}."
-    return StoredValidation(in_brief(shown, compared_width(table, number)), validation_table(shown, caption))
+    return StoredValidation(
+        in_brief(shown, compared_width(table, number)),
+        validation_table(shown, f"The validation of the shipped study: round {number}, {date}; {model}."),
+    )
 
 
 def compared_width(rounds: pd.DataFrame, number: int) -> float | None:
@@ -96,12 +91,7 @@ def compared_width(rounds: pd.DataFrame, number: int) -> float | None:
 
 
 def validation_table(table: pd.DataFrame, caption: str) -> Table:
-    """Return a row a generator and quantity: verdicts, coverage, what is missed, bias and width.
-
-    Args:
-        table: ``validation.csv``.
-        caption: Its caption, a sentence.
-    """
+    """Return a row a generator and quantity: verdicts, coverage, what is missed, bias and width."""
     columns = (
         words("label", "Hearts"),
         COLUMNS_SHOWN["quantity"],
@@ -125,8 +115,8 @@ def validation_table(table: pd.DataFrame, caption: str) -> Table:
 
 
 def _rate(value: float, low: float, high: float) -> str:
-    ends = span(percent(low, 0), percent(high, 0))
-    return percent(value) if pd.isna(value) else f"{percent(value)} ({ends})"
+    shown = percent(value)
+    return shown if pd.isna(value) else f"{shown} ({span(percent(low, 0), percent(high, 0))})"
 
 
 def _judged(value: float, low: float, high: float, tested: bool, wrong: bool, first: bool = True) -> Cell:

@@ -81,9 +81,6 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     (the generator's first row, which says what is true of all its hearts), ``is_tested``, ``asked`` (a
     coverage is asked of it), ``short`` (it covers less than is asked) and ``often`` (of the first row: more
     hearts are missed than is asked).
-
-    Args:
-        table: Its rows.
     """
     places = table["quantity"].map({name: place for place, name in enumerate(QUANTITIES)})
     rows = table.assign(place=places).dropna(subset="place").sort_values(["generator", "place"])
@@ -94,9 +91,15 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
     short = (together & (rows[COVERED] < LEAST_TOGETHER)) | (each & (rows[f"{COVERED}_high"] < REACHED))
     often = (together & (rows[MISSED] > MOST_MISSED)) | (each & (rows[f"{MISSED}_low"] > BY_CHANCE))
     asked = tested & rows["quantity"].isin(OF_EVERY_GENERATOR)
-    labels = [_label(name, generator) for name in generator]
-    rows = rows.assign(letter=letter, label=labels, first=first, is_tested=tested, asked=asked)
-    rows = rows.assign(short=asked & short, often=first & tested & often)
+    rows = rows.assign(
+        letter=letter,
+        label=[_label(name, generator) for name in generator],
+        first=first,
+        is_tested=tested,
+        asked=asked,
+        short=asked & short,
+        often=first & tested & often,
+    )
     order = {name: _order(own) for name, own in rows.groupby("generator")}
     return rows.sort_values("generator", key=lambda names: names.map(order), kind="stable")
 
@@ -123,9 +126,7 @@ def _order(rows: pd.DataFrame) -> tuple[int, float]:
 def in_brief(table: pd.DataFrame, former_width: float | None = None) -> tuple[str, ...]:
     """Return in sentences what is asked and not reached, which generators are not tested, what is reached.
 
-    Args:
-        table: Rows of ``validation.csv``.
-        former_width: Width of k_SR on (a) in the second round; None: it is not compared.
+    The width of k_SR on (a) is compared with that of the second round, unless there is none.
     """
     rows = judged(table)
     found = [*_of_each(rows), *_of_all(rows), *_of_strangers(rows), *_of_width(rows, former_width)]
@@ -136,10 +137,9 @@ def in_brief(table: pd.DataFrame, former_width: float | None = None) -> tuple[st
             untested["label"], untested["n_not_contradicted"], untested["n"], strict=True
         )
     ]
-    said = "Not tested, since too few hearts are not contradicted"
     return (
         *(f"Not reached: {asked}. {what}." for reached, asked, what in found if not reached),
-        *([f"{said}: {'; '.join(counts)}."] if counts else ()),
+        *([f"Not tested, since too few hearts are not contradicted: {'; '.join(counts)}."] if counts else ()),
         *(f"Reached: {asked}. {what}." for reached, asked, what in found if reached),
     )
 

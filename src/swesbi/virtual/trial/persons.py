@@ -24,7 +24,6 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.samples import Samples
 from swesbi.seeds import generator
-from swesbi.virtual.echocardiography import with_own_lvesv
 from swesbi.virtual.trial.settings import (
     AFTER,
     GROUPS,
@@ -33,8 +32,9 @@ from swesbi.virtual.trial.settings import (
     STREAM,
     TREATED,
     VISITS,
+    TrialSource,
 )
-from swesbi.virtual.trial.source import TrialSource
+from swesbi.virtual.volunteers import with_own_lvesv
 
 MAX_ATTEMPTS: Final = 100
 WEEKS_PER_YEAR: Final = 365.25 / 7.0
@@ -55,15 +55,10 @@ class DrawnAgain(Exception):
 
 @dataclass(frozen=True)
 class TrialVisit:
-    """One recording with all that is true of it.
+    """One recording with all that is true of it; the context is as a clinic lists it at the visit.
 
-    Attributes:
-        context: As a clinic lists it at the visit.
-        visit: Name of the visit.
-        phi: True parameters by name: theta, passive stiffness, nuisances.
-        peak_active_kpa: Largest active stiffness of the true beat.
-        ejection_fraction: Of the true beat.
-        samples: The recording.
+    ``phi`` are true parameters by name: theta, passive stiffness, nuisances. Peak active stiffness and
+    ejection fraction are those of the true beat.
     """
 
     context: Context
@@ -85,11 +80,7 @@ class TrialPerson:
 
 
 def draw_trial(source: TrialSource) -> tuple[TrialPerson, ...]:
-    """Draw all persons; which group each is in is drawn first, so that both are of one size.
-
-    Raises:
-        RuntimeError: Somebody's place stayed empty in many draws.
-    """
+    """Draw all persons; which group each is in is drawn first, so that both are of one size."""
     each = source.trial.persons_per_group
     shuffled = generator(source.seed, STREAM, "groups").permutation(np.repeat(GROUPS, each))
     return tuple(draw_person(number, str(group), source) for number, group in enumerate(shuffled))
@@ -98,8 +89,7 @@ def draw_trial(source: TrialSource) -> tuple[TrialPerson, ...]:
 def draw_person(number: int, group: str, source: TrialSource) -> TrialPerson:
     """Draw the person of this number, whatever the others; who does not take part is drawn again.
 
-    Raises:
-        RuntimeError: Nobody took part in many draws.
+    A RuntimeError says that nobody took part in many draws.
     """
     name, reasons = f"P{number + 1:02d}", []
     for attempt in range(MAX_ATTEMPTS):
@@ -127,11 +117,7 @@ def _draw_visits(
 
 
 def at_visit(context: Context, visit: str, source: TrialSource, rng: np.random.Generator) -> Context:
-    """Return what a clinic lists at a visit, rounded as it would be: age and heart rate are of the day.
-
-    Raises:
-        DrawnAgain: The heart rate leaves what the population declares.
-    """
+    """Return what a clinic lists at a visit, rounded as it would be: age and heart rate are of the day."""
     weeks = source.trial.weeks_between if visit == AFTER else 0.0
     hr_bpm = context.hr_bpm * np.exp(source.trial.heart_rate_spread * rng.standard_normal())
     listed = Context(
@@ -154,15 +140,7 @@ def phi_at_visit(
 ) -> dict[str, float]:
     """Return the true parameters of a visit: the person's, those of the day, and what the drug does.
 
-    Args:
-        own: The person's parameters by name; of the scale of the speeds a share is kept.
-        visit: Name of the visit.
-        group: The person's group.
-        source: What the trial is drawn with.
-        rng: The person's stream.
-
-    Raises:
-        DrawnAgain: One leaves the prior's bounds.
+    ``own`` are the person's by name; of the scale of the speeds a share is kept.
     """
     trial, phi = source.trial, dict(own)
     spreads = dict.fromkeys(THETA_NAMES, trial.theta_spread)
@@ -177,11 +155,7 @@ def phi_at_visit(
 
 
 def check_bounds(phi: Mapping[str, float], prior: JointPriorSettings) -> None:
-    """Refuse parameters outside the bounds of a prior.
-
-    Raises:
-        DrawnAgain: One is.
-    """
+    """Draw the person again whose parameters leave the bounds of a prior."""
     if not in_bounds(_row(phi, prior), prior)[0]:
         raise DrawnAgain(BOUNDS)
 
@@ -205,11 +179,7 @@ def _row(phi: Mapping[str, float], prior: JointPriorSettings) -> FloatArray:
 def record_visit(
     context: Context, visit: str, phi: Mapping[str, float], source: TrialSource, rng: np.random.Generator
 ) -> TrialVisit:
-    """Simulate and record one visit.
-
-    Raises:
-        DrawnAgain: There is no beat, not that of a healthy person, or no recording that can be used.
-    """
+    """Record a simulated visit; without a healthy beat or a usable recording the person is drawn again."""
     beats, curve = true_curve(context, phi, source.model)
     fraction = float(beats.ejection_fraction[0])
     low, high = source.trial.ejection_fraction
@@ -231,11 +201,7 @@ def record_visit(
 def true_curve(
     context: Context, phi: Mapping[str, float], model: SpeedModelSettings
 ) -> tuple[Beats, TruthCurve]:
-    """Return the true beat, and the stiffness that its speeds show: their scale enters as its square.
-
-    Raises:
-        DrawnAgain: There is no periodic beat.
-    """
+    """Return the true beat, and the stiffness that its speeds show: their scale enters as its square."""
     row = _row(phi, model.prior)
     beats = simulate(row[:, OF_THETA], context, model.forward_model, model.physiology(row))
     if beats.status[0] != Status.PERIODIC:

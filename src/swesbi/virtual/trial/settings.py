@@ -2,16 +2,27 @@
 
 Every number was chosen before any recording of the trial had been answered. They stand here and not in the
 study's configuration since no result of the study depends on them.
+
+Its mechanics are those of the virtual volunteers, richer than the inference model's: valve inertance, wall
+inertia, fine steps. What is not known of a heart is drawn from the prior of the study.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Final
 
 from pydantic import Field
 
 from swesbi.base.settings import Settings
-from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.measurement.likelihood import SpeedModelSettings
+from swesbi.parameters import THETA_NAMES
+from swesbi.population.settings import PopulationSettings
+from swesbi.prior import JointPriorSettings, ParameterPrior
+from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings
+from swesbi.recording.settings import RecordingSettings
+from swesbi.virtual.volunteers import COMMON
 
 Spread = Annotated[float, Field(ge=0, lt=0.5)]
 STREAM: Final = "virtual trial"
@@ -27,6 +38,7 @@ LOADING: Final = ("distal_resistance_pa_s_m3", "arterial_time_constant_s")
 SPEED_SCALE: Final = "speed_scale"
 AT_SCALE_ONE: Final = ACQUISITION.model_copy(update={"scale_fraction": 0.0})
 """That of the virtual volunteers; the scale of the speeds is a person's in part, and so drawn with them."""
+MECHANICS: Final = ForwardModelSettings.from_plain(dict(COMMON))
 
 
 class TrialSettings(Settings):
@@ -68,3 +80,41 @@ TRIAL: Final = TrialSettings(
 )
 """The shipped design; all of it is chosen, but for the ejection fraction of health (Lang et al., J Am Soc
 Echocardiogr 28:1, 2015)."""
+
+
+@dataclass(frozen=True)
+class TrialSource:
+    """What of the study's configuration the trial is drawn with.
+
+    Contexts are of one group of the population. ``model`` has the prior of phi between persons, ``bounds``
+    that of the study, whose bounds no visit leaves; ``lvesv_fraction`` is the sd of the logarithm of a
+    measured LVESV.
+    """
+
+    trial: TrialSettings
+    population: PopulationSettings
+    model: SpeedModelSettings
+    bounds: JointPriorSettings
+    acquisition: AcquisitionSettings
+    recording: RecordingSettings
+    grid_points: int
+    lvesv_fraction: float
+    seed: int
+
+
+def narrowed(prior: JointPriorSettings, share: float) -> JointPriorSettings:
+    """Return the prior with a share of its spread of theta and passive stiffness; the rest as it is."""
+
+    def narrow(parameter: ParameterPrior) -> ParameterPrior:
+        return parameter.model_copy(update={"log_sd": share * parameter.log_sd})
+
+    theta = {name: narrow(getattr(prior.theta, name)) for name in THETA_NAMES}
+    return JointPriorSettings(
+        theta=prior.theta.model_copy(update=theta), passive_stiffness_kpa=narrow(prior.passive_stiffness_kpa)
+    )
+
+
+def noisier(acquisition: AcquisitionSettings, factor: float) -> AcquisitionSettings:
+    """Return the acquisition with so many times the errors of samples, repeats and sweeps."""
+    names = ("sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction")
+    return acquisition.model_copy(update={name: factor * getattr(acquisition, name) for name in names})

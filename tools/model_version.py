@@ -39,7 +39,7 @@ TOLERANCE: Final = 1e-6  # relative; processors differ by far less
 STORED: Final = Path("docs/tables")
 FINGERPRINT: Final = "model_version.json"
 VERSIONS: Final = "model_versions.csv"
-RENEW: Final = "`python -m swesbi.study.model_version`"
+RENEW: Final = "`python -m tools.model_version`"
 SEED: Final = 1
 HEARTS: Final = 3
 LEVELS: Final = (0.5, 0.3, 0.8)
@@ -94,11 +94,7 @@ def moved(stored: Mapping[str, float], found: Mapping[str, float]) -> list[str]:
 
 
 def check_version(folder: Path, found: Mapping[str, float]) -> None:
-    """Hold the fingerprint that is stored in a folder against what the model gives.
-
-    Raises:
-        ModelVersionError: The model has moved since, or its version has.
-    """
+    """Hold the fingerprint that is stored in a folder against what the model gives."""
     version, stored = _read(folder)
     if names := moved(stored, found):
         raise ModelVersionError(
@@ -113,11 +109,7 @@ def check_version(folder: Path, found: Mapping[str, float]) -> None:
 
 
 def renew(folder: Path, found: Mapping[str, float]) -> None:
-    """Store the fingerprint under the version of the code.
-
-    Raises:
-        ModelVersionError: The model has moved, and the version is that of the stored one.
-    """
+    """Store the fingerprint under the version of the code."""
     if (folder / FINGERPRINT).is_file():
         version, stored = _read(folder)
         if version == MODEL_VERSION and moved(stored, found):
@@ -161,7 +153,7 @@ def read_versions(folder: Path) -> dict[str, int]:
 def main(arguments: Sequence[str]) -> int:
     """Renew the fingerprint, or store tables with the version; return the exit code."""
     parser = argparse.ArgumentParser(
-        prog="python -m swesbi.study.model_version",
+        prog="python -m tools.model_version",
         description="Renew the stored fingerprint of the model, after MODEL_VERSION was raised. With tables: "
         "store these in docs/tables, with the version of the model that made them.",
     )

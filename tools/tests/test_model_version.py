@@ -12,14 +12,15 @@ import pytest
 
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
-from swesbi.study import model_version
-from swesbi.study.model_version import (
+from tools import model_version
+from tools.model_version import (
     FINGERPRINT,
     STORED,
     ModelVersionError,
     check_version,
     fingerprint,
     moved,
+    read_versions,
     renew,
     store_tables,
 )
@@ -55,11 +56,8 @@ def test_it_moves_with_what_ages_a_table(changes: dict[str, Any]) -> None:
 
 
 def test_names_paths_and_networks_leave_it_as_it_is() -> None:
-    changes = {
-        "results": "elsewhere",
-        "cohort_title": "others",
-        "population_experiments": {"amortised": {"estimator": {"epochs": 1}}},
-    }
+    network = {"amortised": {"estimator": {"epochs": 1}}}
+    changes = {"results": "elsewhere", "cohort_title": "others", "population_experiments": network}
     assert not moved(found(), fingerprint(shipped().with_changes(changes, "changed")))
 
 
@@ -92,19 +90,4 @@ def test_tables_are_stored_with_the_version_that_made_them(
     monkeypatch.setattr(model_version, "MODEL_VERSION", 2)
     store_tables(tmp_path, tables[:1])
     assert (tmp_path / "calibrated_recovery.csv").read_bytes() == tables[0].read_bytes()
-    versions = (tmp_path / "model_versions.csv").read_text().split()
-    assert versions == ["table,model_version", "amortised_strata,1", "calibrated_recovery,2"]
-
-
-def test_the_version_is_noted_where_a_table_is_stored(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(model_version, "fingerprint", lambda study: {})
-    monkeypatch.setattr(model_version, "check_version", lambda folder, found: None)
-    table = tmp_path / "samplers.csv"
-    table.write_text("n\n1\n")
-    assert model_version.main(["--note", str(table)]) == 0
-    assert model_version.read_versions(tmp_path) == {"samplers": model_version.MODEL_VERSION}
-    table.unlink()
-    model_version.note_versions(tmp_path, [])
-    assert model_version.read_versions(tmp_path) == {}
+    assert read_versions(tmp_path) == {"amortised_strata": 1, "calibrated_recovery": 2}

@@ -1,4 +1,4 @@
-"""A population: whom it holds."""
+"""A population: whom it holds, beside the subjects of a cohort."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ from swesbi.report.figures.style import (
     EXCLUDED_BACKGROUND,
     OBSERVED,
     SERIES,
-    TEXT_WIDTH_IN,
+    WIDE_IN,
+    drawing,
     few_ticks,
-    new_figure,
     plain,
     shared_legend,
-    style,
 )
 
 LABELS: Final = {variable.name: variable.label for variable in CONTEXT if variable.name != "sex_male"}
@@ -42,7 +41,6 @@ BINS: Final = {name: 8 if name == "age_years" else 24 for name in LABELS}
 POINTS: Final = 2000
 """How many of the contexts the pairs show; the distributions take all."""
 PANEL_COLUMNS: Final = 3
-HEIGHT_IN: Final = 7.0
 MARGIN_FRACTION: Final = 0.06
 """How far an axis reaches beyond everything shown, so that the limits of the declared range are seen."""
 
@@ -52,17 +50,12 @@ def population_figure(
 ) -> Figure:
     """Draw the distributions (above) and pairs (below) of a population, with a cohort's subjects marked.
 
-    Args:
-        drawn: Contexts of the population; many thousand make smooth distributions.
-        shown: The cohort's subjects.
-        declared: The declared range; what lies outside is grey.
-        cohort_title: What the subjects are ("virtual volunteers").
+    Many thousand ``drawn`` contexts make smooth distributions. What lies outside the declared range is grey.
     """
     people = pd.DataFrame([vars(person.context) | {"group": person.group} for person in drawn])
     cohort = pd.DataFrame([vars(context) for context in shown])
     rows = (len(LABELS) + len(PAIRS)) // PANEL_COLUMNS
-    with style():
-        figure = new_figure(TEXT_WIDTH_IN * 1.45, HEIGHT_IN)
+    with drawing(WIDE_IN, 7.0) as figure:
         panels = figure.subplots(rows, PANEL_COLUMNS).ravel()
         for axes, name in zip(panels, LABELS, strict=False):
             _draw_distribution(axes, name, people, cohort, declared)
