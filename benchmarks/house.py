@@ -70,10 +70,7 @@ def stages_an_edited_line_reruns(
 ) -> float:
     """Return the mean over lines of definitions of the number of stages whose hash an edit changes.
 
-    Args:
-        folder: The package.
-        entries: The function of each stage.
-        counts: Whether the lines of a file count.
+    ``entries`` are the functions of the stages; ``counts`` says which files' lines count.
     """
     package = Packages(folder)
     followed = Counter(line for entry in entries for line in package.lines(package.followed(*entry)))

@@ -27,11 +27,7 @@ class Run:
 
 
 def run(command: Sequence[str]) -> Run:
-    """Run a command in the project's folder.
-
-    Raises:
-        RuntimeError: The command failed.
-    """
+    """Run a command in the project's folder; a RuntimeError says that it failed."""
     start, peaks = time.perf_counter(), [0.0]
     with subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True

@@ -29,14 +29,7 @@ SNAKEMAKE_MB = 500  # its own two processes in a job of a cluster
 
 
 def read_jobs(folder: Path) -> pd.DataFrame:
-    """Return one row a job: stage, wall, processor and start-up time (s), largest memory (MB).
-
-    Args:
-        folder: Results of a study.
-
-    Raises:
-        FileNotFoundError: The study has left no such files.
-    """
+    """Return one row a job of a study: stage, wall, processor and start-up time (s), largest memory (MB)."""
     logs = sorted((folder / "logs").rglob("*.log"))
     rows = [
         {"stage": log.relative_to(folder / "logs").parts[0].removesuffix(".log")}

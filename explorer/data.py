@@ -45,14 +45,10 @@ def page_data(
     quality: RecordingSettings,
     seed: int,
 ) -> dict[str, Any]:
-    """Return the data of the page, plain.
+    """Return the data of the page, plain; subjects are listed in their order, and there is at least one.
 
-    Args:
-        subjects: In the order in which they are listed; at least one.
-        noise: Of the cohort, from which the errors of the means follow.
-        model: Settings of the experiment.
-        quality: By which a recording that is dropped on the page is checked.
-        seed: Of the draws of the prior.
+    Errors of the means follow from the cohort's noise. By ``quality`` a recording dropped on the page is
+    checked; the seed is that of prior draws.
     """
     prior = sample(DRAWS, model.prior, generator(seed, "explorer", "prior"))
     return {

@@ -19,17 +19,7 @@ GRID_POINTS: Final = 100  # of the curve through the phases, which only its chec
 
 
 def dropped_recording(path: Path, context: Context, settings: RecordingSettings) -> Observation:
-    """Read a gated recording in this project's own form and check it against the heart that it is of.
-
-    Args:
-        path: The recording, a CSV file.
-        context: The heart.
-        settings: Quality limits, number of phases and density.
-
-    Raises:
-        RecordingError: The table is malformed, a value is impossible, or the recording is too incomplete or
-            cannot be of this heart.
-    """
+    """Read a gated recording in this project's own form and check it against the heart that it is of."""
     table = read_csv(path).using(REQUIRED, MEASURED, TEXTS)
     check_measured(table)
     samples = samples_of(table, settings.phases, settings.density_kg_m3)
@@ -37,18 +27,7 @@ def dropped_recording(path: Path, context: Context, settings: RecordingSettings)
 
 
 def dropped_hearts(path: Path) -> dict[str, dict[str, float]]:
-    """Read what ``subjects.csv`` says of each subject's heart.
-
-    Args:
-        path: The table, a CSV file.
-
-    Returns:
-        By subject, and by the names in ``HEART``.
-
-    Raises:
-        RecordingError: The table is malformed or lacks a column, a value is impossible, or a subject is named
-            twice.
-    """
+    """Read what ``subjects.csv`` says of each subject's heart, by the names in ``HEART``."""
     heart = [variable for variable in CONTEXT if variable.name in HEART]
     table = read_csv(path).using(("subject", *(variable.name for variable in heart)), (), TEXTS)
     table.unique(["subject"])

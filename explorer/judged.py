@@ -23,18 +23,9 @@ NO_VERDICT: Final = "no verdict"
 def judged_without_nulls(
     model: SpeedModel, phi: FloatArray, rule: RuleSettings
 ) -> tuple[str, tuple[VerdictTest, ...]]:
-    """Return a verdict in a word, and the tests that it rests on.
+    """Return a verdict in a word, and the tests that it rests on, by equally weighted posterior draws (n, d).
 
-    Args:
-        model: A gated recording and its model; an LVESV that is NaN is not looked at.
-        phi: Equally weighted posterior draws (n, d).
-        rule: Levels and tolerances of the study.
-
-    Returns:
-        "doubtful", "contradicted", or "no verdict" where neither residuals nor volumes speak against it.
-
-    Raises:
-        ValueError: No beat becomes periodic with a wall of another thickness.
+    It is "no verdict" where neither residuals nor volumes speak against it; an LVESV that is NaN is left out.
     """
     beats = model.simulate(phi)
     predicted = model.predict_from(phi, beats).rows(np.flatnonzero(beats.status == Status.PERIODIC))
@@ -50,13 +41,8 @@ def judged_without_nulls(
 def tested_residuals(chi_squared: FloatArray, count: int, rule: RuleSettings) -> VerdictTest:
     """Return the posterior predictive p-value of residuals that are independent normals at the true phi.
 
-    It is conservative: under the model, P(p <= a) <= 2 a (Meng 1994, Ann Stat 22:1142). So it is held
-    against half a level.
-
-    Args:
-        chi_squared: The sum of their squares at each of n equally weighted posterior draws; shape (n,).
-        count: How many phases there are.
-        rule: Levels of the verdict.
+    It is conservative: under the model, P(p <= a) <= 2 a (Meng 1994, Ann Stat 22:1142), so it is held against
+    half a level. ``chi_squared`` sums the ``count`` squares at each of n equally weighted draws.
     """
     p_value = float(np.mean(chdtrc(count, chi_squared)))
     level = 0.5 * rule.doubtful_level

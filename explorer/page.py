@@ -17,15 +17,9 @@ LARGEST_BYTES: Final = 2_000_000
 
 
 def render_page(words: dict[str, str], data: dict[str, Any], physics: str) -> str:
-    """Return the page.
+    """Return the page; one that is larger than a page sent by mail should be is refused.
 
-    Args:
-        words: What the template names: title, cohort_title, experiment, origin.
-        data: As of :func:`explorer.data.page_data`.
-        physics: As of :func:`explorer.physics.physics`.
-
-    Raises:
-        ValueError: It is larger than a page that is sent by mail should be.
+    ``words`` are what the template names: title, cohort_title, experiment, origin.
     """
     html, style, worker, *scripts = map(_template, TEMPLATES)
     environment = Environment(autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)

@@ -92,14 +92,7 @@ KNOWN_CLASSES: Final = (
 def physics(settings: SpeedModelSettings, exact: ExactSettings, rule: RuleSettings) -> str:
     """Return the physics of a study as JavaScript: ``physics``, with its functions and what they are given.
 
-    Args:
-        settings: The model: ``physics.settings``.
-        exact: Sizes and criteria of exact posteriors, of which the page is content with the least effective
-            draws: ``physics.exact``.
-        rule: Levels and tolerances of the verdict: ``physics.rule``.
-
-    Raises:
-        UntranslatableError: Code that it leads to is not known to the translator; with file and line.
+    Of exact posteriors the page asks for the least effective draws only.
     """
     options, own = (options_of(settings.forward_model, by_simulation) for by_simulation in (False, True))
     program = Program(

@@ -35,7 +35,6 @@ def explorer(
     """Return the page on which parameters are moved and beats follow: one file, without a network.
 
     Raises:
-        ArtefactError: A subject has no posterior, or no verdict.
         UntranslatableError: The physics has something that JavaScript is not taught.
         ValueError: The page would be too large.
     """

@@ -10,15 +10,10 @@ from swesbi.config.read import ConfigError
 
 
 def left_out(section: Any, own: Mapping[str, Any], model: type[Settings]) -> Any:  # noqa: ANN401
-    """Return a section without the variants for which a later file says null.
+    """Return a merged section without the variants for which a later file says null.
 
-    Variants are the entries of a field that maps names to settings, as readings are. Null for anything else
-    stays, and is refused or means what the field says.
-
-    Args:
-        section: The section as merged.
-        own: The section of the side study's own ``config.yaml``, which names the variants there are.
-        model: The class of the section.
+    Variants are the entries that the side study's own section has in fields which map names to settings. Null
+    for anything else stays, and is refused or means what the field says.
     """
     if not isinstance(section, Mapping):
         return section
@@ -38,17 +33,7 @@ def _has_variants(model: type[Settings], key: str) -> bool:
 
 
 def check_experiment(section: str, name: str, known: Collection[str], kind: str) -> None:
-    """Refuse an experiment that a side study cannot ask about.
-
-    Args:
-        section: The side study's section.
-        name: The experiment in it.
-        known: Those that it could be.
-        kind: What these are, in words.
-
-    Raises:
-        ConfigError: It is none of them.
-    """
+    """Refuse an experiment of a section that is none of the known; ``kind`` says in words what these are."""
     if name not in known:
         there = ", ".join(known) or "none"
         raise ConfigError(f"{section}.experiment = {name!r} is no experiment {kind}; known: {there}")

@@ -57,13 +57,9 @@ PASSING: Final = shutil.ignore_patterns("__pycache__", "*.egg-info", ".*")
 
 @dataclass(frozen=True)
 class CrateFiles:
-    """Files of one run, relative to the project's folder.
+    """Files of one run, relative to the project's folder: configuration, recordings with subjects, results.
 
-    Attributes:
-        settings: What was configured: the base configuration, and all choices of the run.
-        data: The recordings, with what is known of the subjects.
-        results: The page, tables and figures.
-        shipped: Whether the recordings are those of the project.
+    ``shipped`` says whether the recordings are those of the project.
     """
 
     settings: tuple[Path, ...]
@@ -90,12 +86,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def files_of(results: Path) -> CrateFiles:
-    """Return what is packed of a study, by its folder of results.
-
-    Raises:
-        ArtefactError: The study is not finished.
-        ConfigError: Its configuration cannot be read.
-    """
+    """Return what is packed of a study, by its folder of results."""
     page, merged = results / "index.html", results / MERGED
     if not page.is_file():
         raise ArtefactError(f"{page} does not exist: finish the study first (make study)")
@@ -176,11 +167,7 @@ def _workflow(crate: ROCrate) -> Entity:
 
 
 def _file(crate: ROCrate, path: Path, licence: str = "") -> Entity:
-    """Add a file at the place that it has in the project, with its licence where that is known.
-
-    Raises:
-        ArtefactError: It lies elsewhere.
-    """
+    """Add a file at the place that it has in the project, with its licence where that is known."""
     here, place = Path.cwd(), path.resolve()
     if not place.is_relative_to(here):
         raise ArtefactError(f"{path}: lies outside of {here}, so that no crate of the project can name it")

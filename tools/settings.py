@@ -60,17 +60,9 @@ END: Final = re.compile(r"(?<=\.)(?<!\bal\.)(?<!\bSec\.) ")
 
 
 class Row(NamedTuple):
-    """One key.
+    """One key, behind those above it or behind an inline class's name, joined with points.
 
-    Attributes:
-        file: The file in which it stands.
-        key: The key behind those above it, joined with points; of an inline class, behind the class's name.
-        unit: Its unit; empty where it is no number.
-        default: Its shipped value in YAML.
-        allowed: Which values it may have.
-        meaning: What it means.
-        reason: Why it has this value; of a section, what is in it.
-        source: Where the value comes from, in a few words.
+    The default is the shipped value in YAML. The reason is that of the value; of a section, what is in it.
     """
 
     file: str
@@ -84,11 +76,7 @@ class Row(NamedTuple):
 
 
 def rows(root: Path = ROOT) -> list[Row]:
-    """Return the rows of the shipped configuration and of the side studies, file by file.
-
-    Raises:
-        ConfigError: A shipped file is not valid.
-    """
+    """Return the rows of the shipped configuration and of the side studies, file by file."""
     config = root / "config.yaml"
     parsed = parse_config(read_merged(config))
     found: dict[str, Row] = {}
@@ -161,12 +149,7 @@ def _about(model: type[Settings]) -> str:
 
 
 def unit_of(key: str, about: Mapping[str, Any]) -> str:
-    """Return the unit of a key: of its field or of its end, 1 for other numbers, else none.
-
-    Args:
-        key: The key.
-        about: JSON Schema of its field.
-    """
+    """Return the unit of a key: of its field's JSON Schema or of its end, 1 for other numbers, else none."""
     if "unit" in about:
         return str(about["unit"])
     told = next((unit for end, unit in UNITS.items() if f"_{key}".endswith(f"_{end}")), "")
@@ -176,12 +159,7 @@ def unit_of(key: str, about: Mapping[str, Any]) -> str:
 
 
 def allowed(about: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
-    """Say which values a field may have.
-
-    Args:
-        about: JSON Schema of the field.
-        schema: That of the class, with the classes that it refers to.
-    """
+    """Say which values a field may have, by its JSON Schema and that of its class."""
     if "allowed" in about:
         return str(about["allowed"])
     if "$ref" in about:
@@ -222,11 +200,7 @@ def in_yaml(value: object) -> str:
 
 
 def table(root: Path = ROOT) -> str:
-    """Return the reference as a table of comma-separated values.
-
-    Raises:
-        As ``rows``.
-    """
+    """Return the reference as a table of comma-separated values."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerows([Row._fields, *rows(root)])

@@ -27,11 +27,7 @@ VERSION: Final = "model_version"
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Write what is shipped; return 0.
-
-    Raises:
-        ArtefactError: The folder holds no network, or no null recordings.
-    """
+    """Write what is shipped of a folder of results; return 0."""
     (folder,) = map(Path, arguments)
     flow, trained = TrainedFlow.read(folder / "flow.h5"), hdf5_provenance(folder / "flow.h5")
     null, drawn = NullRecordings.read(folder / "null.h5"), hdf5_provenance(folder / "null.h5")

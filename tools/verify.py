@@ -59,13 +59,7 @@ def main(arguments: Sequence[str]) -> int:
 def verified(study: Study | None, folder: Path) -> list[Finding]:
     """Return a finding for each claimed number, each table of a page and each stored table.
 
-    Args:
-        study: Of whose results the tables of pages are made; without one, stored tables are asked.
-        folder: Of the project.
-
-    Raises:
-        ArtefactError: The manifest is wrong, or an artefact of the study.
-        UnfinishedError: A page names a table that the study has not.
+    The tables of pages are made of the study's results; without a study, stored tables are asked.
     """
     with TemporaryDirectory() as name:
         stage = Path(name)

@@ -27,12 +27,9 @@ def true_measures(truth: Truth) -> ClinicalMeasures:
 
 
 def with_errors(true: ClinicalMeasures, errors: ClinicalErrors, rng: np.random.Generator) -> ClinicalMeasures:
-    """Return measures as a cuff and an echocardiogram would give them, to 1 mmHg and 1 ms.
+    """Return measures in the aorta as a cuff and an echocardiogram would give them, to 1 mmHg and 1 ms.
 
-    Args:
-        true: In the aorta.
-        errors: Their bias and standard deviations; the errors are independent.
-        rng: Takes three normal numbers.
+    The errors are independent; the generator gives three normal numbers.
     """
     systolic, diastolic, ejection = rng.standard_normal(3)
     return ClinicalMeasures(

@@ -31,9 +31,7 @@ FAILED, IMPLAUSIBLE, STIFF = "failed", "implausible", "stiff"
 class Drawn:
     """What one heart has of its own.
 
-    Attributes:
-        theta: True parameters in the order of ``THETA_NAMES``, shape (3,); NaN where its law has others.
-        own: Its other parameters, by their names, which end in the unit.
+    ``theta`` is in the order of ``THETA_NAMES``, NaN where its law has others; ``own`` is named with units.
     """
 
     theta: FloatArray
@@ -55,11 +53,7 @@ class Source(Protocol):
         """Draw what a heart in this context has of its own."""
 
     def beat(self, context: Context, drawn: Drawn) -> Beat:
-        """Return its periodic beat.
-
-        Raises:
-            RuntimeError: It has none.
-        """
+        """Return its periodic beat; a RuntimeError where it has none."""
 
     def refusal(self, beat: Beat) -> str:
         """Say why a beat is no person's, or nothing where it may be."""
@@ -69,9 +63,7 @@ class Source(Protocol):
 class People:
     """Whose hearts they are, and how they are measured.
 
-    Attributes:
-        population: Whom contexts are drawn from.
-        lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
+    ``lvesv_fraction`` is the standard deviation of the logarithm of a measured LVESV.
     """
 
     population: PopulationSettings
@@ -82,11 +74,8 @@ def draw_heart(source: Source, stream: Stream, number: int, people: People, seed
     """Draw one heart, all of it from ``generator(seed, stream, letter, number)``.
 
     What has no periodic beat, no person's beat, or is stiffer by its active part alone in late diastole than
-    it is designed to be in all, is counted and drawn again, context included, from the same stream. The
-    error of the listed LVESV is drawn last.
-
-    Raises:
-        RuntimeError: No heart came of many draws.
+    it is designed to be in all, is counted and drawn again, context included, from the same stream. The error
+    of the listed LVESV is drawn last. Many draws without a heart are a RuntimeError.
     """
     rng = generator(seed, stream, source.letter, number)
     refused: Counter[str] = Counter()

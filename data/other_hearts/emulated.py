@@ -78,11 +78,7 @@ class EmulatedHearts:
         return Drawn(theta, own)
 
     def beat(self, context: Context, drawn: Drawn) -> Beat:
-        """Return the periodic beat of a heart.
-
-        Raises:
-            RuntimeError: It has none.
-        """
+        """Return the periodic beat of a heart; a RuntimeError where it has none."""
         theta, model = drawn.theta * np.array(THETA_SI), model_of(context, drawn)
         records = run_to_periodic(theta[None], model, TOLERANCE, BEATS, MEMORY)
         if records.status[0] != Status.PERIODIC:

@@ -42,13 +42,10 @@ NO_DRIVE: Final = Drive(0.0, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class LandHeart:
-    """One heart.
+    """One heart: its bridges, what drives them, and the settings of wall, valves and circulation.
 
-    Attributes:
-        law: Parameters of the bridges.
-        calcium: What drives them.
-        wave_share: Share of the bonds' stiffness along the fibre that a shear wave meets.
-        settings: Wall, valves and circulation; its active law and its activation are not used.
+    ``wave_share`` is the share of the bonds' stiffness along the fibre that a shear wave meets. The settings'
+    own active law and activation are not used.
     """
 
     law: LandParameters
@@ -60,9 +57,7 @@ class LandHeart:
 def land_beat(heart: LandHeart, context: Context) -> Beat:
     """Run a heart beat after beat until one ends as it began; its stiffness is as the wave meets it.
 
-    Raises:
-        RuntimeError: The integration failed, or no beat is periodic.
-        ValueError: The settings ask for what has no place here.
+    Where the integration fails, or no beat is periodic, that is a RuntimeError.
     """
     _check(heart.settings)
     model = build_model(context, heart.settings)

@@ -45,11 +45,7 @@ SYSTOLIC_MMHG: Final[Range] = (60.0, 200.0)
 
 @dataclass(frozen=True)
 class LandHearts:
-    """Where the hearts come from.
-
-    Attributes:
-        forward_model: Geometry, wall, valves and circulation, but for what is drawn of them.
-    """
+    """Where the hearts come from; geometry, wall, valves and circulation are given, but for what is drawn."""
 
     forward_model: ForwardModelSettings
 
@@ -74,11 +70,7 @@ class LandHearts:
         return Drawn(np.full(len(THETA_NAMES), np.nan), own)
 
     def beat(self, context: Context, drawn: Drawn) -> Beat:
-        """Return the periodic beat of a heart.
-
-        Raises:
-            RuntimeError: It has none.
-        """
+        """Return the periodic beat of a heart; a RuntimeError where it has none."""
         return land_beat(land_heart_of(context, drawn.own, self.forward_model), context)
 
     def refusal(self, beat: Beat) -> str:

@@ -42,11 +42,7 @@ POPULATION: Final = "amortised"
 
 
 def source_of(letter: str, config: Config, physioblocks: str | None, stack: ExitStack) -> Source:
-    """Return where the hearts of a letter come from; the stack ends the program that may run for them.
-
-    Raises:
-        SystemExit: Letter e without a Python that has physioblocks.
-    """
+    """Return where the hearts of a letter come from; the stack ends the program that may run for them."""
     if letter == "f":
         return LandHearts(config.forward_model)
     if letter == "p":
@@ -89,11 +85,7 @@ def all_hearts(source: Source, people: People, seed: int, kept: Sequence[StoredH
 
 
 def kept_hearts(path: Path, made: Provenance) -> Sequence[StoredHeart]:
-    """Return the hearts of a file, none where there is no file.
-
-    Raises:
-        SystemExit: They are of another seed or of other settings.
-    """
+    """Return the hearts of a file, none where there is no file; another seed or settings are refused."""
     if not path.exists():
         return []
     kept = HeartsOfLetter.read(path)

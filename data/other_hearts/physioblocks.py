@@ -53,12 +53,7 @@ ATRIAL_PA: Final = {"min": 450.0, "max": 900.0}
 
 @dataclass(frozen=True)
 class PhysioBlocksHearts:
-    """Where the hearts come from.
-
-    Attributes:
-        prior: Of theta.
-        program: The running program.
-    """
+    """Where the hearts come from: the prior of theta, and the running program."""
 
     prior: PriorSettings
     program: Program
@@ -80,11 +75,7 @@ class PhysioBlocksHearts:
         return Drawn(theta, own | {name: own[name] * size_of(context) for name in SIZED})
 
     def beat(self, context: Context, drawn: Drawn) -> Beat:
-        """Return the periodic beat of a heart.
-
-        Raises:
-            RuntimeError: It has none.
-        """
+        """Return the periodic beat of a heart; a RuntimeError where it has none."""
         return self.program.beat(parameters_of(context, drawn), context.period_s)
 
     def refusal(self, beat: Beat) -> str:
@@ -127,14 +118,7 @@ class Program:
     """The running program; a line of JSON asks for a beat, and a line answers."""
 
     def __init__(self, command: Sequence[str]) -> None:
-        """Start it.
-
-        Args:
-            command: Python of an environment that has `physioblocks`, and the script.
-
-        Raises:
-            RuntimeError: It does not start.
-        """
+        """Start the command: Python of an environment that has `physioblocks`, and the script."""
         self._process = subprocess.Popen(
             list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
         )
@@ -156,11 +140,7 @@ class Program:
         self._process.wait()
 
     def beat(self, parameters: Mapping[str, object], period_s: float) -> Beat:
-        """Return the periodic beat of a heart.
-
-        Raises:
-            RuntimeError: The program failed on it, or found no periodic beat.
-        """
+        """Return the periodic beat of a heart; a RuntimeError where the program fails on it or finds none."""
         assert self._process.stdin is not None
         question = {"parameters": dict(parameters), "period_s": period_s, "phases": PHASES}
         self._process.stdin.write(json.dumps(question) + "\n")

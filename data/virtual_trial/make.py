@@ -139,8 +139,7 @@ First visit, second visit:
 def source_of(config: Config, trial: TrialSettings) -> TrialSource:
     """Return what the trial is drawn with: population of `amortised`, model of its base.
 
-    Raises:
-        ValueError: The prior fixes what the trial varies, or the population has no such group.
+    A prior that fixes what the trial varies, and a population without such a group, are refused.
     """
     over_population = config.population_experiments[POPULATION]
     experiment = config.speed_experiments[over_population.base]
@@ -252,13 +251,7 @@ def drawn_again(persons: Sequence[TrialPerson]) -> Counter[str]:
 
 
 def readme(persons: Sequence[TrialPerson], truth: pd.DataFrame, source: TrialSource) -> str:
-    """Return the text of the README.
-
-    Args:
-        persons: Who took part.
-        truth: The table of truths.
-        source: What they were drawn with.
-    """
+    """Return the text of the README."""
     again = drawn_again(persons)
     counted = ", ".join(f"{reason} {count}" for reason, count in sorted(again.items()))
     return TEXT.format(

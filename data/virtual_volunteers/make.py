@@ -259,14 +259,7 @@ def _curve_rows(truth: Truth) -> pd.DataFrame:
 def readme(
     truths: Sequence[Truth], recordings: Sequence[Samples], measures: Sequence[ClinicalMeasures], seed: int
 ) -> str:
-    """Return the text of the README.
-
-    Args:
-        truths: The volunteers' true beats.
-        recordings: Their recordings, in the same order.
-        measures: What a clinic measured of them, likewise.
-        seed: The acquisition seed.
-    """
+    """Return the text of the README; truths, recordings and measures are in the same order of volunteers."""
     designs = "\n".join(f"- {t.volunteer.context.subject}: {t.volunteer.design}" for t in truths)
     errors = ACQUISITION
     single = math.hypot(errors.sample_sd_fraction, errors.repeat_sd_fraction, errors.sweep_fraction)

@@ -73,11 +73,7 @@ Atom: TypeAlias = Constant | Number | Record | Several | View
 
 
 def shown(atom: Atom) -> str:
-    """Return a constant or a number as an expression.
-
-    Raises:
-        TypeError: It is no single number.
-    """
+    """Return a constant or a number as an expression."""
     if isinstance(atom, Constant) and isinstance(atom.value, int | float):
         text = str(atom.value).lower() if isinstance(atom.value, bool) else number(atom.value)
         return f"({text})" if text.startswith("-") else text

@@ -36,21 +36,14 @@ class Program(Protocol):
 class Calls:
     """Writes names, operators and calls of one function.
 
-    Attributes:
-        module: Where it stands.
-        scope: Names of the function and those around it: what they import, None for variables.
-        program: All else.
+    The scope has what the names of the function and those around it import, None for variables.
     """
 
     def __init__(self, module: Module, scope: Mapping[str, syntax.Chain | None], program: Program) -> None:
         self.module, self.scope, self.program = module, dict(scope), program
 
     def write(self, node: ast.expr) -> str:
-        """Return an expression in JavaScript.
-
-        Raises:
-            UntranslatableError: It has something that is not known; with file and line.
-        """
+        """Return an expression in JavaScript; an UntranslatableError says where it has what is not known."""
         raise NotImplementedError
 
     def refuse(self, node: ast.AST, what: str) -> UntranslatableError:

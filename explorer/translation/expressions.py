@@ -15,11 +15,7 @@ class Expressions(Calls):
     """Writes the expressions of one function."""
 
     def write(self, node: ast.expr) -> str:
-        """Return an expression in JavaScript.
-
-        Raises:
-            UntranslatableError: It has something that is not known; with file and line.
-        """
+        """Return an expression in JavaScript; an UntranslatableError says where it has what is not known."""
         handler = self._HANDLERS.get(type(node))
         if handler is None:
             raise self.refuse(node, type(node).__name__)

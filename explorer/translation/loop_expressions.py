@@ -60,11 +60,7 @@ class Lines:
 class LoopExpressions:
     """Works out the expressions of one function while it is translated, and writes what is left for the loop.
 
-    Attributes:
-        module: Where the function stands.
-        names: Its variables, and those of the functions around it.
-        out: Takes the lines.
-        given: Values of the package that are others here: by module and name.
+    Names are the function's and of those around it; values in ``given`` are others here than in the package.
     """
 
     def __init__(
@@ -81,11 +77,7 @@ class LoopExpressions:
         raise NotImplementedError
 
     def value(self, node: ast.expr) -> Atom:
-        """Return what an expression is.
-
-        Raises:
-            UntranslatableError: It is not known; with file and line.
-        """
+        """Return what an expression is; an UntranslatableError says where it has what is not known."""
         handler = self._EXPRESSIONS.get(type(node))
         if handler is None:
             raise self.refuse(node, type(node).__name__)

@@ -163,13 +163,8 @@ def loop_lines(
 ) -> list[str]:
     """Return a compiled loop as a function of JavaScript that takes arrays of the runtime.
 
-    Args:
-        home: The module of the loop.
-        node: The loop.
-        name: What to call it.
-        ranks: Number of axes of each array among its parameters.
-        constants: What the functions around it hold for it.
-        given: Values of the package that are others here.
+    ``ranks`` has the number of axes of each array among its parameters, ``constants`` what functions around
+    it hold, and ``given`` values of the package that are others here.
     """
     out = Lines()
     names = {key: known(value) for key, value in constants.items()}

@@ -23,12 +23,9 @@ ENUMS: Final = {"Enum", "IntEnum"}
 
 @dataclass(frozen=True)
 class Loop:
-    """A compiled loop, and the function that makes it.
+    """A compiled loop, the function that makes it, and the number of axes of the loop's arrays.
 
-    Attributes:
-        factory: Module and name of the function that returns it.
-        variants: Arguments of that function, each of which makes a loop of its own.
-        ranks: Number of axes of the loop's arrays.
+    Each variant, arguments of that function, makes a loop of its own.
     """
 
     factory: syntax.Chain
@@ -40,10 +37,8 @@ class Loop:
 class Program:
     """What is translated so far.
 
-    Attributes:
-        loops: Compiled loops by the function that makes them.
-        given: Values of the package that are others here.
-        own: Functions of the package that JavaScript has of its own, by what they are called there.
+    Values in ``given`` are others here than in the package; functions in ``own`` are JavaScript's own, by
+    their names there.
     """
 
     loops: Mapping[syntax.Chain, Loop] = field(default_factory=dict)

@@ -32,11 +32,7 @@ class Statements(Expressions):
         return [f"{INDENT}{line}" for statement in statements for line in self.statement(statement)]
 
     def statement(self, node: ast.stmt) -> list[str]:
-        """Return the lines of a statement.
-
-        Raises:
-            UntranslatableError: It is not known; with file and line.
-        """
+        """Return the lines of a statement; an UntranslatableError says where it has what is not known."""
         if syntax.is_text(node):
             return []
         handler = self._STATEMENTS.get(type(node))

@@ -17,15 +17,9 @@ BLOCKS: Final = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 class Names:
-    """What the names of one module stand for.
+    """What the names of one module stand for: those bound by imports, and those bound otherwise.
 
-    Attributes:
-        name: The module's.
-        path: Its file.
-        packages: Names of the packages whose definitions are followed.
-        imports: Names that it binds by an import, and what they stand for.
-        bound: Names that it binds otherwise, with the statements that do.
-        dynamic: Whether it imports modules by names that are made when it runs.
+    Definitions of ``packages`` are followed. A ``dynamic`` module imports modules by names made when it runs.
     """
 
     def __init__(self, name: str, path: Path, packages: frozenset[str]) -> None:
@@ -41,8 +35,7 @@ class Names:
     def targets(self, statement: ast.Import | ast.ImportFrom) -> dict[str, Chain]:
         """Return what each name that an import statement binds stands for.
 
-        Raises:
-            ValueError: It is a star import from one of the packages.
+        A star import from one of the packages is refused.
         """
         if isinstance(statement, ast.Import):
             return {
@@ -65,8 +58,7 @@ class Names:
     def note(self, name: str, line: int) -> None:
         """Note what is no name of a package: it may import modules that the text does not name.
 
-        Raises:
-            ValueError: It changes definitions, or runs code, in ways that the text does not show.
+        What changes definitions, or runs code, in ways that the text does not show is refused.
         """
         self.dynamic |= name in DYNAMIC
         if name in REFUSED:

@@ -19,14 +19,9 @@ Reference = Callable[[str, str], str]
 
 
 def literal(value: object, reference: Reference) -> str:
-    """Return a value as an expression of JavaScript.
+    """Return a value as an expression of JavaScript; ``reference`` tells the names of classes and functions.
 
-    Args:
-        value: Number, text, bytes, collection, array, settings, dataclass, named tuple, class or function.
-        reference: Asked for what classes and functions are called.
-
-    Raises:
-        UntranslatableError: It holds something else.
+    Numbers, texts, bytes, collections, arrays, settings, dataclasses and named tuples can be written.
     """
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]

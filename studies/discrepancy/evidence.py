@@ -52,13 +52,8 @@ LogitProposal = PriorProposal | StudentMixture
 class Bank:
     """Simulations of one recording with their likelihood under each of K pairs; grows by :meth:`extend`.
 
-    Attributes:
-        model: The recording's model; its own discrepancy is not used.
-        pairs: The K pairs (delta, tau).
-        eta: Draws; shape (n, d).
-        half: Which half each belongs to, 0 or 1; shape (n,).
-        log_likelihood: log p(speeds | eta, pair); shape (K, n).
-        chi2: Sum of squared standardised residuals over the measured phases; shape (K, n).
+    The discrepancy of the model itself is not used. Draws ``eta`` are (n, d) and belong to half 0 or 1;
+    ``log_likelihood`` and ``chi2``, over the measured phases, are (K, n).
     """
 
     model: SpeedModel
@@ -138,13 +133,7 @@ def fill_bank(
 ) -> Bank:
     """Simulate until every pair has enough effective draws, or the rounds are used up.
 
-    Args:
-        model: The recording's model.
-        pairs: The grid of (delta, tau).
-        per_round: Simulations of each proposal.
-        max_rounds: Proposals at most.
-        min_effective_draws: Effective sample size at which a pair is done.
-        rng: Source of the draws.
+    Each of at most ``max_rounds`` proposals is simulated ``per_round`` times.
     """
     bank = Bank(model, pairs)
     bank.extend(PriorProposal(bank.prior), per_round, rng)
@@ -176,14 +165,10 @@ def _likelihoods(
 
 @dataclass(frozen=True)
 class PairScore:
-    """One subject under one pair.
+    """One subject under one pair; theta and passive scale are integrated out of the evidence.
 
-    Attributes:
-        log_evidence: log p(speeds | pair), theta and passive scale integrated out.
-        log_evidence_se: Its Monte Carlo standard error.
-        truth_level: Posterior probability below the true k_0, k_ATP, k_SR; shape (3,).
-        chi2: Squared standardised residuals at the draw of highest posterior density.
-        effective_draws: Effective sample size of the importance weights.
+    ``truth_level`` (3,) is the posterior probability below the true k_0, k_ATP, k_SR. ``chi2`` is taken at
+    the draw of highest posterior density.
     """
 
     log_evidence: float
@@ -203,14 +188,7 @@ def score_subject(
     study: DiscrepancyStudySettings,
     rng: np.random.Generator,
 ) -> tuple[PairScore, ...]:
-    """Score every pair of the grid on one subject, from one bank of simulations.
-
-    Args:
-        subject: The generated subject.
-        settings: The model of its recording; the discrepancy in it is not used.
-        study: Grid and effort.
-        rng: Source of the draws.
-    """
+    """Score every pair of the grid on one subject, from one bank; the settings' discrepancy is not used."""
     model = SpeedModel(subject.recording, settings)
     bank = fill_bank(
         model, study.pairs, study.simulations_per_round, study.max_rounds, study.min_effective_draws, rng
@@ -250,18 +228,11 @@ def discrepancy_table(
     phases: Sequence[int],
     interval: float,
 ) -> pd.DataFrame:
-    """Return one row a pair.
+    """Return one row a pair; coverage is that of intervals of the given mass.
 
-    Columns: speed_fraction, timing_cycle, log_evidence (total) and its Monte Carlo standard error,
-    below_best (total log evidence of the best pair less that of the row) and its standard error over
-    subjects, coverage of each true parameter, mean chi2, its expectation phases (mean number of measured
-    phases, less whatever the parameters fit), least effective draws of any subject, subjects, best (1 or 0).
-
-    Args:
-        pairs: K pairs.
-        scores: Of each subject, the scores of the K pairs.
-        phases: Measured phases of each subject.
-        interval: Mass of the intervals whose coverage is counted.
+    ``below_best`` is the total log evidence of the best pair less that of the row, with its standard error
+    over subjects. ``phases``, the mean number of measured phases, is the expectation of the mean chi2, less
+    whatever the parameters fit. Effective draws are the least of any subject.
     """
     evidence = np.array([[score.log_evidence for score in row] for row in scores])
     best = int(evidence.sum(axis=0).argmax())

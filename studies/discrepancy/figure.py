@@ -25,12 +25,7 @@ EXPLANATION: Final = r"$\delta$: relative error of the speed; $\tau$: error in p
 
 
 def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
-    """Draw evidence, chi-squared and the coverage of each parameter against delta, a line for each tau.
-
-    Args:
-        table: As of :func:`studies.discrepancy.evidence.discrepancy_table`.
-        interval: Mass of the intervals whose coverage is shown.
-    """
+    """Draw evidence, chi-squared and the coverage of each parameter against delta, a line for each tau."""
     with style():
         figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
         shown = len(THETA_NAMES)

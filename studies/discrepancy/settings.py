@@ -56,11 +56,7 @@ class ChoiceSettings(DiscrepancyStudySettings):
 
 
 def choice_settings(study: Study, choice: ChoiceSettings) -> dict[str, Any]:
-    """Return what the choice depends on; the discrepancy that the experiment has already is not among it.
-
-    Raises:
-        ConfigError: The experiment is not of kind speeds.
-    """
+    """Return what the choice depends on; the discrepancy that the experiment has already is not among it."""
     check_experiment("discrepancy", choice.experiment, study.config.speed_experiments, "of kind speeds")
     section = choice.to_plain()
     none = {"speed_fraction": 0.0, "timing_cycle": 0.0}  # what is chosen already must not matter

@@ -35,11 +35,7 @@ def discrepancy(
     """Generate and record the cohort, and score every pair on every subject.
 
     Args:
-        model: Of a recording; the grid takes the place of its discrepancy.
-        acquisition: How the cohort is recorded.
-        recording: How its recordings are ingested.
-        study: Cohort, grid and effort.
-        seed: Of everything that is drawn.
+        model: The grid takes the place of its discrepancy.
 
     Raises:
         RuntimeError: A subject could not be recorded.

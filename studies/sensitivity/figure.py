@@ -21,12 +21,7 @@ MARKERS: Final = "osD^vPX*"
 
 
 def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
-    """Draw shifts (above) and width ratios (below) of every variant, a column a parameter.
-
-    Args:
-        table: The rows of ``sensitivity.csv``.
-        cohort_title: What the subjects are ("virtual volunteers").
-    """
+    """Draw shifts (above) and width ratios (below) of every variant, a column a parameter."""
     shown = table[table["variant"] != BASE]
     names = list(dict.fromkeys(shown["label"]))
     with style():

@@ -56,11 +56,7 @@ class SensitivitySettings(Settings):
 
 
 def run_settings(study: Study, sensitivity: SensitivitySettings, variant: str) -> dict[str, Any]:
-    """Return what the posteriors under one variant depend on: the changed configuration.
-
-    Raises:
-        ConfigError: The experiment is not of kind speeds, or the changed configuration is not valid.
-    """
+    """Return what the posteriors under one variant depend on: the changed configuration."""
     check_experiment("sensitivity", sensitivity.experiment, study.config.speed_experiments, "of kind speeds")
     choice = sensitivity.variants[variant]
     changed = study.with_changes(choice.changes, f"sensitivity.variants.{variant}.changes")

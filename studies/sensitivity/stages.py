@@ -52,17 +52,8 @@ def sensitivity_run(
     Where the passive scale is held, subjects are inferred without the network: it has no such proposal.
 
     Args:
-        observations: Of every subject.
-        noise: Of the cohort.
-        passives: Passive baselines, which say where the passive scale is held.
-        variant: Its name.
+        passives: They say where the passive scale is held.
         variant_seed: Of everything that is drawn: a choice that a variant can make otherwise.
-        simulations_per_subject: How many each subject has.
-        model: Of a recording.
-        summary: What the network sees.
-        estimator: The network.
-        exact: Of the posteriors.
-        fix_passive_scale: Whether the passive scale is held.
     """
     from swesbi.networks.flow.training import (
         train_over_subjects,  # torch, of which the other stages need nothing
@@ -128,8 +119,6 @@ def sensitivity(
     """Compare the posteriors under each variant with the base's.
 
     Args:
-        variants: Posteriors by variant.
-        cohort_title: What the subjects are.
         interval: Mass of the intervals.
         labels: What each variant is called, in the order shown.
     """

@@ -84,15 +84,10 @@ class VariantPosteriors(Artefact, kind="sensitivity"):
 def sensitivity_table(
     variants: Mapping[str, Sequence[VariantPosterior]], labels: Mapping[str, str], mass: float
 ) -> pd.DataFrame:
-    """Return one row a variant, subject and parameter, the base first.
+    """Return one row a variant, subject and parameter; the variant ``base`` comes first.
 
-    ``shift_in_widths`` is the move of the median from the base's, in widths of the base's interval;
-    ``width_ratio`` the width of the interval over the base's.
-
-    Args:
-        variants: Posteriors of every subject by variant; the base is called ``base``.
-        labels: What each variant is called.
-        mass: Mass of the equal-tailed intervals.
+    ``shift_in_widths`` is the move of the median from the base's, in widths of the base's equal-tailed
+    interval; ``width_ratio`` the width of the interval over the base's.
     """
     base = {posterior.subject: posterior for posterior in variants[BASE]}
     rows = [

@@ -32,14 +32,7 @@ from swesbi.verdict.verdict import Verdict
 
 @dataclass(frozen=True)
 class Network:
-    """A trained network of one experiment.
-
-    Attributes:
-        own: What posterior, predictive check and recovery of the experiment depend on.
-        pool: The training set that the network knows.
-        net: After one epoch.
-        simulations: Of the experiment's prior, by subject.
-    """
+    """A trained network of one experiment after one epoch, with the prior's simulations by subject."""
 
     own: ExperimentSettings
     pool: Pool
@@ -48,11 +41,7 @@ class Network:
 
 
 def chosen(nets: Sequence[TrainedEstimator], epoch: Epoch) -> TrainedEstimator:
-    """Return the network of the epoch that is asked for.
-
-    Raises:
-        ValueError: No checkpoint is of this epoch.
-    """
+    """Return the network of the epoch that is asked for."""
     if epoch == "best":
         return next(net for net in nets if net.best)
     if epoch == "last":
@@ -90,16 +79,10 @@ def findings(
     cohort_title: str,
     seed: int,
 ) -> Findings:
-    """Return what the networks find on recordings of one acquisition.
+    """Return what the networks find on recordings of one acquisition, in the cohort's order.
 
-    Args:
-        recordings: Of every subject of the main experiment, in the cohort's order.
-        networks: By experiment.
-        recovered: Recovery of each experiment.
-        main: The main experiment; others are of the subjects whose posterior may be read there.
-        cmaes: Plain settings of the reference fit.
-        cohort_title: What the subjects are.
-        seed: Of the study: draws are those that it makes.
+    Other experiments than the main one are of the subjects whose posterior may be read there. Draws are those
+    that the study of this seed makes.
     """
     fits = {
         each.name: reference_fit(

@@ -58,10 +58,7 @@ def rerecorded(
 ) -> Rerecorded:
     """Record a volunteer again; under the shipped seed and with its own errors it is the shipped recording.
 
-    Raises:
-        ArtefactError: The subject is no virtual volunteer.
-        RecordingError: The new recording does not pass quality control.
-        PassiveCalibrationError: Its late diastole admits no positive passive scale.
+    A new recording that fails quality control, or admits no positive passive scale, is refused.
     """
     if acquisition_seed == ACQUISITION_SEED and reading.noise == "own":
         return Rerecorded(trained, trained)
@@ -78,11 +75,7 @@ def rerecorded(
 
 
 def volunteer_of(context: Context) -> Volunteer:
-    """Return the virtual volunteer with this context.
-
-    Raises:
-        ArtefactError: There is none.
-    """
+    """Return the virtual volunteer with this context."""
     for volunteer in VOLUNTEERS:
         if volunteer.context == context:
             return volunteer

@@ -51,13 +51,8 @@ def known_recordings(
 ) -> tuple[FloatArray, FloatArray]:
     """Return theta (N, 3) and conditioning vectors (N, C), as the study has them or otherwise.
 
-    Args:
-        subjects: In whose contexts, shared evenly.
-        pool: By which they are standardised.
-        own: Of the experiment.
-        how: As ``Reading.recovery`` says.
-        exponent_b: Of the passive stiffness along a beat.
-        seed: Of the study.
+    Subjects share them evenly, each in its context; the pool standardises them. ``how`` is as
+    ``Reading.recovery`` says.
     """
     if how == "own_beat":
         truth, raw = _along_own_beats(subjects, own, exponent_b, seed)

@@ -102,11 +102,7 @@ class StatementsSettings(Settings):
 
 
 def changed(study: Study, statements: StatementsSettings, variant: str) -> Study:
-    """Return the study as a variant reads it.
-
-    Raises:
-        ConfigError: The changed configuration is not valid, or changes what its simulations are made with.
-    """
+    """Return the study as a variant reads it; a change of what its simulations are made with is refused."""
     changes = statements.reading(variant).changes
     if not changes:
         return study
@@ -142,11 +138,7 @@ def experiments_of(study: Study) -> tuple[str, ...]:
 
 
 def judged_settings(study: Study, statements: StatementsSettings, variant: str) -> dict[str, Any]:
-    """Return what the judgement of a variant depends on.
-
-    Raises:
-        ConfigError: As of ``changed``.
-    """
+    """Return what the judgement of a variant depends on."""
     other = changed(study, statements, variant)
     of_experiment: Mapping[str, Any] = {
         name: View(other, {"experiment": name}).together(*OF_EXPERIMENT) for name in experiments_of(study)

@@ -59,20 +59,11 @@ def judged(
 
     Args:
         observations: The shipped recordings, of the main experiment's subjects.
-        passives: Their passive baselines.
-        pools: Training sets of the experiments.
-        checkpoints: Networks of the experiments; a reading chooses the epoch of the main one's.
-        shards: Prior simulations of all these experiments.
-        variant: Its name.
-        cohort_title: What the subjects are.
-        main: The main experiment.
+        checkpoints: A reading chooses the epoch of the main experiment's.
         experiments: What posterior, predictive check and recovery of each depend on, the main one first.
-        priors: The name of each one's prior.
+        priors: The name of each experiment's prior.
         cmaes: Of the reference fit.
-        recorded: How recordings are made.
-        acquisitions: Acquisition seeds of the recordings.
-        reading: How the paper's text is read.
-        seed: The study's seed.
+        acquisitions: Seeds of the recordings.
 
     Raises:
         ArtefactError: An input does not fit the others, or a subject is no virtual volunteer.
@@ -98,13 +89,7 @@ def judged(
 
 
 class Tables(NamedTuple):
-    """All judgements together.
-
-    Attributes:
-        scores: A row a training and acquisition.
-        stability: A row a statement: in how many of these it agrees, and the range of its numbers.
-        readings: A row a reading: which statements it moves.
-    """
+    """All judgements: a row a training and acquisition, a row a statement, and a row a reading."""
 
     scores: PlainTable
     stability: PlainTable
@@ -115,7 +100,6 @@ def tables(judgements: ByName[PlainTable], *, labels: dict[str, str]) -> Tables:
     """Put the judgements together.
 
     Args:
-        judgements: Of all variants.
         labels: What each reading is called, in the order shown.
     """
     by_variant = dict(judgements)

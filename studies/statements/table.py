@@ -49,12 +49,7 @@ def stability_table(by_variant: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
 
 def readings_table(by_variant: Mapping[str, pd.DataFrame], labels: Mapping[str, str]) -> pd.DataFrame:
-    """Return a row a reading, the study's first: its score, and the statements that it gains and loses.
-
-    Args:
-        by_variant: All judgements.
-        labels: What each reading is called, in the order shown.
-    """
+    """Return a row a reading, the study's first: its score, and the statements that it gains and loses."""
     known = by_variant[OF_STUDY]
     study = known[known["acquisition"] == ACQUISITION_SEED].set_index("statement")
     rows = [_reading("as configured", study, study)]

@@ -67,32 +67,19 @@ class HeartAnswersSettings(AnswerSettings):
 
     @property
     def source(self) -> Generator:
-        """The generator.
-
-        Raises:
-            ValueError: No generator has this letter.
-        """
+        """The generator."""
         measured = self.rule.volumes.lvesv_tolerance_fraction
         generators = all_generators(self.population, self.prior, self.acquisition, measured)
         return generator_of(generators, self.generator)
 
     def recorded(self, number: int, seed: int) -> RecordedHeart:
-        """Draw and record the heart of this number.
-
-        Raises:
-            RuntimeError: It could not be recorded.
-        """
+        """Draw and record the heart of this number."""
         return record_heart(self.source, number, seed, self.stream, self.recording, self.grid_points)
 
 
 @dataclass(frozen=True)
 class HeartAnswers(artefacts.Artefact, kind="validation_answers"):
-    """The answers to some hearts of one generator, at least one.
-
-    Attributes:
-        of: Each of them.
-        asked: Which hearts these are, and how they are answered; provenance says it.
-    """
+    """The answers to some hearts of one generator, at least one; provenance says which and how."""
 
     of: tuple[HeartAnswer, ...]
     asked: HeartAnswersSettings
@@ -124,11 +111,7 @@ class HeartAnswers(artefacts.Artefact, kind="validation_answers"):
 
 
 def asked_of(study: Study, generator: str, hearts: int, stream: str) -> HeartAnswersSettings:
-    """Return how the first hearts of a generator are made and answered, as config.yaml configures it.
-
-    Raises:
-        ConfigError: The study has no such experiment over a population.
-    """
+    """Return how the first hearts of a generator are made and answered, as config.yaml configures it."""
     plain = answers_settings(study, configured().experiment, generator, stream, range(hearts))
     return HeartAnswersSettings.from_plain(plain)
 
@@ -137,11 +120,7 @@ def asked_of(study: Study, generator: str, hearts: int, stream: str) -> HeartAns
 class Questioner:
     """Asks the network of a population about hearts; what it reads is read once.
 
-    Attributes:
-        knowledge: What answers.
-        noise: Components of the study's cohort, from which standard errors are estimated.
-        settings: Of the hearts and the answers.
-        seed: The study's seed.
+    Standard errors are estimated from ``noise``, that of the study's cohort.
     """
 
     knowledge: Knowledge
@@ -150,11 +129,7 @@ class Questioner:
     seed: int
 
     def answer(self, number: int) -> HeartAnswer:
-        """Draw, record and answer the heart of this number.
-
-        Raises:
-            RuntimeError: It could not be recorded.
-        """
+        """Draw, record and answer the heart of this number."""
         made = self.settings.recorded(number, self.seed)
         if outside := in_declared_range(made.heart.context, self.settings.population):
             return refusal(number, made.heart, made.redrawn, SEPARATOR.join(outside))

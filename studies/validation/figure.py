@@ -29,12 +29,8 @@ LOOKS: Final = {
 def draw_validation(table: pd.DataFrame, interval: float) -> Figure:
     """Draw coverage with its interval, a panel a quantity and a row a generator, those together last.
 
-    Where fewer hearts are not contradicted than are asked for, the row says "not tested". What is asked of
-    peak active stiffness and k_SR, that an interval reaches the grey area, is asked of no other quantity.
-
-    Args:
-        table: The rows of ``validation.csv``.
-        interval: Mass of the intervals whose coverage is shown.
+    A row says "not tested" where fewer hearts are not contradicted than asked for. Only of peak active
+    stiffness and k_SR is it asked that an interval reaches the grey area.
     """
     generators = list(dict.fromkeys(table["generator"]))
     ends = {"low": "{}_low", "median": "{}", "high": "{}_high"}

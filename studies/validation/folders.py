@@ -62,14 +62,7 @@ def folder(settings: HeartAnswersSettings, seed: int) -> dict[str, RecordedHeart
 def answer_folder(
     study: Study, knowledge: Knowledge, settings: HeartAnswersSettings, times: float
 ) -> list[dict[str, object]]:
-    """Answer all recordings of a folder; return a row a parameter.
-
-    Args:
-        study: The shipped one.
-        knowledge: What answers.
-        settings: Of the hearts, with the noise of the folder.
-        times: Of the study's noise, for the rows.
-    """
+    """Answer all recordings of a folder with so many times the study's noise; return a row a parameter."""
     hearts, level = folder(settings, study.config.seed), settings.noise_level
     repeats = {name: levels_of(made.samples, settings, "separate") for name, made in hearts.items()}
     noises = FolderRecordings(repeats, study.config.new_subjects.noise_prior)

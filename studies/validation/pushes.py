@@ -79,12 +79,7 @@ def answers(flow: TrainedFlow, settings: HeartAnswersSettings, seed: int) -> Ite
 def answer(
     flow: TrainedFlow, made: RecordedHeart, number: int, settings: HeartAnswersSettings, seed: int
 ) -> HeartAnswer:
-    """Record a heart by a push train and infer it; there is no verdict.
-
-    Raises:
-        RecordingError: Too few pushes are left.
-        NoLikelihoodError: Every simulation fails.
-    """
+    """Record a heart by a push train and infer it; there is no verdict."""
     heart = made.heart
     context = heart.context
     rng = generator(seed, STREAM, "train", context.subject)
@@ -100,11 +95,7 @@ def answer(
 def recording_of_table(
     table: pd.DataFrame, context: Context, declared: NoiseDeclaration, settings: HeartAnswersSettings
 ) -> ModelledRecording:
-    """Read a table of pushes, as that of any subject, and return the recording with its model.
-
-    Raises:
-        RecordingError: It cannot be used.
-    """
+    """Read a table of pushes, as that of any subject, and return the recording with its model."""
     quality = settings.recording
     in_memory = table_of_frame(table, context.subject)
     samples = samples_in(in_memory, quality.phases, quality.density_kg_m3)

@@ -44,17 +44,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def add(table: Path, stored: Path, of_round: Mapping[str, object]) -> None:
-    """Add the rows of a round to the stored table, and those of its samplers.
+    """Add the rows of a round to the stored table, and those of its samplers; a stored number is refused.
 
-    Args:
-        table: ``validation.csv``; the table of samplers lies beside it.
-        stored: Table of all rounds; that of their samplers lies beside it.
-        of_round: Values of the columns ``OF_ROUND``.
-
-    Raises:
-        ArtefactError: The table is none of the validation.
-        FileNotFoundError: No other table lies beside it.
-        ValueError: A round of this number is stored already.
+    The tables of samplers lie beside both. ``of_round`` has the values of the columns ``OF_ROUND``.
     """
     pairs = {stored: VALIDATION.read(table), _samplers(stored): read_csv(_samplers(table))}
     before = {path: read_csv(path) for path in pairs}

@@ -87,16 +87,7 @@ def truths(heart: OtherHeart) -> FloatArray:
 
 
 def intervals(model: StiffnessModel, phi: FloatArray, mass: float) -> Intervals:
-    """Return equal-tailed intervals of the scored quantities.
-
-    Args:
-        model: The recording and its model.
-        phi: Posterior draws; shape (m, d).
-        mass: Mass of the intervals.
-
-    Raises:
-        ValueError: No draw has a beat.
-    """
+    """Return equal-tailed intervals of the scored quantities, from posterior draws phi (m, d)."""
     found = derived(model, phi, model.simulate(phi)) | dict(zip(THETA_NAMES, phi.T, strict=False))
     values = np.column_stack([found[name] for name in QUANTITIES])
     works = np.isfinite(values).all(axis=1)
@@ -109,14 +100,10 @@ def intervals(model: StiffnessModel, phi: FloatArray, mass: float) -> Intervals:
 def width_at_fixed_scale(values: FloatArray, speed_scale: FloatArray, mass: float) -> FloatArray:
     """Return log high / low of each quantity, were the scale q of the speeds known to be 1; shape (k,).
 
-    The interval is that of the residuals of log quantity after linear regression on log q, over the
-    draws. Exact where the posterior of both logarithms is normal, since the width of a conditional normal
-    distribution does not depend on the value of q that is given; else an approximation.
-
-    Args:
-        values: Draws of the quantities, positive; shape (m, k).
-        speed_scale: Their q; shape (m,).
-        mass: Mass of the interval.
+    The interval is that of the residuals of log quantity after linear regression on log q, over the draws:
+    positive quantities (m, k) and their q (m,). Exact where the posterior of both logarithms is normal, since
+    the width of a conditional normal distribution does not depend on the value of q that is given; else an
+    approximation.
     """
     log_values, log_q = np.log(values), np.log(speed_scale)
     centred = (log_q - log_q.mean())[:, None]

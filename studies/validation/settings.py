@@ -79,29 +79,14 @@ class ValidationSettings(Settings):
 
 
 def configured() -> ValidationSettings:
-    """Return the section of config.yaml beside this file.
-
-    Raises:
-        ConfigError: It is not valid.
-    """
+    """Return the section of config.yaml beside this file."""
     return parse_section(read_yaml(CONFIGURED)["validation"], str(CONFIGURED), ValidationSettings)
 
 
 def answers_settings(
     study: Study, experiment: str, generator: str, stream: str, numbers: range
 ) -> dict[str, Any]:
-    """Return what the answers to hearts of one generator depend on.
-
-    Args:
-        study: The study whose network answers.
-        experiment: An experiment over a population.
-        generator: Letter of the generator.
-        stream: Name of the random streams.
-        numbers: Numbers of the hearts.
-
-    Raises:
-        ConfigError: The experiment is not one over a population.
-    """
+    """Return what the answers to the hearts of these numbers depend on; the experiment has a population."""
     check_experiment("validation", experiment, study.config.population_experiments, "over a population")
     asked = {"generator": generator, "stream": stream, "first": numbers.start, "hearts": len(numbers)}
     view = View(study, {"experiment": experiment})

@@ -24,11 +24,7 @@ from swesbi.verdict.null_recordings import NullRecordings
 
 @dataclass(frozen=True)
 class FlowOfPopulation(TrainedFlow):
-    """The network of a population, which no rule of the side study makes.
-
-    Attributes:
-        trained_under: The settings that it was trained under, as provenance states them.
-    """
+    """The network of a population, and the settings of its training; no rule of the side study makes it."""
 
     trained_under: Mapping[str, Any]
 
@@ -49,11 +45,8 @@ def validation_answers(
     """Answer some hearts of one generator.
 
     Args:
-        estimator: The network of the population.
-        noise: Noise of the study's cohort, from which standard errors are told.
-        null: Null recordings.
+        noise: Of the study's cohort, from which standard errors are told.
         asked: Which hearts, and how they are answered.
-        seed: The study's seed.
 
     Raises:
         UnfitError: The network was trained under other settings.
@@ -74,13 +67,7 @@ def validation_answers(
 
 
 class Validation(NamedTuple):
-    """What the answers of all generators come to.
-
-    Attributes:
-        table: A row a generator and quantity.
-        samplers: A row a generator.
-        figure: Coverage by quantity.
-    """
+    """What the answers come to: a row a generator and quantity, a row a generator, coverage by quantity."""
 
     table: PlainTable
     samplers: PlainTable
@@ -92,7 +79,6 @@ def validation(answers: tuple[HeartAnswers, ...], *, score: ScoreSettings, inter
 
     Args:
         answers: Of each generator, in one file or several.
-        score: How they are counted.
         interval: Mass of the credible intervals.
     """
     by_letter: dict[str, list[HeartAnswer]] = {}

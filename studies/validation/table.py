@@ -36,19 +36,13 @@ def validation_table(
 ) -> pd.DataFrame:
     """Return one row a generator and quantity, those of generators together last.
 
-    Columns: generator, quantity, n (hearts that have it); not_contradicted, doubtful and contradicted, as
-    shares of them; coverage, the share of the answered in their interval, and coverage_not_contradicted of
-    those not contradicted; missed_not_contradicted, the share of these whose peak active stiffness or k_SR
-    lies outside; bias_log, the mean over the answered of log median / truth; width_log, their median of
-    log high / low, and behind it width_log_scale_fixed, the same were the scale of the speeds known (see
-    :func:`studies.validation.score.width_at_fixed_scale`); the share refused; Clopper-Pearson limits of both
-    coverages and of what is missed; n_not_contradicted; and whether the generator is tested. Where it is not
-    tested, what is said of those not contradicted is empty.
+    Verdicts are shares of the ``n`` hearts that have the quantity; coverage is the share of the answered in
+    their interval. ``missed_not_contradicted`` is the share of those not contradicted whose peak active
+    stiffness or k_SR lies outside.
 
-    Args:
-        answers: Of each generator, by letter.
-        titles: What each letter stands for.
-        settings: Least number of hearts not contradicted, confidence.
+    ``bias_log`` is the mean over the answered of log median / truth, ``width_log`` their median of log high /
+    low; at a known scale of the speeds see :func:`studies.validation.score.width_at_fixed_scale`. Limits are
+    Clopper-Pearson's. What is said of those not contradicted is empty where the generator is not tested.
     """
     groups = [(f"{letter}: {titles[letter]}", of_letter) for letter, of_letter in answers.items()]
     rows = [
@@ -126,10 +120,9 @@ def _column(answers: Sequence[HeartAnswer], name: str, column: int) -> FloatArra
 
 
 def samplers_table(answers: Mapping[str, Sequence[HeartAnswer]], titles: Mapping[str, str]) -> pd.DataFrame:
-    """Return one row a generator.
+    """Return one row a generator: hearts, refused and redrawn are numbers.
 
-    Columns: generator, hearts, refused and redrawn (numbers), efficiency (median over the answered), by_mcmc
-    and not_converged (shares of the answered).
+    ``efficiency`` is the median over the answered; ``by_mcmc`` and ``not_converged`` are shares of them.
     """
     rows = []
     for letter, of_letter in answers.items():

@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 import speed_case
 from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
 
-from swesbi.measurement.instants import CellData, CellErrors, cell_innovations, cell_sums, error_factors
+from swesbi.measurement.instants import (
+    CellData,
+    CellErrors,
+    cell_innovations,
+    cell_sums,
+    error_factors,
+    likeliest_factor,
+)
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import draw_prior
 
@@ -92,3 +100,13 @@ def test_errors_that_a_cell_shares_are_solved_for_without_their_matrix() -> None
     for row in range(3):
         dense = np.diag(sd[row] ** 2) + 0.01 * (cell[:, None] == cell)
         np.testing.assert_allclose(found[row], np.linalg.solve(dense, values[row]), rtol=1e-10)
+
+
+@pytest.mark.parametrize("chi_squared", [3.0, 12.0, 40.0])
+def test_the_likeliest_factor_of_all_errors_is_where_their_density_is_largest(chi_squared: float) -> None:
+    pushes, log_sd = 12, 0.4
+    best = minimize_scalar(
+        lambda u: pushes * u + 0.5 * chi_squared * np.exp(-2.0 * u) + 0.5 * (u / log_sd) ** 2, (-1.0, 1.0)
+    )
+    found = likeliest_factor(np.array([chi_squared]), pushes, log_sd)
+    np.testing.assert_allclose(found, np.exp(best.x), rtol=1e-5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from swesbi.measurement.landmarks import find_peak, fitted_peak
+from swesbi.measurement.landmarks import find_peak, fitted_peak, outermost_crossing_after
 from swesbi.measurement.settings import SCALAR_NAMES, SummarySettings
 from swesbi.measurement.summary import summarise
 from swesbi.recording.phases import analysis_grid, nominal_phases, to_grid
@@ -104,3 +104,9 @@ def test_features_move_without_jumps() -> None:
     curves = 4.0 + 50.0 * np.exp(-0.5 * ((GRID - centres[:, None]) / 0.09) ** 2)
     times = scalars(curves, ROBUST)["time_to_peak_cycle"]
     np.testing.assert_allclose(np.diff(times), np.diff(centres), atol=2e-5)
+
+
+def test_a_curve_that_ends_above_a_level_leaves_it_at_the_end_of_the_cycle() -> None:
+    curve = (bell(GRID) + 200.0 * np.maximum(GRID - 0.9, 0.0))[None]
+    left = outermost_crossing_after(GRID, curve, find_peak(GRID, curve), np.array([8.0]))
+    assert left == GRID[-1]

@@ -68,6 +68,9 @@ def test_errors_are_told_from_the_file_or_its_fits_or_a_declaration(tmp_path: Pa
     seen = ingest_pushes(samples, HEART, QUALITY, NoiseDeclaration(fit_points=12))
     assert (seen.errors_from, seen.errors_log_sd) == ("fit_r2", 0.0)
     np.testing.assert_allclose(seen.relative_se, np.sqrt((1 / 0.9 - 1) / 10))
+    perfect = replace(samples, fit_r2=np.array([0.9, 1.0, 0.9]))
+    with pytest.raises(RecordingError, match="'1' of the push .* tells no error"):
+        ingest_pushes(perfect, HEART, QUALITY, NoiseDeclaration(fit_points=12))
     seen = ingest_pushes(samples, HEART, QUALITY, DECLARED)
     assert (seen.errors_from, seen.errors_log_sd) == ("declared", 0.3)
 

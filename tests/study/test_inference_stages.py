@@ -1,5 +1,7 @@
 """The stages pool, train, posterior and recovery, on two small subjects of the real forward model."""
 
+from __future__ import annotations
+
 import subprocess
 import sys
 from pathlib import Path

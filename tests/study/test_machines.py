@@ -167,8 +167,9 @@ def copied(tmp_path: Path) -> Path:
     (copy / "src" / "swesbi").mkdir(parents=True)
     (copy / "src" / "swesbi" / "__init__.py").touch()
     for folder in (original.parent, copy):
-        for name in ("Makefile", "environment-infer.txt", "pyproject.toml"):
-            shutil.copy(ROOT / name, folder)
+        for name in ("Makefile", "locks/infer.txt", "pyproject.toml"):
+            (folder / name).parent.mkdir(exist_ok=True)
+            shutil.copy(ROOT / name, folder / name)
     return copy
 
 

@@ -26,13 +26,7 @@ REMEDY: Final = "make it again, then python -m tools.model_version --note"
 class Finding:
     """What became of one number, one table of a page, or one stored table.
 
-    Attributes:
-        holds: Whether it is what it should be.
-        where: File, and line where the words stand.
-        what: The words, or what is asked.
-        expected: The number or the line as it stands.
-        found: What the source gives, or what is wrong.
-        source: The file or module that was asked, and for what.
+    ``what`` quotes the words, or says what is asked; ``source`` is what was asked, and for what.
     """
 
     holds: bool

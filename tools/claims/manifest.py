@@ -21,16 +21,10 @@ Reduction = Literal["only", "sum", "mean", "median", "min", "max", "count", "dis
 
 
 class ValueSource(Settings):
-    """Where the value of one number is found.
+    """Where the value of one number is found; ``docs/claims.yaml`` says what each key means.
 
-    Attributes:
-        of: Name of the source.
-        value: Column, or expression in columns, of a table; keys, parted by points, of settings; constant of
-            a module; of another text the words around a number, with a hole.
-        where: The rows of a table that count, as pandas queries them; all by default.
-        by: What is made of several values.
-        times: What the value is multiplied by: 100 for a share that is printed in percent.
-        tolerance: By how much both may differ; what rounding to the printed digits allows by default.
+    A value is a column, or an expression in columns, of a table; keys, parted by points, of settings; a
+    constant of a module; of another text the words around a number, with a hole.
     """
 
     of: str = Field(min_length=1)
@@ -64,15 +58,7 @@ class NoClaim(Settings):
 
 
 class Manifest(Settings):
-    """All claims.
-
-    Attributes:
-        complete: Files of which every number is claimed, or said to be no claim.
-        sources: Where values are found, by name: a table (.csv), settings (.yaml), a module of the package
-            (swesbi.x) or another text.
-        claims: The claims.
-        no_claims: Numbers that are none.
-    """
+    """All claims, and by name the sources of values; of ``complete`` files every number stands here."""
 
     complete: tuple[str, ...] = ()
     sources: dict[str, str]
@@ -95,11 +81,7 @@ class Manifest(Settings):
 
 
 def read_manifest(path: Path) -> Manifest:
-    """Read the manifest.
-
-    Raises:
-        ArtefactError: The file cannot be read, or an entry is wrong.
-    """
+    """Read the manifest."""
     try:
         return Manifest.from_plain(yaml.safe_load(path.read_text(encoding="utf-8")))
     except (OSError, yaml.YAMLError, ValidationError) as error:

@@ -32,13 +32,7 @@ UNREAD: Final = (
 
 @dataclass(frozen=True)
 class Quotation:
-    """A quotation where it stands in a text.
-
-    Attributes:
-        start: Position of its first character.
-        end: Position behind its last one.
-        numbers: What stands in its holes, as printed.
-    """
+    """Where a quotation stands in a text, from ``start`` to before ``end``, and what its holes print."""
 
     start: int
     end: int

@@ -23,16 +23,7 @@ class NoValueError(ValueError):
 
 
 def value_found(source: str, found: ValueSource, place: Place) -> float:
-    """Return the value that a source gives.
-
-    Args:
-        source: Path or module.
-        found: What is taken of it.
-        place: Where files lie.
-
-    Raises:
-        NoValueError: The source is missing, or does not give one number.
-    """
+    """Return the value that a source, a path or module, gives; not one number is a NoValueError."""
     try:
         value = found.times * float(REDUCTIONS[found.by](_values(source, found, place)))
     except FileNotFoundError as error:

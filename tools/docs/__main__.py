@@ -45,16 +45,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def write_docs(study: Study | None, folder: Path) -> None:
-    """Fill README and docs/, from a finished study or, without one, from stored tables; or write nothing.
-
-    Args:
-        study: Configuration and cohort; the configuration names the folder of the results.
-        folder: Of README.md and docs/.
-
-    Raises:
-        ArtefactError: The study is not finished.
-        PageError: A page cannot be filled.
-    """
+    """Fill README and docs/, from a finished study or, without one, from stored tables; or write nothing."""
     texts = page_texts(folder)
     with TemporaryDirectory() as name:
         stage = Path(name)

@@ -48,14 +48,10 @@ class DirectiveError(ValueError):
 
 
 class ShownColumn(Settings):
-    """How a column is shown.
+    """How a column is shown: its heading, the digits of its numbers, and words instead of values.
 
-    Attributes:
-        head: Its heading.
-        digits: Decimals of its numbers; as many as there are by default, at most six digits.
-        significant: Significant digits of its numbers, where sizes differ from row to row.
-        percent: Whether its fractions are shown in percent.
-        words: Texts that are shown instead of values.
+    ``digits`` are decimals, at most six significant digits by default; ``significant`` serves where sizes
+    differ from row to row. With ``percent``, fractions are shown in percent.
     """
 
     head: str
@@ -73,13 +69,9 @@ class Wide(Settings):
 
 
 class Directive(Settings):
-    """The keys of a directive.
+    """The keys of a directive: which rows are shown, as pandas queries them, and columns from left to right.
 
-    Attributes:
-        where: Which rows are shown, as pandas queries them; all by default.
-        wide: How one row is made of several.
-        sort: The columns by which rows are sorted, downwards by one with a minus before it.
-        columns: What is shown, from left to right.
+    Rows are sorted by the columns of ``sort``, downwards by one with a minus before it.
     """
 
     where: str = ""
@@ -89,16 +81,7 @@ class Directive(Settings):
 
 
 def filled(page: str, text: str, place: Place) -> str:
-    """Return the text of a page with every table written anew.
-
-    Args:
-        page: Its name, for messages.
-        text: Its text.
-        place: Where stored tables lie.
-
-    Raises:
-        PageError: A directive cannot be followed.
-    """
+    """Return the text of a page with every table written anew from the stored ones."""
     pieces, end = [], 0
     for match in PART.finditer(text):
         _check_outside(page, text, end, match.start())
@@ -128,11 +111,7 @@ def _check_outside(page: str, text: str, start: int, end: int) -> None:
 
 
 def markdown_of(path: str, keys: str, place: Place) -> str:
-    """Return the table of one directive as Markdown.
-
-    Raises:
-        DirectiveError: It cannot be followed.
-    """
+    """Return the table of one directive as Markdown."""
     directive = _read(keys)
     if not STORED.fullmatch(path):
         raise DirectiveError(f"{path!r} is no stored table; name a CSV of docs/tables or of studies/*/tables")

@@ -23,11 +23,7 @@ CONTEXTS: Final = 20_000
 
 
 def noise_figure(study: Study) -> Figure:
-    """Return the cohort's noise; with the truth where all are virtual volunteers.
-
-    Raises:
-        ArtefactError: The study is not finished.
-    """
+    """Return the cohort's noise; with the truth where all are virtual volunteers."""
     estimates = CohortNoise.read(Results(Path(study.config.results)).noise_file)
     acquired = {each.context.subject: each.acquisition for each in VOLUNTEERS}
     made_with = {

@@ -28,11 +28,7 @@ SHOWN: Final = 0.996
 
 
 def first_figure(study: Study) -> Figure:
-    """Return recording, prediction and three posteriors of a volunteer, beside the true parameters.
-
-    Raises:
-        ArtefactError: The study has no such posterior.
-    """
+    """Return recording, prediction and three posteriors of a volunteer, beside the true parameters."""
     folder = Path(study.config.results) / EXPERIMENT / "subjects" / SUBJECT
     check, posterior = PredictiveCheck.read(folder / "predictive.h5"), Posterior.read(folder / "posterior.h5")
     true = pd.read_csv(study.cohort.folder / "truth.csv", index_col="subject").loc[[SUBJECT]]

@@ -46,12 +46,7 @@ class UnfinishedError(PageError):
 
 
 def gather(study: Study, folder: Path, stage: Path) -> None:
-    """Put the tables that pages and claims name, and a study gives, into a folder laid out as docs/tables.
-
-    Raises:
-        UnfinishedError: The study has no such table.
-        ArtefactError: An artefact that a table is made of is missing or damaged.
-    """
+    """Put the tables that pages and claims name, and a study gives, into a folder laid out as docs/tables."""
     texts = page_texts(folder)
     if (folder / CLAIMS).is_file():
         texts[CLAIMS] = (folder / CLAIMS).read_text(encoding="utf-8")
@@ -87,11 +82,7 @@ def store(stage: Path, folder: Path, *, of_study: bool) -> None:
 
 
 def figures_of(study: Study, folder: Path) -> dict[str, Path]:
-    """Return the figures that pages name and the study gives: those drawn here, and copies with their source.
-
-    Raises:
-        PageError: A page names a figure that neither the study nor docs/figures has.
-    """
+    """Return the figures that pages name and the study gives: those drawn here, and copies with a source."""
     found = {}
     for name, where in _named(FIGURE, page_texts(folder)).items():
         source = Path(study.config.results) / "figures" / f"{name}.png"

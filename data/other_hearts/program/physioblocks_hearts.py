@@ -109,11 +109,7 @@ def extrapolated(rows: pd.DataFrame, period_s: float) -> float:
 
 
 def periodic_beat(parameters: Mapping[str, Any], period_s: float, phases: int) -> dict[str, Array]:
-    """Return the curves of a heart's periodic beat.
-
-    Raises:
-        RuntimeError: Two beats in a row do not agree after ``RUNS`` runs.
-    """
+    """Return the curves of a heart's beat; a RuntimeError where two in a row disagree after ``RUNS`` runs."""
     start_pa, apart = START_PA, np.inf
     for _ in range(RUNS):
         rows = run(parameters, period_s, start_pa)

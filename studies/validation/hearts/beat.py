@@ -25,11 +25,7 @@ class Beat:
     arterial_mmhg: Annotated[FloatArray, Variable("cycle", "mmHg", "pressure in the aorta")]
 
     def __post_init__(self) -> None:
-        """Refuse a beat that is no numbers.
-
-        Raises:
-            RuntimeError: Names the curve.
-        """
+        """Refuse a beat that is no numbers; a RuntimeError names the curve."""
         for name, curve in vars(self).items():
             if not np.isfinite(curve).all():
                 raise RuntimeError(f"the beat's {name} is not finite throughout the cycle")

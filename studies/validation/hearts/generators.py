@@ -32,11 +32,7 @@ def all_generators(
 
 
 def generator_of(generators: Mapping[str, Generator], letter: str) -> Generator:
-    """Return the generator of a letter.
-
-    Raises:
-        ValueError: There is none.
-    """
+    """Return the generator of a letter."""
     if letter not in generators:
         there = ", ".join(sorted(generators))
         raise ValueError(

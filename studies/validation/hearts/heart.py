@@ -17,16 +17,11 @@ K_SR: Final = THETA_NAMES.index("k_sr_per_s")
 
 @dataclass(frozen=True)
 class OtherHeart:
-    """One heart before it is recorded.
+    """One heart before it is recorded; theta, k_SR and isometric stiffness are None where its law has none.
 
-    Attributes:
-        context: What is measured of it besides elastography.
-        curve: Noiseless total stiffness, as an infinitely good acquisition would measure it.
-        theta: True parameters in the order of ``THETA_NAMES``, shape (3,); None where its law has others.
-        k_sr_per_s: True rate of relaxation, in 1/s; None where its law has none.
-        active_kpa: True active stiffness along the curve that elastography shows; shape (M,).
-        isometric_kpa: True isometric stiffness; None where its law has none.
-        volume_ratio: End-systolic over end-diastolic volume of the beat.
+    The curve is the noiseless total stiffness, as an infinitely good acquisition would measure it;
+    ``active_kpa`` (M,) is its active part that elastography shows. ``volume_ratio`` is end-systolic over
+    end-diastolic volume.
     """
 
     context: Context
@@ -38,11 +33,7 @@ class OtherHeart:
     volume_ratio: float
 
     def __post_init__(self) -> None:
-        """Refuse a heart whose truths contradict each other, or are no stiffness.
-
-        Raises:
-            ValueError: Names what is wrong.
-        """
+        """Refuse a heart whose truths contradict each other, or are no stiffness."""
         name = self.context.subject
         if not (np.isfinite(self.active_kpa).all() and self.peak_active_kpa > 0.0):
             raise ValueError(

@@ -36,13 +36,10 @@ PassiveShape = Callable[[FloatArray], FloatArray]
 
 @dataclass(frozen=True)
 class Structure:
-    """What a heart is that a volunteer is not.
+    """What a heart is that a volunteer is not; the forward model's settings are those that differ.
 
-    Attributes:
-        forward_model: Settings of the forward model that differ from the volunteer's.
-        passive_shape: Passive stiffness up to its scale, of the stretch; None: that of the volunteers.
-        map_name: Map from active stiffness to what elastography shows of it.
-        own_law: Whether k_0, k_ATP and k_SR mean what they mean in the inference model.
+    The passive shape is a stiffness up to its scale, of the stretch; None is the volunteers'. With
+    ``own_law``, k_0, k_ATP and k_SR mean what they mean in the inference model.
     """
 
     forward_model: Mapping[str, object]
@@ -56,17 +53,9 @@ DrawStructure = Callable[[Volunteer, np.random.Generator], Structure]
 
 @dataclass(frozen=True)
 class SimulatedHearts:
-    """Hearts of one letter.
+    """Hearts of one letter; their physiology is uniform in its ranges.
 
-    Attributes:
-        letter: The letter.
-        title: What they are.
-        contexts: Draws their contexts.
-        physiology: Ranges in which their physiology is uniform.
-        structure: Draws what else differs.
-        prior: Of theta.
-        acquisition: How they are recorded.
-        lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
+    ``lvesv_fraction`` is the standard deviation of the logarithm of a measured LVESV.
     """
 
     letter: str
@@ -81,9 +70,7 @@ class SimulatedHearts:
     def draw(self, index: int, rng: np.random.Generator) -> OtherHeart:
         """Return the heart of this number, drawn from ``rng`` alone.
 
-        Raises:
-            RuntimeError: It has no periodic beat, cannot be as stiff as designed, or ejects too little for
-                ingestion.
+        Without a periodic beat, the designed stiffness or enough ejection for ingestion: RuntimeError.
         """
         context = self.contexts(index, rng)
         volunteer = volunteer_in(context, self.physiology, self.prior, self.acquisition, rng)
@@ -94,8 +81,7 @@ class SimulatedHearts:
 def heart_of(volunteer: Volunteer, structure: Structure) -> OtherHeart:
     """Simulate a heart and set its passive scale so that late diastole is as stiff as designed.
 
-    Raises:
-        RuntimeError: It has no periodic beat, or its active part alone is stiffer there.
+    Where it has no periodic beat, or its active part alone is stiffer there, that is a RuntimeError.
     """
     settings = changed_model(volunteer, structure.forward_model)
     beats = simulate(np.array([volunteer.theta]), volunteer.context, settings)
@@ -152,8 +138,8 @@ def with_series_spring(volunteer: Volunteer, rng: np.random.Generator) -> Struct
 def with_wall_tangent(volunteer: Volunteer, rng: np.random.Generator) -> Structure:
     """Return a passive stiffness that is the incremental modulus of the wall's own energy.
 
-    Half of the walls are of Mooney-Rivlin, the others of the exponential law with fibres, which is
-    Holzapfel's. The stretch's excursion from one is scaled.
+    Half of the walls are of Mooney-Rivlin, the others of Holzapfel's exponential law with fibres. The
+    stretch's excursion from one is scaled.
     """
     own = changed_model(volunteer, {})
     changes = mooney_rivlin_wall(own) if rng.random() < 0.5 else {}
@@ -171,15 +157,10 @@ def simulated_generators(
     acquisition: AcquisitionSettings,
     lvesv_fraction: float,
 ) -> dict[str, SimulatedHearts]:
-    """Return the generators that this program simulates, by letter.
+    """Return the generators that this program simulates, by letter; the acquisition is of all but (g).
 
     (g) is among them where the prior frees the scale of the speeds, without which nothing is assumed of it.
-
-    Args:
-        population: Whom contexts are drawn from.
-        prior: Of theta and of the scale of the speeds.
-        acquisition: How hearts are recorded, but those of (g).
-        lvesv_fraction: Standard deviation of the logarithm of a measured LVESV.
+    ``lvesv_fraction`` is the standard deviation of the logarithm of a measured LVESV.
     """
     people = from_population(population)
     rows: dict[str, tuple[str, DrawContext, Mapping[str, Range], DrawStructure]] = {

@@ -99,9 +99,7 @@ def other_mechanics(rng: np.random.Generator) -> dict[str, object]:
 def louder(acquisition: AcquisitionSettings, speed_scale: ParameterPrior) -> AcquisitionSettings:
     """Return the acquisition of (g): larger errors of repeats and sweeps, and of the scale of all speeds.
 
-    Args:
-        acquisition: That of the other generators.
-        speed_scale: Prior of that scale, whose width is what inference assumes.
+    Inference assumes the width of that scale's prior.
     """
     changes = {
         "repeat_sd_fraction": LOUD_FACTOR * acquisition.repeat_sd_fraction,

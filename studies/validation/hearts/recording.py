@@ -26,13 +26,9 @@ MAX_ATTEMPTS: Final = 20
 
 @dataclass(frozen=True)
 class RecordedHeart:
-    """One heart with its recording.
+    """One heart with its raw recording and what ingestion makes of it.
 
-    Attributes:
-        heart: The heart, its truths among it.
-        samples: The raw recording.
-        observation: What ingestion makes of it.
-        redrawn: Hearts and recordings that were drawn before it, and failed.
+    ``redrawn`` counts hearts and recordings that were drawn before it, and failed.
     """
 
     heart: OtherHeart
@@ -49,21 +45,10 @@ def record_heart(
     recording: RecordingSettings,
     grid_points: int,
 ) -> RecordedHeart:
-    """Draw the heart of this number and record it.
+    """Draw the heart of this number from the stream of this name, and record it.
 
     A heart without a periodic beat, and a recording that ingestion refuses, are drawn again, from the same
-    stream where it stands.
-
-    Args:
-        generator: Where the hearts come from.
-        index: Number of the heart.
-        seed: The study's seed.
-        name: Name of the stream.
-        recording: Quality control.
-        grid_points: Size of the analysis grid that ingestion fills.
-
-    Raises:
-        RuntimeError: It could not be recorded in many attempts.
+    stream where it stands; after many attempts that is a RuntimeError.
     """
     rng, subject = stream_of(seed, name, generator.letter, index), subject_name(generator.letter, index, name)
     for attempt in range(MAX_ATTEMPTS):

@@ -94,12 +94,7 @@ SCHEMA: Final = schema_of(StoredHeart, ALONG)["/"]
 
 @dataclass(frozen=True)
 class HeartsOfLetter(Artefact, kind="validation_hearts"):
-    """Hearts of one letter, of all streams; at least one, all with the same other parameters.
-
-    Attributes:
-        hearts: In the order in which they were drawn.
-        made: Seed of the study, and what the hearts depend on besides.
-    """
+    """At least one heart of a letter, of all streams, as drawn; all have the same other parameters."""
 
     hearts: Sequence[StoredHeart]
     made: Provenance
@@ -152,14 +147,7 @@ StreamKey = tuple[object, tuple[int, ...]]
 
 @dataclass(frozen=True)
 class StoredHearts:
-    """The stored hearts of one letter as a generator.
-
-    Attributes:
-        letter: The letter.
-        title: What they are.
-        acquisition: How they are recorded.
-        path: Where they are stored.
-    """
+    """The stored hearts of one letter as a generator."""
 
     letter: str
     title: str
@@ -167,12 +155,7 @@ class StoredHearts:
     path: Path
 
     def draw(self, index: int, rng: np.random.Generator) -> OtherHeart:
-        """Return the heart that was drawn from this stream, and lead the stream beyond what it took.
-
-        Raises:
-            ArtefactError: The file is missing, damaged or of another kind.
-            ValueError: It holds another letter, or no heart of this stream.
-        """
+        """Return the heart that was drawn from this stream, and lead the stream beyond what it took."""
         hearts, sequence = _by_stream(self.path, self.letter), rng.bit_generator.seed_seq
         known = _key(sequence) if isinstance(sequence, np.random.SeedSequence) else None
         if known not in hearts or not isinstance(rng.bit_generator, np.random.PCG64):
@@ -185,12 +168,7 @@ class StoredHearts:
 
 
 def stored_generators(folder: Path, acquisition: AcquisitionSettings) -> dict[str, StoredHearts]:
-    """Return the generators that are stored, by letter; their files are read when a heart is asked for.
-
-    Args:
-        folder: ``data/other_hearts``, or another with the same files.
-        acquisition: How their hearts are recorded.
-    """
+    """Return the generators that a folder stores, by letter; files are read when a heart is asked for."""
     return {
         letter: StoredHearts(letter, title, acquisition, folder / name)
         for letter, (name, title) in FILES.items()
