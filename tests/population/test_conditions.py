@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import speed_case
 from population_case import CONFIG, EXPERIMENT, FRESH
 from scipy.stats import kstest
 
+from swesbi.checks.calibration.known import FRESH_STREAM
+from swesbi.measurement.likelihood import log_speed_sd
 from swesbi.population.conditions import Conditions, admitted, draw_cells, draw_conditions, draw_pushes
 from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE, STREAMS, fresh_subject, record_fresh
+from swesbi.population.synthetic import Acquisition, acquired_recordings
 from swesbi.recording.ingest import incomplete
 from swesbi.recording.phases import nominal_phases
+from swesbi.recording.speed import NoiseComponents
+from swesbi.verdict.null_recordings import GATED_STREAM
 
 PHASE = nominal_phases(20)
 SWEEPS = {"sample_sd_fraction": 0.08, "repeat_sd_fraction": 0.04, "sweep_fraction": 0.05}
@@ -102,3 +110,27 @@ def test_cells_hold_gated_phases_at_their_centres_and_pushes_where_they_lie() ->
     np.testing.assert_allclose(told, told[:, :1] * np.ones((1, 20)))
     low, high = EXPERIMENT.conditions.seen_relative_se
     assert low < drawn.relative_se[~gated & (drawn.errors_log_sd == 0.0)].min()
+
+
+def test_acquired_speeds_have_the_scale_and_the_discrepancy_of_the_model_once() -> None:
+    free = FRESH.model_copy(update={"model": speed_case.settings("calibrated")})
+    model = fresh_subject(1, free, 7, "once").model
+    quiet = Acquisition.with_noise(
+        FRESH.acquisition, NoiseComponents(1e-4, 1e-4, 0.0), (), FRESH.recording, FRESH.model.measurement
+    )
+    made = acquired_recordings(model, quiet, 30, 7, "once")
+    missed = []
+    for phi, recording in zip(made.phi, made.recordings, strict=True):
+        predicted = replace(model, recording=recording).predict(phi[None])
+        sd = log_speed_sd(predicted, recording.relative_se, model.settings.discrepancy)
+        missed.append((np.log(recording.speed_m_s) - predicted.log_speed)[0] / sd[0])
+    assert np.std(np.log(model.settings.measured_by(made.phi).speed_scale)) > 0.03
+    assert np.concatenate(missed).std() == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_hearts_that_are_checked_are_not_those_of_the_null(number: int) -> None:
+    check, null = (fresh_subject(number, FRESH, 7, name) for name in (FRESH_STREAM, GATED_STREAM))
+    assert check.model.recording.context != null.model.recording.context
+    drawn = [record_fresh(null, MODEL_NOISE, FRESH, 7, name).phi for name in (FRESH_STREAM, GATED_STREAM)]
+    assert (drawn[0] != drawn[1]).all()
