@@ -19,11 +19,12 @@ RELATIVE_THICKNESS_RANGE: Final = (0.04, 1.0)
 class SubjectVariable:
     """One column of ``subjects.csv``: a component of the context vector, or what else is known of a subject.
 
-    Artefacts and tables say ``name``, which ends in the unit, the page ``words``, an axis ``short``; the
-    template asks for ``asked``, in the unit ``asked_unit``, with an ``example``. ``bounds``, which catch
-    wrong units, are the lowest and highest value that is taken, none of a choice; ``simulated`` is what the
-    forward model takes, declared within them. ``entered`` is the column of ``subjects.csv`` where it is not
-    the name.
+    Artefacts and tables call it ``name``, which ends in the unit, the page ``words``, an axis ``short``. A
+    text has no unit. The template of ``subjects.csv`` asks for ``asked`` in ``asked_unit``, with an
+    ``example``. The page shows it in ``shown_unit``, with so many ``digits`` behind the point. ``bounds`` are
+    the lowest and highest value that is taken, which catch wrong units; a choice has none. What is
+    ``simulated`` enters the forward model, which is declared within the bounds. ``entered`` is the column of
+    ``subjects.csv`` where that is not the name.
     """
 
     name: str

@@ -102,9 +102,10 @@ def test_grid_rows_do_not_depend_on_their_company() -> None:
     np.testing.assert_array_equal(together[4000:4003], to_grid(nominal_phase(), values[4000:4003], 100))
 
 
-def test_too_few_phases_are_refused() -> None:
+@pytest.mark.parametrize("phase", [[0.1, 0.5], [0.1, 0.1, 0.5], [0.5, 0.1, 0.7], [0.1, 0.5, 1.0]])
+def test_impossible_phases_are_refused(phase: list[float]) -> None:
     with pytest.raises(ValueError, match="phases"):
-        to_grid(np.array([0.1, 0.5]), np.ones(2), 100)
+        to_grid(np.array(phase), np.ones(len(phase)), 100)
 
 
 def test_simulated_and_observed_curves_take_the_same_path() -> None:

@@ -35,7 +35,9 @@ class Mutation(NamedTuple):
 
     def apply(self, folder: Path) -> None:
         """Edit every file below ``folder`` that holds the text."""
-        for file in self.places(folder):
+        files = self.places(folder)
+        assert files, f"{self.where} does not hold {self.old!r}; write the mutation for the code as it is now"
+        for file in files:
             file.write_text(file.read_text(encoding="utf-8").replace(self.old, self.new), encoding="utf-8")
 
     def places(self, folder: Path) -> list[Path]:
@@ -50,9 +52,22 @@ MUTATIONS = (
         "-0.5 * z**2 - log_sd", "0.5 * z**2 - log_sd", (EXACT_OF_A,), "posterior/median",
     ),
     Mutation(
+        "log of the standard deviation lost in the likelihood",
+        "-0.5 * z**2 - log_sd", "-0.5 * z**2", (EXACT_OF_A,), "posterior/log_evidence",
+    ),
+    Mutation(
         "what the model misses of a speed lost in the discrepancy",
         "relative_se**2 + discrepancy.speed_fraction**2 + timing**2", "relative_se**2 + timing**2",
         (EXACT_OF_A,), "posterior/log_evidence",
+    ),
+    Mutation(
+        "prior lost in the importance weights",
+        "log_parts[0] + drawn.log_likelihood - logsumexp", "drawn.log_likelihood - logsumexp",
+        (EXACT_OF_A,), "posterior/log_evidence",
+    ),
+    Mutation(
+        "Jacobian 1/theta lost in the prior's density",
+        "** 2 - log_theta - of.log_norm", "** 2 - of.log_norm", (EXACT_OF_A,), "posterior/log_evidence",
     ),
     Mutation(
         "factor 3 lost in E = 3 rho c^2 of the predicted speeds",
@@ -63,6 +78,12 @@ MUTATIONS = (
         "factor 3 lost in E = 3 rho c^2 of the recordings",
         "3.0 * density_kg_m3 * speed_m_s**2", "density_kg_m3 * speed_m_s**2",
         ("cohort/A/observation.h5",), "observation/stiffness_kpa",
+    ),
+    Mutation(
+        "relaxation by k_SR lost in the kernel",
+        "theta.k_atp * activation - theta.k_sr * (1.0 - activation)",
+        "theta.k_atp * (2.0 * activation - 1.0)",
+        ("simulations/paper/A/shard-0.h5",), "simulations/peak_kpa",
     ),
     Mutation(
         "destruction of bonds by stretching lost in the kernel",
@@ -93,6 +114,14 @@ MUTATIONS = (
     ),
 )  # fmt: skip
 CONTROLS = (
+    Mutation(
+        "another name for a local of the passive scale",
+        "excess = observed_kpa[..., window].mean(axis=-1) - active_kpa[window].mean()\n"
+        "    return np.asarray(excess / shape[window].mean())",
+        "remainder = observed_kpa[..., window].mean(axis=-1) - active_kpa[window].mean()\n"
+        "    return np.asarray(remainder / shape[window].mean())",
+        ("cohort/A/passive.h5",),
+    ),
     Mutation(
         "another local in the likelihood",
         "total = logsumexp(log_joint(predicted, recording, discrepancy), axis=0)",

@@ -56,7 +56,8 @@ def noise_test(
 ) -> VerdictTest:
     """Return the test that a recording has the noise from which its standard errors are estimated.
 
-    Without a comparison there are no others like it; ``whose`` the noise is ("the cohort") is in words.
+    The comparison is None where no other recording is like it. ``whose`` says in words what the noise is of
+    ("the cohort").
     """
     if comparison is None or np.isnan(comparison.p_value):
         alone = f"the recording alone does not tell its noise, and that of {whose} is used"

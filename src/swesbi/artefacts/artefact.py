@@ -32,7 +32,7 @@ class Artefact:
     """What a file holds, of the kind that the class names: ``class Fit(Artefact, kind="fit")``.
 
     A class whose content does not follow its fields one by one has its own ``schema``, ``to_groups`` and
-    ``rebuilt``. Of ``labels``, by their dimension, every file has the same.
+    ``rebuilt``. ``labels`` are label coordinates, by their dimension, that are the same in every file.
     """
 
     kind: ClassVar[str]
@@ -98,7 +98,10 @@ class Artefact:
 
     @classmethod
     def save(cls, path: Path, groups: Mapping[str, Group], made: Provenance) -> None:
-        """Write groups, the root first, atomically with a checksum; the folder is made if need be."""
+        """Write groups to a file, atomically, with a checksum at its end; its folder is made if need be.
+
+        The group "/" is the root; ``made`` becomes its attributes.
+        """
         try:
             cls._check(groups)
         except ValueError as error:

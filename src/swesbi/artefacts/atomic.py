@@ -129,9 +129,10 @@ def write_fault(error: BaseException) -> str | None:
 
     HDF5 reports the system's error number in the text of its own errors alone.
     """
-    given, text = getattr(error, "errno", None), str(error)
-    found = (remedy for number, remedy in REMEDIES.items() if number == given or os.strerror(number) in text)
-    return next(found, None)
+    for number, remedy in REMEDIES.items():
+        if number == getattr(error, "errno", None) or os.strerror(number) in str(error):
+            return remedy
+    return None
 
 
 def _own_prefix(folder: Path, name: str, suffix: str = "") -> str:

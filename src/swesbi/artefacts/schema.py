@@ -32,11 +32,12 @@ PARAMETER: Final = "parameter"
 
 @dataclass(frozen=True)
 class Variable:
-    """One dataset of an artefact; spaces separate its dimensions.
+    """One dataset of an artefact; spaces separate the dimensions that it lies ``along``.
 
-    One that is named as its only dimension is its labels. Units are in UDUNITS notation, or words; ``{name}``
-    in a meaning stands for what a :class:`Part` says. A name other than the field's, another group than that
-    of the other datasets, and ``after`` which of them it comes are said where need be.
+    A dataset that is named as its only dimension is its labels. Units are in UDUNITS notation, or words;
+    ``{name}`` in a meaning stands for what a :class:`Part` says. ``name`` is given where it is not the
+    field's, ``group`` where it is not that of the other datasets. ``after`` names the dataset that it
+    follows, where it does not lie in the order of the fields. ``text`` follows from the type of a field.
     """
 
     along: str
@@ -55,7 +56,10 @@ class Variable:
 
 @dataclass(frozen=True)
 class Labels:
-    """Text labels of a dimension, which readers need: in one group, or in all that have the dimension."""
+    """Text labels of a dimension, which readers need; ``name`` is given where it is not the dimension's.
+
+    They lie in ``group`` alone; without one, in all groups that have the dimension.
+    """
 
     along: str
     name: str = ""
@@ -112,8 +116,8 @@ def build_group(
 ) -> Group:
     """Return a group with the dimensions, units and meanings of its schema, and its labels.
 
-    Values that the schema lacks are left out. Labels lie along the dimension of their name, or have theirs
-    before them; those along other dimensions than the group's are left out.
+    Values that the schema lacks are left out. Labels lie along the dimension of their name, or are
+    given with theirs before them; those along other dimensions than the group's are left out.
     """
     arrays = {
         name: Array(

@@ -31,7 +31,11 @@ class View:
         self.config = study.config
 
     def __getitem__(self, name: str) -> Any:  # noqa: ANN401
-        """Return a plain value; ConfigError where the study, or the experiment's kind, has no such thing."""
+        """Return a plain value.
+
+        A ConfigError is raised where the study lacks what a wildcard names, or the experiment's kind has no
+        such section.
+        """
         if name in WORKED_OUT:
             return WORKED_OUT[name](self)
         section, _, path = PATHS.get(name, name).partition(".")

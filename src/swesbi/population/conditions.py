@@ -29,7 +29,8 @@ ROUNDING: Final = 1e-9
 class Conditions:
     """Of n recordings at the P phases of a protocol, each phase with its own number of failed samples.
 
-    ``level`` is the standard error of the mean speed of a phase without failed samples, over the speed.
+    ``level`` (n,) is the standard error of the mean speed of a phase without failed samples, over the speed.
+    ``errors``, own and shared, are (n, P) and (n, P, R); ``measured`` (n, P) says which phases were measured.
     """
 
     level: FloatArray
@@ -108,11 +109,12 @@ def _longest_run(missing: BoolArray) -> IntArray:
 
 @dataclass(frozen=True)
 class FreePushes:
-    """Of n free-running recordings, N pushes in all, by ascending row.
+    """Of n free-running recordings, N pushes in all.
 
-    ``relative_se`` (N,) is over the speed, where declared its prior median; ``factor`` (n,) what all errors
-    of a recording are multiplied by, 1 where they are known; ``errors_log_sd`` (n,) the prior standard
-    deviation of the logarithm of that, else 0.
+    ``row`` (N,), ascending, is the number of each push's recording; ``phase`` (N,) is its instant in [0, 1).
+    ``relative_se`` (N,) is the standard error of its speed over it, where declared its prior median. All
+    errors of a recording are multiplied by ``factor`` (n,), 1 where they are known. ``errors_log_sd`` (n,) is
+    the prior standard deviation of the logarithm of that, 0 where they are known.
     """
 
     row: IntArray
@@ -143,10 +145,10 @@ def draw_pushes(number: int, settings: FreeConditionSettings, rng: np.random.Gen
 class CellConditions:
     """Of n recordings in the P cells of the cycle.
 
-    ``errors`` of the mean speeds are as they are, ``relative_se`` (n, P) is their total as it is known.
-    ``measured`` cells hold a point; ``offset`` is the mean instant of the points less the centre of the cell,
-    in widths of a cell; ``errors_log_sd`` (n,) the prior standard deviation of the log of a factor of all
-    errors.
+    ``errors`` of the mean speeds, own (n, P) and shared (n, P, R), are as they are; ``relative_se`` (n, P) is
+    their total as it is known. ``measured`` (n, P) says which cells hold a point. ``offset`` (n, P) is the
+    mean instant of the points less the centre of the cell, in widths of a cell. ``errors_log_sd`` (n,) is the
+    prior standard deviation of the log of a factor of all errors.
     """
 
     errors: MeanErrors

@@ -51,7 +51,8 @@ def draw_contexts(
 ) -> tuple[Context, ...]:
     """Draw the contexts of these numbers for a purpose, as "training".
 
-    Where ``broad``, as in training, `broad_share` of them spread over the whole declared range.
+    Each number determines its context whatever the others. Where ``broad``, as in training, `broad_share` of
+    them spread over the whole declared range.
     """
     drawn = draw_population(index, population, seed, *name, broad=broad)
     redrawn = sum(draw.redrawn for draw in drawn)
@@ -136,9 +137,9 @@ def _ejection_fraction(body: BodySettings, age_years: float, deviation: float) -
 def _spread(context: Context, population: PopulationSettings, rng: np.random.Generator) -> Context:
     """Replace what enters the simulator by draws over the declared range; BSA and EF stay."""
     limits = np.log([population.declared_range.limits(name) for name in DECLARED_NAMES])
-    hr_bpm, lvedv_ml, ivsd_cm = np.exp(rng.uniform(limits[:, 0], limits[:, 1])).tolist()
-    lvesv_ml = lvedv_ml * context.lvesv_ml / context.lvedv_ml
-    return replace(context, hr_bpm=hr_bpm, lvedv_ml=lvedv_ml, lvesv_ml=lvesv_ml, ivsd_cm=ivsd_cm)
+    values = np.exp(rng.uniform(limits[:, 0], limits[:, 1])).tolist()
+    drawn = dict(zip(DECLARED_NAMES, values, strict=True))
+    return replace(context, **drawn, lvesv_ml=drawn["lvedv_ml"] * context.lvesv_ml / context.lvedv_ml)
 
 
 def is_plausible(context: Context) -> bool:

@@ -78,8 +78,8 @@ def record_fresh(
 ) -> Synthetic:
     """Draw phi and one recording of the subject, under the model's own noise or sample by sample.
 
-    Phases far outside their neighbours are left out of both, as they are of any recording. Of those that
-    ingestion refuses there is none.
+    Phases far outside their neighbours are left out of both, as they are of any recording. The result has one
+    recording, or none where ingestion refused it.
     """
     if kind == MODEL_NOISE:
         made = own_recordings(subject.model, 1, seed, "population", *name)

@@ -63,9 +63,10 @@ class Acquisition:
         recording: RecordingSettings,
         measurement: MeasurementSettings,
     ) -> Acquisition:
-        """Return a protocol with other errors than its own, which ingestion is told.
+        """Return a protocol with other errors than its own, which ingestion takes as known.
 
-        One scale of all speeds is a parameter of phi, and in the truth already where it is free.
+        It has no scale error: one scale of all speeds is a parameter of phi, and in the truth already where
+        it is free.
         """
         changes = {
             "sample_sd_fraction": noise.sample_fraction,
@@ -203,8 +204,8 @@ def features_under(
     """Return the features (F,) of a recording, moved from its own passive baseline to that of the training.
 
     An estimator knows each subject under one passive baseline. A recording with another is moved by the
-    difference of the two at its phases, which is what training under the new one would amount to: E_obs -
-    E_pass is compared with E_act in both.
+    difference of the two at its phases, which is what training under the new one would amount to:
+    E_obs - E_pass is compared with E_act in both.
     """
     phase = recorded.measured_phase
     move = trained.stiffness_kpa - calibrated.stiffness_kpa

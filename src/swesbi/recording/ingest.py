@@ -40,7 +40,7 @@ def incomplete(
 ) -> tuple[Problem, ...]:
     """Return in what a recording is incomplete: missing phases, too long a gap, too little late diastole.
 
-    Phases are ascending; at least one is measured.
+    Phases (P,) are ascending; at least one is measured (P,).
     """
     missing = ", ".join(f"{value:.3f}" for value in phase[~measured])
     advice = f"missing phases: {missing or 'none'}; record them again or leave the subject out"
@@ -151,8 +151,8 @@ def ingest(
     """Turn raw samples into the observed curve of one subject, or refuse them.
 
     Quality control, of samples and of whole phases; spatial mean of c_s at each phase; then E = 3 rho c_s^2,
-    in this order, since the mean of squares exceeds the square of the mean. A missing phase stays, marked by
-    ``measured``.
+    in this order, since the mean of squares exceeds the square of the mean. A phase without samples stays,
+    marked by ``measured``. The analysis grid has ``grid_size`` points.
     """
     verdict = rejection(samples, settings)
     accepted, rejected = count_by_phase(samples, verdict, settings.phases)

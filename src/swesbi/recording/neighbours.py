@@ -30,7 +30,8 @@ def speed_by_neighbours(
 ) -> FloatArray:
     """Return what the neighbours say of each speed that lies far outside them, in m/s; else NaN; shape (n,).
 
-    The farthest is taken out first, and the others are judged without it. Of fewer speeds than
+    Phases are in [0, 1), and standard errors are fractions of the speeds; each of shape (n,). The farthest
+    speed is taken out first, and the others are judged without it. Of fewer speeds than
     ``settings.outlier_min_points`` none is far outside. The order of the speeds does not matter.
     """
     told = np.full(len(phase), np.nan)

@@ -133,14 +133,13 @@ def slope_cycle(cycle_phase: FloatArray, curves: FloatArray, phase: FloatArray) 
 def to_grid(phase: FloatArray, values: FloatArray, grid_points: int) -> FloatArray:
     """Interpolate values (..., p) onto the analysis grid (..., G) by periodic, monotone PCHIP.
 
-    The interpolant (Fritsch and Butland 1984) goes through every value, does not overshoot and closes around
-    the cycle: its first value equals the last. It needs three phases, ascending in [0, 1). Observed and
-    simulated curves pass this same function.
+    The interpolant (Fritsch and Butland 1984) goes through every value and does not overshoot. Its first
+    value equals the last. It needs three phases, strictly ascending in [0, 1). Observed and simulated curves
+    pass this same function.
     """
     from scipy.interpolate import PchipInterpolator
 
-    if len(phase) < 3:
-        raise ValueError(f"interpolation around the cycle needs at least 3 measured phases, got {len(phase)}")
+    _check_phases(phase)
     knots = np.concatenate([phase[-WRAP:] - 1.0, phase, phase[:WRAP] + 1.0])
     rows = values.reshape(-1, len(phase))
     curves = np.empty((len(rows), grid_points))
@@ -170,3 +169,11 @@ def _cardinal_spline(cycle_phase: bytes) -> CubicSpline:
     nodes = np.frombuffer(cycle_phase)
     cardinal = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])
     return CubicSpline(np.append(nodes, nodes[0] + 1.0), cardinal, bc_type="periodic")
+
+
+def _check_phases(phase: FloatArray) -> None:
+    if len(phase) < 3:
+        raise ValueError(f"interpolation around the cycle needs at least 3 measured phases, got {len(phase)}")
+    if phase[0] < 0.0 or phase[-1] >= 1.0 or np.any(np.diff(phase) <= 0.0):
+        listed = ", ".join(f"{value:.4g}" for value in phase)
+        raise ValueError(f"phases must ascend strictly within [0, 1), got {listed}")

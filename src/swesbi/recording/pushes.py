@@ -33,7 +33,8 @@ def ingest_pushes(
     """Turn the pushes of a free-running recording into speeds at instants of the cycle.
 
     No two are averaged: each accepted one is a point that was measured. A cell of the cycle is one of
-    ``settings.phases`` equal parts, within which the model has one error. A ``RecordingError`` says why not.
+    ``settings.phases`` equal parts, within which the model has one error. A ``RecordingError`` says
+    why it cannot be used.
     """
     _check_pushes(samples, context, settings)
     quality = push_quality(samples, settings, declared)

@@ -29,7 +29,10 @@ VARIES: Final = 0.25
 
 @dataclass(frozen=True)
 class PushQuality:
-    """Of each push the index into ``REASONS``, or ``ACCEPTED``; errors of these; the outliers in words."""
+    """What quality control makes of N pushes: a verdict on each, errors of the accepted, outliers in words.
+
+    A verdict (N,) is the index into ``REASONS``, or ``ACCEPTED``. ``left_out`` has a sentence an outlier.
+    """
 
     verdict: IntArray
     noise: DeclaredNoise
@@ -127,7 +130,8 @@ def clipped(speed_m_s: FloatArray) -> tuple[str, ...]:
     """Say where more speeds than their resolution allows are the largest of all; nothing where none are.
 
     Just below the largest, speeds fall into steps of the resolution; so many would fall into one by chance,
-    and one more. What has by this a chance (Poisson) below ``RARE`` is no chance.
+    and one more. What has by this a chance (Poisson) below ``RARE`` is no chance. Speeds (N,) are those of
+    the table, NaN where there is none.
     """
     known = np.sort(speed_m_s[np.isfinite(speed_m_s)])
     steps = np.diff(np.unique(known))

@@ -136,7 +136,8 @@ def check_gates(
 ) -> None:
     """Refuse rows whose label contradicts their time: nearly a gate or more from others of their phase.
 
-    Gates follow the R peak by a time or by a share of the beat, so a row is refused that is off in both.
+    Gates follow the R peak by a time or by a share of the beat, so a row is refused that is off in both. The
+    label, delay and RR interval of each of N rows are (N,).
     """
     gates = grouped(phase_index)
     share = gates.unwrapped(delay_ms / rr_ms)

@@ -93,9 +93,9 @@ class RepeatMeans:
 def average_speeds(samples: Samples, accepted: BoolArray, phases: int) -> PhaseSpeeds:
     """Average the accepted samples (N,) of each of P phases.
 
-    Samples of one repeat share that repeat's error, so the repeat means, not the samples, are independent:
-    the standard error of the mean of R repeats with n_r samples each is ``c / R * sqrt(sum_r (s_rep^2 +
-    s_sam^2 / n_r))``.
+    Samples of one repeat share that repeat's error, so the repeat means, not the samples, are
+    independent: the standard error of the mean of R repeats with n_r samples each is
+    ``c / R * sqrt(sum_r (s_rep^2 + s_sam^2 / n_r))``.
     """
     repeats = repeat_means(samples, accepted)
     noise, by_phase = estimate_noise(repeats), repeats.phases
@@ -126,9 +126,9 @@ def estimate_noise(repeats: RepeatMeans) -> NoiseComponents:
     """Estimate the variance components of a nested design by the method of moments.
 
     The noise is proportional to the speed, so squared deviations are taken relative to the phase mean and
-    pooled over all phases: one phase has too few repeats to estimate its own. With v_r = s_rep^2 + s_sam^2 /
-    n_r, the expected sum of squares of R repeat means about their mean is (1 - 1/R) sum_r v_r (Searle,
-    Casella and McCulloch, Variance Components, 1992).
+    pooled over all phases: one phase has too few repeats to estimate its own. With
+    v_r = s_rep^2 + s_sam^2 / n_r, the expected sum of squares of R repeat means about their mean is
+    (1 - 1/R) sum_r v_r (Searle, Casella and McCulloch, Variance Components, 1992).
 
     Beats differ in RR, so repeats at one delay lie at slightly different phases; what they differ by on the
     slope of the curve is no error, since the phase is averaged like the speed, and is taken out first.

@@ -61,8 +61,9 @@ def answer_settings(study: Study, experiment: str, subject: str) -> OneAnswerSet
 class Answerer:
     """Answers recordings outside the study; what the study leaves for them is read once.
 
-    The first experiment that can answers; where it is ``required``, the network of the first must answer
-    gated recordings. ``options`` are what Snakemake is given for the same configuration.
+    Of ``experiments``, those that may answer, the first is asked first; where that is ``required``, its
+    network must answer gated recordings. ``options`` are what Snakemake is given for the same configuration.
+    If ``from_prior``, no network is asked, though there is one. ``in_memory`` has recordings of no folder.
     """
 
     study: Study
@@ -86,7 +87,8 @@ class Answerer:
     def request(self, subject: str) -> RecordingRequest:
         """Choose what answers a recording.
 
-        ValueError: it cannot be used, or the network that must answer does not know its heart.
+        A ValueError says that it cannot be used, or that the network that must answer does not know its
+        heart.
         """
         if subject not in self.subjects:
             known = ", ".join(self.subjects)
@@ -109,11 +111,13 @@ class Answerer:
 
     def _note(self, subject: str, network: str, why: str) -> str:
         """Return what to say of the choice of a network, or of none; empty where it is the usual one."""
-        said = f"from the prior of {self.experiments[0]}: {why}"
-        if network:
-            by_package = experiment_files(self.study, network).network == SHIPPED_NETWORK
-            said = f"by the network {'that comes with the package' if by_package else f'of {network}: {why}'}"
-        lines = [f"{subject} is answered {said}"] if why else []
+        lines = []
+        if why and not network:
+            lines.append(f"{subject} is answered from the prior of {self.experiments[0]}: {why}")
+        elif why and experiment_files(self.study, network).network == SHIPPED_NETWORK:
+            lines.append(f"{subject} is answered by the network that comes with the package")
+        elif why:
+            lines.append(f"{subject} is answered by the network of {network}: {why}")
         if not (network or self._own_nulls):
             lines.append(
                 f"{subject} is judged among null recordings of the package, of another prior or forward model"

@@ -39,7 +39,7 @@ class Packages:
     def hash(self, module: str, name: str) -> str:
         """Return 16 hexadecimal digits that name the code that a function leads to.
 
-        ValueError: code that it leads to cannot be followed.
+        A ValueError names code that it leads to and that cannot be followed.
         """
         links = {place: self.linked(place) for place in self.followed(module, name)}
         labels, parted = {place: text for place, (_, text) in links.items()}, 0

@@ -82,7 +82,8 @@ def run_stage(
 
     A stage returns what its only files hold, or a named tuple with a field an output; a field that is drawn
     has the files ``<field>_pdf`` and ``<field>_png``. An input that it does not name is only waited for.
-    ``params`` are the settings, ``seed``, ``subject`` and ``code``.
+    ``params`` are by name the settings, ``seed``, ``subject`` and ``code``. ``resources`` of the
+    configuration go to arguments of their names.
     """
     hints, arguments = get_type_hints(function, include_extras=True), inspect.signature(function).parameters
     given = {name: read_as(hints[name], paths, name) for name, paths in inputs.items() if name in arguments}
@@ -136,8 +137,8 @@ def logging_to(
 ) -> Iterator[None]:
     """Send log lines to a file and to the terminal; what libraries print and tracebacks go to the file alone.
 
-    An error ends in SystemExit. Messages speak of inputs by the names given here, and repair an artefact with
-    the ``options`` that the study is run with.
+    An error ends in SystemExit. ``inputs`` has the files by the names under which errors may speak of them;
+    ``options`` is what the study is run with, for the command that repairs an artefact.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     shown = terminal(sys.stderr)

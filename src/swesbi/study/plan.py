@@ -36,8 +36,9 @@ FIGURES: Final = ("plan.pdf", "plan.png")
 class PlanRequest:
     """What is planned, checked.
 
-    Numbers of repeats are compared; noise is the standard deviation of one repeat's speed at a phase, as a
-    fraction; power the share of studies that are to find the effect. Power is also reported for ``persons``.
+    The design is ``paired`` or ``groups``. Numbers of repeats are compared; noise is the standard deviation
+    of one repeat's speed at a phase, as a fraction; power the share of studies that are to find the effect.
+    Power is also reported for a number of ``persons``, if there is one.
     """
 
     effect: Effect

@@ -61,8 +61,9 @@ LEGEND: Final = (
 class CohortReport:
     """What a cohort holds: the subjects without a problem, in the table's order, and all problems.
 
-    ``notes`` say which files, rows of a table of all, and columns of ``subjects.csv`` are not used;
-    ``visits`` whose recordings those of the table are, by subject.
+    ``origin`` is where the recordings come from, empty if the cohort does not say. ``notes`` say which files,
+    rows of a table of all, and columns of ``subjects.csv`` are not used. ``visits`` say, by subject, whose
+    recordings those of the table are.
     """
 
     subjects: tuple[UsableRecording, ...]
@@ -87,7 +88,8 @@ def examine_cohort(
 ) -> CohortReport:
     """Check every file of a cohort, and ingest every recording, without writing anything.
 
-    Grids have ``grid_points``; messages name the number of phases by ``phases_source``.
+    The cohort is a folder with ``subjects.csv``, ``recording.yaml`` and ``swe/``. Grids have ``grid_points``;
+    ``phases_source`` is where the number of phases is said, for messages.
     """
     if not cohort.is_dir():
         absent = Problem(str(cohort), "is no folder", "correct the path; `template` starts a new cohort")

@@ -174,7 +174,8 @@ def _highest(function: Callable[[float], float]) -> tuple[float, float]:
 def profile_estimate(profile: Callable[[float], float], at: float, drop: float) -> ComponentEstimate:
     """Return a component with the interval in which its profile likelihood is at most ``drop`` below the top.
 
-    ``drop`` is half the quantile of chi-squared with one degree of freedom.
+    ``profile`` is the log likelihood of a standard deviation, the other components chosen to make it highest;
+    ``at`` is where it is highest, ``drop`` half the quantile of chi-squared with one degree of freedom.
     """
     from scipy.optimize import brentq
 

@@ -42,10 +42,10 @@ class DeclaredNoise:
 def declared_noise(samples: Samples, accepted: BoolArray, declared: NoiseDeclaration) -> DeclaredNoise:
     """Return the errors of the accepted speeds: of the file before anything that is declared.
 
-    The slope of a line through n points has, by least squares, the relative standard error sqrt((1 / R2 - 1)
-    / (n - 2)): its t statistic is sqrt((n - 2) R2 / (1 - R2)) (Draper and Smith, Applied Regression Analysis,
-    1998, Ch. 6). A speed is that slope or its inverse, to first order with the same one. Where nothing tells
-    the errors, or one is missing, the recording is refused.
+    The slope of a line through n points has, by least squares, the relative standard error
+    sqrt((1 / R2 - 1) / (n - 2)): its t statistic is sqrt((n - 2) R2 / (1 - R2)) (Draper and Smith, Applied
+    Regression Analysis, 1998, Ch. 6). A speed is that slope or its inverse, to first order with the same one.
+    Where nothing tells the errors, or that of an accepted push is missing, the recording is refused.
     """
     count = int(accepted.sum())
     if samples.se_m_s is not None:

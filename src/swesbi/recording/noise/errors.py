@@ -13,9 +13,10 @@ from swesbi.recording.speed import NoiseComponents
 def relative_se(samples_by_repeat: IntArray, noise: NoiseComponents) -> FloatArray:
     """Return the standard error of each phase's mean speed as a fraction of it, (p,); NaN without samples.
 
-    The mean is over repeat means, so with R repeats of n_r accepted samples it is sqrt(sum_r (s_rep^2 +
-    s_swp^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count. What the means of several
-    phases share, where repeats are sweeps, is in :func:`mean_errors`.
+    Accepted samples of each repeat are (p, repeats). The mean is over repeat means, so with R repeats of
+    n_r accepted samples it is
+    sqrt(sum_r (s_rep^2 + s_swp^2 + s_sam^2 / n_r)) / R; repeats without an accepted sample do not count.
+    What the means of several phases share, where repeats are sweeps, is in :func:`mean_errors`.
     """
     counted = samples_by_repeat > 0
     of_repeat = noise.repeat_fraction**2 + noise.sweep_fraction**2
@@ -63,7 +64,8 @@ def mean_errors(samples_by_repeat: IntArray, noise: NoiseComponents) -> MeanErro
 
     (of linear combinations of random effects: Searle, Casella and McCulloch 1992, Ch. 6). It is exact in W: a
     sweep that misses a phase shares nothing with it. Where all phases have the same R repeats, s_swp^2 W W^T
-    is s_swp^2 / R in every place, of rank one. NaN at phases without samples.
+    is s_swp^2 / R in every place, of rank one. Accepted samples of each repeat are (p, K), a column a sweep.
+    Errors are NaN at phases without samples.
     """
     own = relative_se(samples_by_repeat, NoiseComponents(noise.repeat_fraction, noise.sample_fraction))
     if noise.sweep_fraction == 0.0:

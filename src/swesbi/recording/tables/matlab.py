@@ -159,7 +159,7 @@ def main(path: str) -> None:
 def read_matlab(path: Path, names: Sequence[str]) -> Table:
     """Return the vectors of a file as columns; numbers as the shortest text that gives them back exactly.
 
-    By ``names``, of which it has any, the one struct that holds the recording is told from others.
+    Among several structs, the one that has any of ``names`` as fields holds the recording.
     """
     from swesbi.recording.problems import Problem
     from swesbi.recording.tables.csv_text import read_bytes

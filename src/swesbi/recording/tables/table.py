@@ -41,9 +41,11 @@ class Table:
     ``rows`` has where each stands in the file, counted in ``unit``: "row" of a text file, or "element" of a
     vector. ``closed`` are columns that cannot be used, ``ignored`` those of the file that are not,
     ``differing`` those of them in which the rows differ; ``left_out`` says what else is not used, a sentence
-    each. Where ``decimal_comma``, a comma in a number may be a decimal one. ``units`` are stated by the names
-    of the file or by its ``recording.yaml``. ``place`` tells of a translated table where a cell, by its index
-    and column, stands in the file. ``problems`` grow with every check; :meth:`finish` raises them together.
+    each. Where ``decimal_comma``, a comma in a number may be a decimal one; where ``copies_allowed``, beats
+    or repeats that stand twice are meant. ``units`` are stated by the names of the file or by its
+    ``recording.yaml``. ``place`` tells of a translated table where a cell, by its index and column, stands in
+    the file. ``remedy`` is what to do where a column is missing. ``problems`` grow with every check;
+    :meth:`finish` raises them together.
     """
 
     source: str
