@@ -44,9 +44,7 @@ class FlowSettings(Settings):
     )
     epochs: int = Field(
         ge=1,
-        description="Passes over the training theta, each with fresh noise. Chosen on the cohort: a "
-        "recording takes a few per cent more draws than after 50, and half the training. Chosen over the "
-        "population: a sixth more draws than after 60, and a third of the training.",
+        description="Passes over the training theta, each with fresh noise.",
     )
     validation_fraction: float = Field(gt=0.0, lt=1.0, description="Share of the theta held out. Chosen.")
     clip_max_norm: float = Field(gt=0.0, description="Gradients are clipped to this norm. Chosen, as in sbi.")

@@ -81,43 +81,14 @@ class Fraction(AgeCurve):
 class BodySettings(Settings):
     """Body and heart of one sex within a group.
 
-    PopulationSettings has the sources. Groups of disease have the BSA of adults; `hypertrophied` their
-    heart rate too.
+    Groups of disease have the BSA of adults; `hypertrophied` has their heart rate too.
     """
 
-    bsa_m2: Quantity = Field(
-        description="Body surface area. Adults: means of 1.71 and 1.91 (Sacco 2010); spread chosen. "
-        "Children: CDC 2000, rounded; spread chosen."
-    )
-    hr_bpm: Quantity = Field(
-        description="Heart rate. Adults: means of 74 and 71 from 20 years on (Ostchega 2011); spread "
-        "chosen. Children: medians of 84, 78 and 73 at 8-12, 12-15 and 15-18 years (Fleming 2011). Their "
-        "spread is that of its 10th to 90th centiles; a sex difference is chosen. `dilated`: chosen, a "
-        "little faster than in health."
-    )
-    lvedv_ml: SizedQuantity = Field(
-        description="Left ventricular end-diastolic volume. Women: 76 +- 15 mL, 45 +- 8 mL/m2, hence BSA "
-        "1.69 and log SD 8/45 (Lang 2015). Men: 106 +- 22 mL, 54 +- 10 mL/m2, hence BSA 1.96 and log SD "
-        "10/54 (Lang 2015). It falls with age (Chuang 2014), by how much is chosen. Children: exponent of "
-        "Lopez 2017 (volumes over BSA^1.3). Their volume at 1 m2 is chosen, between Lang 2015 and "
-        "magnetic resonance; it is larger in boys (Buechel 2009). `hypertrophied`: chosen, the cavity of "
-        "health, a little more varied. `dilated`: above 130 mL in women and 200 mL in men is severely "
-        "abnormal (Lang 2015). Chosen: 150 to 270 mL and 165 to 300 mL within two log SD."
-    )
-    ivsd_cm: SizedQuantity = Field(
-        description="End-diastolic thickness of the septum. Women: 0.6-0.9 cm, men: 0.6-1.0 cm, hence "
-        "median and log SD at 50 years (Lang 2015). Growth with age and BSA is chosen. Children: chosen, "
-        "reaches the adults' medians at their BSA. `hypertrophied`: 1.0-1.2 cm is mildly, 1.3-1.5 "
-        "moderately, above 1.5 severely abnormal in women (Lang 2015). In men it is 1.1-1.3 cm mildly, "
-        "1.4-1.6 moderately, above 1.6 severely. Hypertrophic cardiomyopathy begins at 1.5 cm (ESC 2014). "
-        "Chosen: 1.1 to 2.0 cm within two and a half log SD. `dilated`: chosen, high normal (Lang 2015)."
-    )
-    ejection_fraction: Fraction = Field(
-        description="Ejection fraction. Women: 64 +- 5 %, men: 62 +- 5 % (Lang 2015). Children: chosen, "
-        "between adults and the 69 +- 5 % of Robbers-Visser 2009. `hypertrophied`: chosen, 0.56 to 0.78, "
-        "high as in concentric hypertrophy. `dilated`: below 0.30 is severely, 0.30 to 0.40 moderately "
-        "abnormal (Lang 2015). Chosen: 0.19 to 0.44."
-    )
+    bsa_m2: Quantity = Field(description="Body surface area.")
+    hr_bpm: Quantity = Field(description="Heart rate.")
+    lvedv_ml: SizedQuantity = Field(description="Left ventricular end-diastolic volume.")
+    ivsd_cm: SizedQuantity = Field(description="End-diastolic thickness of the septum.")
+    ejection_fraction: Fraction = Field(description="Ejection fraction.")
 
 
 class GroupSettings(Settings):
@@ -137,10 +108,7 @@ class GroupSettings(Settings):
     male: BodySettings = Field(description="Body and heart of men and boys.")
     correlation: tuple[Row, Row, Row, Row, Row] = Field(
         description="Correlation of log BSA, log HR, log LVEDV, log IVSd and logit EF at a given age. "
-        "Those of LVEDV and IVSd are beyond their growth with BSA. Chosen for health: slow hearts are "
-        "larger, larger ones thicker and with a lower EF. Chosen for `hypertrophied`: how thick a "
-        "diseased wall is has nothing to do with the size of its cavity. Chosen for `dilated`: large "
-        "hearts are thicker, and the larger and faster ones have a lower EF."
+        "Those of LVEDV and IVSd are beyond their growth with BSA."
     )
 
     @model_validator(mode="after")

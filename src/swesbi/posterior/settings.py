@@ -22,18 +22,15 @@ class McmcSettings(Settings):
     )
     walkers: int = Field(
         ge=16,
-        description="Walkers of an ensemble; even. Four for each of fifteen parameters of a recording, or "
-        "of thirty of a person. Half an ensemble so spans them twice.",
+        description="Walkers of an ensemble; even.",
     )
     steps: int = Field(
         ge=10,
-        description="Steps of each walker in a round; rounds follow until both are met. Chosen for a "
-        "recording: about 300 effective draws a round.",
+        description="Steps of each walker in a round; rounds follow until both are met.",
     )
     max_steps: int = Field(
         ge=10,
-        description="Steps after which a sampler that has not converged gives up. Chosen for a recording: "
-        "twenty rounds, about three minutes.",
+        description="Steps after which a sampler that has not converged gives up.",
     )
     warm_up_fraction: float = Field(
         ge=0.1,
@@ -47,8 +44,7 @@ class McmcSettings(Settings):
     )
     min_effective_draws: int = Field(
         ge=1,
-        description="Least effective draws of a converged sampler. Chosen for a recording: medians to 4 "
-        "%, limits to 7 % of the posterior sd. Chosen for long chains: as many as the classifier sees.",
+        description="Least effective draws of a converged sampler.",
     )
 
     @model_validator(mode="after")
@@ -80,34 +76,24 @@ class ExactSettings(Settings):
 
     first_draws: int = Field(
         ge=100,
-        description="Draws of the first round, each simulated and weighted. Chosen for a recording: a "
-        "tenth of a second, enough for a third of all recordings. Chosen for a person: half a second, two "
-        "simulations each.",
+        description="Draws of the first round, each simulated and weighted.",
     )
     prior_fraction: float = Field(
         gt=0.0,
         lt=1.0,
-        description="Share of them drawn from the prior. Chosen for a recording: bounds the weights at "
-        "ten times the largest likelihood, for a tenth of the draws. Chosen for a person: a pair's "
-        "posterior is too small a part of the prior for more.",
+        description="Share of them drawn from the prior.",
     )
     round_draws: int = Field(
         ge=100,
-        description="Draws of a further round, of a proposal fitted to all before. Chosen for a "
-        "recording: a sixth of a second. Chosen for a cohort of fifteen to thirty hyperparameters: a "
-        "second of 600 subjects. Chosen for a person: ten effective ones for each parameter in the first.",
+        description="Draws of a further round, of a proposal fitted to all before.",
     )
     max_rounds: int = Field(
         ge=0,
-        description="Further rounds at most, before MCMC. Chosen for a recording: hardly ever used up, "
-        "and far cheaper than MCMC. Chosen for a cohort: mostly four or five are needed. Chosen for a "
-        "person.",
+        description="Further rounds at most, before MCMC.",
     )
     effective_draws: int = Field(
         ge=10,
-        description="Effective draws at which rounds end. Chosen for a recording: limits to 5 % of the "
-        "posterior sd. Chosen for a cohort: as a recording's, for the 2,000 that are stored. Chosen for a "
-        "person: limits to 6 % of the posterior sd.",
+        description="Effective draws at which rounds end.",
     )
     min_effective_draws: int = Field(
         ge=1,
@@ -122,9 +108,7 @@ class ExactSettings(Settings):
     )
     draws: int = Field(
         ge=1,
-        description="Equally weighted draws that are kept. Chosen for a recording: the Monte Carlo error "
-        "of a 90 % limit is about 3 % of the posterior sd. Chosen for a cohort: as many as are stored. "
-        "Chosen for a person: probabilities of .95 to a third of a point.",
+        description="Equally weighted draws that are kept.",
     )
     interval: float = Field(
         gt=0.0, lt=1.0, description="Mass of the equal-tailed credible interval (paper, Sec. 2.5)."
