@@ -24,7 +24,7 @@ import numpy as np
 import pandas as pd
 from cases import Cases, converged_beats, load_cases, stiffness_errors
 
-from swesbi.base.threads import LIMIT
+from swesbi.base.workers import LIMIT
 from swesbi.heart.model import build_model
 from swesbi.heart.simulate import Beats, simulate
 

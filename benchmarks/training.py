@@ -28,18 +28,17 @@ from sbi.inference import NPE_C
 from sbi.neural_nets import posterior_nn
 from torch import Tensor
 
-from swesbi.checks.synthetic_recovery import own_recovery, synthetic_recordings
+from swesbi.checks.recovery import own_recovery, synthetic_recordings
 from swesbi.config.read import read_merged
 from swesbi.config.study import Study, load_study
 from swesbi.config.view import View
 from swesbi.measurement.likelihood import measured_subjects
 from swesbi.measurement.operator import PassiveBaseline
-from swesbi.networks.determinism import reproducible
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import trained_network, trainer_of
 from swesbi.networks.settings import EstimatorSettings, Procedure
 from swesbi.networks.torch_prior import torch_prior
-from swesbi.networks.training_tables import EpochRecord
+from swesbi.networks.training import EpochRecord, reproducible
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import Observation
 from swesbi.seeds import integer_seed

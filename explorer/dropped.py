@@ -10,8 +10,8 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.reader import MEASURED, REQUIRED, check_measured, samples_of
 from swesbi.recording.settings import RecordingSettings
-from swesbi.recording.tables.columns import TEXTS
 from swesbi.recording.tables.csv_text import read_csv
+from swesbi.recording.tables.layout import TEXTS
 
 HEART: Final = ("hr_bpm", "lvedv_ml", "lvesv_ml", "ivsd_cm")
 """What the forward model takes, and what its beats are held against."""

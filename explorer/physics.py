@@ -38,8 +38,8 @@ OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.base.terminal", "visible"): "visible",
     ("swesbi.base.terminal", "hidden_signs"): "hiddenSigns",
     ("swesbi.base.terminal", "printable"): "printable",
-    ("swesbi.base.threads", "in_threads"): "oneByOne",
-    **{("swesbi.measurement.instants", name): "gatedAlone" for name in OF_PUSHES},
+    ("swesbi.base.workers", "in_threads"): "oneByOne",
+    **{("swesbi.measurement.shared_error", name): "gatedAlone" for name in OF_PUSHES},
 }
 """What JavaScript has of its own: random numbers, handed-over files, rows of CSV, signs, its one thread."""
 LANES: Final = 1
@@ -71,21 +71,21 @@ KNOWN_CLASSES: Final = (
     "swesbi.heart.physiology.Physiology",
     "swesbi.measurement.clinical.ClinicalModel",
     "swesbi.measurement.speeds.WallPhases",
-    "swesbi.recording.groups.Groups",
+    "swesbi.recording.samples.Groups",
     "swesbi.recording.tables.table.Table",
     "swesbi.measurement.speeds.MeasuredBy",
     "swesbi.measurement.likelihood.SpeedModelSettings",
     "swesbi.measurement.likelihood.SpeedModel",
     "swesbi.prior.JointPriorSettings",
-    "swesbi.prior.NuisanceSettings",
+    "swesbi.parameters.NuisanceSettings",
     "swesbi.posterior.adaptive.AdaptedDraws",
     "swesbi.posterior.adaptive.HalvedProposals",
     "swesbi.posterior.adaptive.PriorProposal",
     "swesbi.posterior.fitted.FittedProposal",
     "swesbi.posterior.fitted.PlacedDraws",
     "swesbi.posterior.space.LogitSpace",
-    "swesbi.posterior.student.StudentMixture",
-    "swesbi.posterior.student.StudentProposal",
+    "swesbi.posterior.fitted.StudentMixture",
+    "swesbi.posterior.fitted.StudentProposal",
 )
 
 

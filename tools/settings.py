@@ -28,8 +28,8 @@ from swesbi.artefacts import atomic_path
 from swesbi.base.settings import Settings
 from swesbi.config.models import Config
 from swesbi.config.read import parse_config, parse_section, parts_of, read_merged, read_yaml
+from swesbi.parameters import ParameterPrior
 from swesbi.population.settings import Fraction, Quantity, SizedQuantity
-from swesbi.prior import ParameterPrior
 
 ROOT: Final = Path(__file__).parents[1]
 TABLE: Final = ROOT / "docs" / "tables" / "settings.csv"

@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.heart.aorta import aortic_pressure_mmhg
-from swesbi.heart.intervals import systolic_intervals
+from swesbi.heart.beats import aortic_pressure_mmhg, systolic_intervals
 from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalMeasures
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Truth, forward_model_of

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from swesbi.recording.samples import Samples
-from swesbi.recording.tables.columns import COLUMNS, DELAY, SPEED
+from swesbi.recording.tables.layout import COLUMNS, DELAY, SPEED
 
 WHOLE: Final = {"trigger_delay_ms": np.int64, "rr_ms": np.int64}  # rounded to the millisecond when acquired
 RECORDING: Final = """\

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # the project's folder, wher
 
 from data.makers.files import write_csv, write_text
 from data.makers.tables import truth_table
-from swesbi.recording.acquisition_settings import ACQUISITION_SEED
+from swesbi.recording.settings import ACQUISITION_SEED
 from swesbi.virtual.push_trains import (
     BEATS,
     ERROR,

@@ -31,10 +31,9 @@ from swesbi.measurement.likelihood import SpeedModelSettings
 from swesbi.parameters import NUISANCES, PEAK_ACTIVE, THETA
 from swesbi.population.settings import of_group
 from swesbi.prior import JointPriorSettings
-from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.recording.settings import ACQUISITION
 from swesbi.study.parsers import add_options
-from swesbi.virtual.trial.persons import TrialPerson, TrialVisit, draw_trial
-from swesbi.virtual.trial.settings import (
+from swesbi.virtual.trial import (
     AFTER,
     AT_SCALE_ONE,
     BEFORE,
@@ -47,8 +46,11 @@ from swesbi.virtual.trial.settings import (
     STREAM,
     TREATED,
     TRIAL,
+    TrialPerson,
     TrialSettings,
     TrialSource,
+    TrialVisit,
+    draw_trial,
     narrowed,
 )
 

@@ -27,11 +27,11 @@ from data.makers.files import RECORDING, write_csv, write_recordings, write_text
 from data.makers.tables import haemodynamics, markdown, phase_medians, truth_table
 from swesbi.measurement.derived import LATE_DIASTOLE
 from swesbi.parameters import THETA
-from swesbi.recording.acquisition_settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings
 from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.phases import to_grid
 from swesbi.recording.samples import Samples
-from swesbi.recording.tables.columns import STATUS_OK
+from swesbi.recording.settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings
+from swesbi.recording.tables.layout import STATUS_OK
 from swesbi.report.paper.values import read_paper
 from swesbi.virtual.volunteers import (
     QUIET,

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         simulate_beat,
         torch_prior,
     )
-    from swesbi.prior import ParameterPrior
+    from swesbi.parameters import ParameterPrior
 
 __version__ = "0.1.0"
 __all__ = [

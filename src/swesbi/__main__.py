@@ -17,15 +17,15 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from swesbi import __version__
-from swesbi.base.ending import (
+from swesbi.base.environment import missing, of_another_folder
+from swesbi.base.terminal import (
     EXIT_REFUSED,
     EXIT_UNREAD,
     InterruptedBySignal,
     ended_by_signals,
     print_to_nobody,
+    terminal,
 )
-from swesbi.base.environment import missing, of_another_folder
-from swesbi.base.terminal import terminal
 
 
 class Command(NamedTuple):
@@ -69,7 +69,7 @@ COMMANDS: Final = {
     ),
     "inspect": Command(
         "swesbi.study.inspect",
-        "Summarise result files, verify their checksums, or compare two runs.",
+        "Summarise result files, or verify their checksums.",
         "swesbi inspect --check results",
     ),
 }

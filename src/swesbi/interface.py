@@ -26,15 +26,16 @@ from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording
-from swesbi.parameters import PHI, REPORTED
+from swesbi.parameters import PHI, REPORTED, ParameterPrior
+from swesbi.persons.cohort.model import PriorAlone
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.settings import asking
-from swesbi.prior import BoxPrior, ParameterPrior, SomeParameters
+from swesbi.prior import BoxPrior, SomeParameters
 from swesbi.recording.cohort.recording_file import IN_MEMORY, described_in_memory
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.settings import ContextRow
-from swesbi.recording.tables.columns import SPEED
-from swesbi.recording.tables.frame import table_of_arrays, table_of_frame
+from swesbi.recording.tables.files import table_of_arrays, table_of_frame
+from swesbi.recording.tables.layout import SPEED
 from swesbi.recording.tables.table import Table
 from swesbi.seeds import generator
 from swesbi.study.answerer import Answerer, experiments_to_ask
@@ -343,20 +344,15 @@ def sample_posterior(
     """
     config = parse_config(read_merged(found_configuration(None)))
     settings = asking(config.speed_experiments[EXPERIMENT].exact, effective_draws)
-    model = _OwnModel(_OnlyPrior(SomeParameters(tuple(prior.values()))), log_likelihood)
+    model = _OwnModel(PriorAlone(SomeParameters(tuple(prior.values()))), log_likelihood)
     exact, _ = exact_posterior(model, None, settings, seed, "own model")
     drawn = dict(zip(prior, exact.phi.T, strict=True))
     return _answer_tree({"posterior": drawn}, {}, {}, {name: getattr(exact, name) for name in CERTIFICATE})
 
 
 @dataclass(frozen=True)
-class _OnlyPrior:
-    prior: BoxPrior
-
-
-@dataclass(frozen=True)
 class _OwnModel:
-    settings: _OnlyPrior
+    settings: PriorAlone
     log_likelihood: Callable[[FloatArray], FloatArray]
 
 

@@ -1,4 +1,4 @@
-"""The inferred parameters: names, units, meanings, order, declared ranges and labels, said here alone.
+"""The inferred parameters: names, units, meanings, order, declared ranges, labels, and priors of single ones.
 
 theta = (k_0, k_ATP, k_SR) drives the forward model. phi = (theta, a, nuisances) joins it with the passive
 stiffness a at the largest stretch of the beat, and with whatever nuisance parameters a prior frees:
@@ -9,8 +9,14 @@ their last axis, in this order.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final, Self
+
+from pydantic import Field, model_validator
+from pydantic.config import JsonDict
+
+from swesbi.base.settings import Settings
 
 ISOMETRIC: Final = "isometric_stiffness_kpa"
 ISOMETRIC_SYMBOL: Final = r"$k_0(1-e^{-k_\mathrm{ATP}D_T})$"
@@ -228,3 +234,146 @@ K_0, K_ATP = (THETA_NAMES.index(name) for name in ("k0_kpa", "k_atp_per_s"))
 PHI_LABELS: Final = tuple(parameter.label for parameter in PHI)
 PHI_SYMBOLS: Final = {parameter.name: parameter.tex for parameter in PHI}
 """Symbols in TeX by name."""
+
+Positive = Annotated[float, Field(gt=0.0)]
+OF_ITS_KEY: Final[JsonDict] = {"unit": "of its key"}
+
+
+class ParameterPrior(Settings):
+    """Bounded log-Gaussian prior of one parameter; centre and bounds in the parameter's unit."""
+
+    centre: Positive = Field(description="Exp of the mean of log theta.", json_schema_extra=OF_ITS_KEY)
+    log_sd: Positive = Field(description="Standard deviation of log theta.")
+    low: Positive = Field(description="Hard lower bound.", json_schema_extra=OF_ITS_KEY)
+    high: Positive = Field(description="Hard upper bound.", json_schema_extra=OF_ITS_KEY)
+
+    @model_validator(mode="after")
+    def _check_bounds(self) -> Self:
+        if not self.low < self.centre < self.high:
+            raise ValueError(f"need low < centre < high, found {self.low} / {self.centre} / {self.high}")
+        return self
+
+
+class NuisanceSettings(Settings):
+    """Priors of nuisance parameters; one that has none is fixed at the value of the forward model's settings.
+
+    R_d and the time constant R_d C_s are independent, so that R_d and C_s are negatively correlated; the
+    duration is that at the reference period, which a subject's heart rate scales.
+
+    Recordings tell little of them; they are drawn with every simulation. Centres are those of
+    `forward_model`, or round values about them. Widths are what is known of healthy adults, or a
+    judgement that says so. Bounds lie at three standard deviations for `length_dependence`,
+    `passive_ratio` and `passive_middle_factor`, and at about four for the others. Deleting a line fixes the
+    parameter: ratios, factors and scales at 1, others at `forward_model`.
+    """
+
+    activation_onset_s: ParameterPrior | None = Field(
+        default=None,
+        description="Onset of activation after the R peak. The pre-ejection period has a standard "
+        "deviation of 13 ms at a given heart rate (Weissler et al., Circulation 1968;37:149).",
+    )
+    activation_duration_s: ParameterPrior | None = Field(
+        default=None,
+        description="Duration of activation at the reference period. At 75 beats a minute the second "
+        "heart sound follows the R peak by 350 ms, with a standard deviation of 14 ms between persons "
+        "(Weissler et al., Circulation 1968;37:149). How much of that is the duration is not known: from "
+        "0.26 to 0.42 s at two standard deviations (chosen). The duration follows heart rate by the "
+        "square root of the period, as in `forward_model`.",
+    )
+    activation_ramp_s: ParameterPrior | None = Field(
+        default=None,
+        description="Width of the ramps of activation. Calcium in human myocytes rises from 10 to 90 % "
+        "within 15 to 60 ms, by preparation and temperature. The wall is activated one part after another "
+        "besides. From 10 to 100 ms at two standard deviations (chosen).",
+    )
+    destruction_alpha: ParameterPrior | None = Field(
+        default=None,
+        description="Bonds destroyed per unit of strain. There is no measurement; a factor of two either "
+        "way at two standard deviations (chosen).",
+    )
+    sigma_0_pa: ParameterPrior | None = Field(
+        default=None,
+        description="Stress of the fully activated fibre. Strips of failing hearts develop half the "
+        "stress of healthy ones (Hasenfuss et al., Circ Res 1992;70:1225), whole hearts 70 % "
+        "(Efstratiadis and Michaels, J Card Fail 2008;14:577). A factor of 1.8 either way at two standard "
+        "deviations, so that failing hearts lie within (chosen).",
+    )
+    passive_wall_factor: ParameterPrior | None = Field(
+        default=None,
+        description="Factor of the passive moduli of the wall. Moduli of healthy hearts differ by a "
+        "quarter and more between persons (fits to MRI: Genet et al., J Appl Physiol 2014;117:142). With "
+        "patients they differ by a factor of four (Bortone et al., J Am Coll Cardiol 1989;14:613). A wall "
+        "a third as stiff as in `forward_model` is PhysioBlocks' (chosen to hold all of these).",
+    )
+    distal_resistance_pa_s_m3: ParameterPrior | None = Field(
+        default=None,
+        description="Systemic vascular resistance. The reference range, 700 to 1600 dyn s/cm5, spans four "
+        "standard deviations of the log.",
+    )
+    arterial_time_constant_s: ParameterPrior | None = Field(
+        default=None,
+        description="Time constant R_d C_s of the arterial decay. Stroke volume over pulse pressure "
+        "varies by a quarter (de Simone et al., J Am Coll Cardiol 1999;33:800). Resistance explains a "
+        "part of that. R_d and C_s are thereby negatively correlated (-0.7).",
+    )
+    stressed_volume_factor: ParameterPrior | None = Field(
+        default=None,
+        description="Factor of the stressed volume, by which the heart is filled. Blood volume of persons "
+        "of one size varies by a tenth (Feldschuh and Enson, Circulation 1977;56:605). Its stressed share "
+        "and the filling pressure vary more: wedge pressures reach 13 mmHg in the healthy (Zeder et al., "
+        "Eur Respir J 2024;64:2400967) and 22 in patients (Bortone et al. 1989). A factor of 1.6 either "
+        "way at two standard deviations (chosen).",
+    )
+    length_dependence: ParameterPrior | None = Field(
+        default=None,
+        description="Share of the length dependence of the bonds that PhysioBlocks' human heart has. None, "
+        "at 0, is the paper's. What septa have in vivo is not known (chosen: from nearly none to all).",
+    )
+    atrial_kick_pa: ParameterPrior | None = Field(
+        default=None,
+        description="Rise of the atrial pressure by atrial contraction. Healthy left atria reach 10.4 "
+        "mmHg in the a wave, over a mean of 7.9 (Braunwald et al., Circulation 1961;24:267). Some hardly "
+        "contract, others raise it by 15 mmHg (chosen). The source lies behind the pulmonary capacitance, "
+        "so that the atrium shows about seven tenths of it.",
+    )
+    atrial_delay_s: ParameterPrior | None = Field(
+        default=None,
+        description="Start of atrial contraction, from 0.26 s before the R peak. The mitral annulus moves "
+        "54 ms after the P wave begins (Akamatsu et al., Cardiovasc Ultrasound 2020), and PR is about 160 "
+        "ms. At the centre it lasts from 0.13 s before the R peak to 0.01 s after it (chosen).",
+    )
+    passive_ratio: ParameterPrior | None = Field(
+        default=None,
+        description="Passive stiffness at the smallest stretch of the beat, over that at the largest. "
+        "Stretched myocardium stiffens, which gives ratios below 1. Below its resting length it resists too "
+        "(restoring force of titin: Helmes et al., Circ Res 1996;79:619), which gives ratios above 1. "
+        "Neither is likelier beforehand. Chosen on hearts of development (studies/validation). Bounds lie at "
+        "three standard deviations.",
+    )
+    passive_middle_factor: ParameterPrior | None = Field(
+        default=None,
+        description="Passive stiffness at the middle stretch, over the geometric mean of both ends. At 1 its "
+        "logarithm is linear in stretch. Chosen on hearts of development (studies/validation). Bounds lie at "
+        "three standard deviations.",
+    )
+    speed_scale: ParameterPrior | None = Field(
+        default=None,
+        description="Scale of all speeds of a recording. Plate thickness, fibre angle and dispersion make "
+        "it. Systems differ by about 5 % on the same phantoms (RSNA/QIBA: Hall et al., IEEE Int Ultrason "
+        "Symp 2013; Palmeri et al., J Ultrasound Med 2021;40:569).",
+    )
+
+    def freed(self, names: Iterable[str]) -> dict[str, ParameterPrior]:
+        """Return the priors of those of these names that have one, in the order of the names."""
+        return {name: prior for name in names if (prior := getattr(self, name)) is not None}
+
+    @model_validator(mode="after")
+    def _check_ranges(self) -> Self:
+        for parameter in NUISANCES:
+            prior, (low, high) = getattr(self, parameter.name), parameter.declared
+            if prior is not None and (prior.low < low or prior.high > high):
+                raise ValueError(
+                    f"{parameter.name}: bounds {prior.low:g} to {prior.high:g} leave [{low:g}, {high:g}], "
+                    "the range of the forward model; check the unit"
+                )
+        return self

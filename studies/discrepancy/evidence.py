@@ -22,7 +22,7 @@ from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, standardise
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import THETA_NAMES
-from swesbi.posterior.student import StudentMixture, fitted_proposal
+from swesbi.posterior.fitted import StudentMixture, fitted_proposal
 from swesbi.prior import JointPriorSettings, from_logit, log_density, log_jacobian, sample, to_logit
 from swesbi.virtual.generated import GeneratedSubject
 

@@ -10,8 +10,7 @@ from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.artefacts.csv import PlainTable
 from swesbi.base.progress import Progress
 from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import AcquisitionSettings, RecordingSettings
 from swesbi.report.figures.style import Drawing
 from swesbi.seeds import generator
 from swesbi.virtual.generated import generate_cohort

@@ -15,14 +15,13 @@ from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_
 from swesbi.measurement.operator import PassiveBaseline
 from swesbi.measurement.settings import SummarySettings
 from swesbi.networks.flow.conditioning import conditioning_of
-from swesbi.networks.flow.flow import FlowProposal, flow_proposal
 from swesbi.networks.flow.pool import SubjectSimulations, at_phases
+from swesbi.networks.flow.trained import FlowProposal, flow_proposal
 from swesbi.networks.settings import FlowSettings
-from swesbi.parameters import OF_INTEREST
+from swesbi.parameters import OF_INTEREST, ParameterPrior
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
-from swesbi.prior import ParameterPrior
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.report.figures.style import Drawing

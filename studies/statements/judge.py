@@ -11,16 +11,14 @@ from pydantic import JsonValue
 from studies.statements.recorded import Rerecorded
 from studies.statements.recovery import ExperimentSettings, known_recordings
 from studies.statements.settings import Epoch
-from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.cmaes import CmaesFit, reference_fit
 from swesbi.checks.predictive_features import check_of_features
-from swesbi.checks.reference_fit import reference_fit
-from swesbi.checks.synthetic_recovery import posterior_seed, recovery_table
+from swesbi.checks.recovery import posterior_seed, recovery_table
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.measurement.likelihood import MeasuredSubject
-from swesbi.networks.paper.draws import draw_candidates, draw_until
-from swesbi.networks.paper.estimator import TrainedEstimator
+from swesbi.networks.paper.estimator import TrainedEstimator, draw_candidates, draw_until
 from swesbi.networks.paper.pool import Pool, with_context
-from swesbi.population.synthetic import features_under
+from swesbi.population.recordings import features_under
 from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.report.paper.study_values import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table

@@ -14,9 +14,8 @@ from swesbi.measurement.likelihood import MeasuredSubject, reference_beat
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
-from swesbi.recording.acquisition_settings import ACQUISITION_SEED, AcquisitionSettings
 from swesbi.recording.ingest import ingest
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import ACQUISITION_SEED, AcquisitionSettings, RecordingSettings
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, record, simulate_truth
 
 ERRORS: Final = (

@@ -8,18 +8,17 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Settings
-from swesbi.checks.recovery import fresh_simulations, shares
+from swesbi.checks.recovery import fresh_simulations, shares, synthetic_recordings
 from swesbi.checks.settings import PredictiveSettings, RecoverySettings
-from swesbi.checks.synthetic_recovery import synthetic_recordings
 from swesbi.heart.prior_simulations import PriorSimulations
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import MeasuredSubject
 from swesbi.measurement.operator import active_stiffness_map, passive_shape
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings, summary_names
 from swesbi.measurement.summary import summarise
+from swesbi.networks.files import Standardisation, fit_standardisation
 from swesbi.networks.paper.pool import Pool, augment, noise_sd, with_context
 from swesbi.networks.settings import ObservationModelSettings
-from swesbi.networks.standardisation import Standardisation, fit_standardisation
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.phases import sample_cycle, to_grid

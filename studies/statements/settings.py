@@ -25,7 +25,7 @@ RECORDED: Final = ("measurement", "passive", "recording", "reference_prior", "fo
 """What recordings are made, read and calibrated with."""
 SIMULATED: Final = ("prior", "forward_model")
 """What the simulations of an experiment depend on."""
-FIT: Final = "swesbi.checks.reference_fit:reference_fit"
+FIT: Final = "swesbi.checks.cmaes:reference_fit"
 OF_EXPERIMENT: Final = (
     "prior", "forward_model", "measurement", "summary", "observation_model", "support", "posterior",
     "predictive", "recovery",

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from studies.statements.settings import OF_STUDY, READING, TRAINING
-from swesbi.recording.acquisition_settings import ACQUISITION_SEED
+from swesbi.recording.settings import ACQUISITION_SEED
 from swesbi.report.paper.values import DESIGNED, numbers
 
 

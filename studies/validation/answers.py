@@ -13,10 +13,8 @@ from studies.validation.hearts.recording import RecordedHeart, record_heart
 from studies.validation.score import HeartAnswer, intervals, refusal, truths
 from studies.validation.settings import answers_settings, configured
 from swesbi import artefacts
-from swesbi.answers.answer import answered
-from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.answer import AnswerSettings, Knowledge, answered
 from swesbi.answers.recording import ModelledRecording, noise_test
-from swesbi.answers.settings import AnswerSettings
 from swesbi.artefacts.schema import Schema
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel
@@ -25,14 +23,13 @@ from swesbi.population.settings import PopulationSettings, in_declared_range
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import PriorSettings
-from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise.cohort import compare_noise
 from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.noise.sweeps import levels_by
 from swesbi.recording.observation import Observation
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import RecordingSettings, Repeats
+from swesbi.recording.settings import AcquisitionSettings, RecordingSettings, Repeats
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.verdict.summary import SEPARATOR, label_of_test

@@ -26,8 +26,7 @@ import pandas as pd
 from studies.validation.answers import HeartAnswersSettings, asked_of, levels_of, scored
 from studies.validation.hearts.recording import RecordedHeart
 from studies.validation.settings import configured
-from swesbi.answers.answer import answered
-from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.answer import Knowledge, answered
 from swesbi.answers.recording import ModelledRecording, noise_test
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import BoolArray
@@ -36,9 +35,9 @@ from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.parameters import THETA_NAMES
-from swesbi.recording.noise.folder import FolderRecordings
+from swesbi.recording.noise.cohort import FolderRecordings
 from swesbi.report.tables.validation_outcomes import QUANTITIES
-from swesbi.study.results import Results, population_files
+from swesbi.study.results import population_files
 from swesbi.verdict.verdict import Status
 
 GENERATOR: Final = "a"
@@ -115,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = parser.parse_args(arguments)
     study = load_study(read_merged(Path("config.yaml")))
     results = options.results or Path(study.config.results)
-    knowledge = population_files(Results(results), configured().experiment).knowledge()
+    knowledge = population_files(results, configured().experiment).knowledge()
     asked = {
         times: noisy(asked_of(study, GENERATOR, options.hearts, f"folder {times:g}"), times)
         for times in (1.0, *TIMES)

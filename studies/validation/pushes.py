@@ -34,22 +34,20 @@ from swesbi.artefacts.csv import write_csv
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.context import Context
-from swesbi.networks.flow.flow import flow_proposal
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import TrainedFlow, flow_proposal
 from swesbi.population.settings import in_declared_range
 from swesbi.posterior.exact import exact_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import NoLikelihoodError
+from swesbi.recording.ingest import ingest_pushes
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import samples_in
 from swesbi.recording.settings import NoiseDeclaration
-from swesbi.recording.tables.columns import SPEED
-from swesbi.recording.tables.frame import table_of_frame
+from swesbi.recording.tables.files import table_of_frame
+from swesbi.recording.tables.layout import SPEED
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator
-from swesbi.study.other_network import check_network
-from swesbi.study.results import Results, population_files
+from swesbi.study.results import check_network, population_files
 from swesbi.verdict.summary import REFUSED
 from swesbi.virtual.push_trains import ERROR, ERROR_LOG_SD, record_train
 
@@ -135,7 +133,7 @@ def main() -> None:
     parser.add_argument("--csv", type=Path, help="table to write, a row a generator and quantity")
     options = parser.parse_args()
     study = load_study(read_merged(Path("config.yaml")))
-    finished = population_files(Results(options.results), configured().experiment)
+    finished = population_files(options.results, configured().experiment)
     flow, tables = TrainedFlow.read(finished.network), []
     for letter in options.generators:
         settings = asked_of(study, letter, options.number, STREAM)

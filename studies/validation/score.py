@@ -12,7 +12,8 @@ from swesbi import artefacts
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, median_and_interval
-from swesbi.measurement.derived import StiffnessModel, curve_quantities, derived, half_active_ms
+from swesbi.measurement.derived import curve_quantities, derived, half_active_ms
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
 from swesbi.verdict.summary import REFUSED
@@ -86,7 +87,7 @@ def truths(heart: OtherHeart) -> FloatArray:
     return np.array([known[name] for name in QUANTITIES])
 
 
-def intervals(model: StiffnessModel, phi: FloatArray, mass: float) -> Intervals:
+def intervals(model: SpeedModel, phi: FloatArray, mass: float) -> Intervals:
     """Return equal-tailed intervals of the scored quantities, from posterior draws phi (m, d)."""
     found = derived(model, phi, model.simulate(phi)) | dict(zip(THETA_NAMES, phi.T, strict=False))
     values = np.column_stack([found[name] for name in QUANTITIES])

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from studies.section import check_experiment
 from studies.validation.hearts.recording import DEVELOPMENT, VALIDATION_STREAM
-from swesbi.answers.settings import AnswerSettings
+from swesbi.answers.answer import AnswerSettings
 from swesbi.base.settings import Settings
 from swesbi.config.read import parse_section, read_yaml
 from swesbi.config.study import Study

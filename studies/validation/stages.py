@@ -11,14 +11,14 @@ from studies.validation.figure import draw_validation
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
-from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.answer import Knowledge
 from swesbi.artefacts import Group, Provenance, UnfitError
 from swesbi.artefacts.csv import PlainTable
 from swesbi.base.progress import Progress
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.report.figures.style import Drawing
-from swesbi.study.other_network import difference
+from swesbi.study.results import difference
 from swesbi.verdict.null_recordings import NullRecordings
 
 

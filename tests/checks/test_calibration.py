@@ -26,9 +26,9 @@ from swesbi.checks.calibration.ranks import (
     rank,
     reference_points,
     tarp_level,
+    uniformity,
 )
 from swesbi.checks.calibration.table import CONTRACTION, COVERAGE, SBC, TARP
-from swesbi.checks.calibration.uniformity import uniformity
 from swesbi.draws import equal_weights
 from swesbi.prior import log_centre
 
@@ -46,6 +46,7 @@ def test_the_right_posterior_passes_every_check(seed: int) -> None:
 @pytest.mark.parametrize("narrow", [Sampler(noise_factor=0.8), Sampler(times_used=2)])
 def test_noise_a_fifth_too_small_and_data_used_twice_are_caught(narrow: Sampler) -> None:
     checks = checks_of(simulate(RECORDINGS, narrow))
+    assert flagged(checks, SBC) & set(PARAMETERS)
     assert flagged(checks, COVERAGE) >= {"k_sr_per_s", "isometric_stiffness_kpa"}
     assert flagged(checks, TARP) == {"joint"}
 
@@ -70,6 +71,16 @@ def test_contraction_and_coverage_stand_beside_the_ranks() -> None:
     assert sbc.loc["k_sr_per_s", "contraction"] == pytest.approx(expected, abs=0.05)
     # binomial standard deviation 0.0095
     assert sbc.loc["k_sr_per_s", "coverage_90"] == pytest.approx(0.9, abs=0.04)
+    assert np.isnan(sbc.loc["log_likelihood", "contraction"])
+
+
+def test_coverage_is_that_of_central_intervals() -> None:
+    scores, nominal = simulate(200, Sampler(noise_factor=0.6)), np.arange(1, 100) / 100.0
+    found = checks_of(scores).set_index(["test", "quantity"])["statistic"]
+    for level, name in zip(scores.level.T, QUANTITY_NAMES, strict=True):
+        covered = (np.abs(2.0 * level[:, None] - 1.0) <= nominal + 1e-12).mean(axis=0)
+        assert found[COVERAGE, name] == pytest.approx(np.abs(covered - nominal).max(), abs=0.0051)
+        assert found[SBC, name] == uniformity(level).distance
 
 
 @pytest.mark.parametrize("use_weights", [True, False])

@@ -32,11 +32,10 @@ from swesbi.draws import equal_weights
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.networks.flow.conditioning import ConditioningSettings
-from swesbi.networks.flow.flow import flow_proposal
 from swesbi.networks.flow.pool import at_phases
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import TrainedFlow, flow_proposal
 from swesbi.networks.flow.training import train_over_subjects
-from swesbi.population.synthetic import own_recordings
+from swesbi.population.recordings import own_recordings
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import resample
 from swesbi.prior import draw_prior

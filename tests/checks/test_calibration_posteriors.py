@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import speed_case
 
-from swesbi.checks.calibration.local import TwoRecordings, variance_given_first
+from swesbi.checks.calibration.local import TwoRecordings, classifier_accuracy, variance_given_first
 from swesbi.checks.calibration.ranks import (
     central_level,
     level_of_truth,
@@ -17,7 +17,6 @@ from swesbi.checks.calibration.ranks import (
     quantities,
     quantity_names,
 )
-from swesbi.checks.calibration.two_samples import classifier_accuracy
 from swesbi.draws import effective_draws
 from swesbi.measurement.likelihood import log_speed_sd
 from swesbi.posterior.exact import weighted_posterior

@@ -30,11 +30,11 @@ from swesbi.checks.calibration.ranks import QUANTITY_NAMES, RankedRecordings
 from swesbi.checks.calibration.scores import CohortCalibration, by_stratum, calibration_of_cohort
 from swesbi.checks.calibration.table import DOUBTFUL_OR_WORSE, POOLED
 from swesbi.config.read import ConfigError, parse_config, read_merged
-from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.recording.settings import ACQUISITION
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures.calibration import draw_calibration
-from swesbi.verdict.misfits import WITH_STRIPS, Misfits
 from swesbi.verdict.null_recordings import NullRecordings
+from swesbi.verdict.nulls import WITH_STRIPS, Misfits
 
 SUBJECTS = ("A", "B")
 RECORDINGS = 120

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from evaluation_cases import LOSS, PRIOR, cmaes_settings, curves
 
-from swesbi.checks.cmaes import CmaesRun, best_run, curve_loss, search, to_theta
+from swesbi.checks.cmaes import CmaesRun, best_run, curve_loss, run_searches, to_theta
 from swesbi.prior import bounds
 
 FloatArray = np.ndarray
@@ -18,7 +18,7 @@ TRUTH = (58.0, 6.0, 28.0)
 
 def fit(theta: tuple[float, float, float], **changes: object) -> list[CmaesRun]:
     observed = curves(np.array([theta]))[0]
-    return search(
+    return run_searches(
         lambda trial: curve_loss(curves(trial), observed, LOSS), LOW, HIGH, cmaes_settings(**changes)
     )
 
@@ -26,14 +26,14 @@ def fit(theta: tuple[float, float, float], **changes: object) -> list[CmaesRun]:
 @pytest.mark.parametrize("theta", [TRUTH, (30.0, 12.0, 50.0), (150.0, 2.5, 8.0)])
 def test_recovers_theta_from_a_noiseless_curve(theta: tuple[float, float, float]) -> None:
     runs = fit(theta, generations=80)
-    best = runs[best_run(runs)]
+    best = best_run(runs)
     np.testing.assert_allclose(best.theta, theta, rtol=1e-3)
     assert best.loss < 1e-4
 
 
 def test_theta_beyond_a_bound_ends_on_the_bound() -> None:
     runs = fit((60.0, 80.0, 30.0), generations=60)
-    assert runs[best_run(runs)].theta[1] == pytest.approx(HIGH[1], rel=1e-6)
+    assert best_run(runs).theta[1] == pytest.approx(HIGH[1], rel=1e-6)
 
 
 def test_a_run_depends_on_its_own_seed_alone_and_not_on_the_global_random_state() -> None:
@@ -56,13 +56,13 @@ def test_whole_population_in_one_call_within_budget_and_bounds() -> None:
         return np.sum(np.log(theta / [60.0, 6.0, 30.0]) ** 2, axis=1)
 
     settings = cmaes_settings(seeds=(200, 201, 202), generations=30)
-    runs = search(loss, LOW, HIGH, settings)
+    runs = run_searches(loss, LOW, HIGH, settings)
     assert set(sizes) == {settings.population_size}
     assert sum(sizes) == sum(run.evaluations[-1] for run in runs) <= 3 * 30 * 12
 
 
 def test_history_after_an_early_stop_is_blank() -> None:
-    run = search(
+    run = run_searches(
         lambda theta: np.zeros(len(theta)), LOW, HIGH, cmaes_settings(seeds=(200,), generations=500)
     )[0]
     assert run.generations < 500 and run.stop
@@ -77,8 +77,8 @@ def test_failed_simulations_are_left_behind() -> None:
         broken = np.where(theta[:, [0]] > 100.0, np.nan, curves(theta))
         return curve_loss(broken, observed, LOSS)
 
-    runs = search(loss, LOW, HIGH, cmaes_settings(generations=60))
-    np.testing.assert_allclose(runs[best_run(runs)].theta, TRUTH, rtol=0.02)
+    runs = run_searches(loss, LOW, HIGH, cmaes_settings(generations=60))
+    np.testing.assert_allclose(best_run(runs).theta, TRUTH, rtol=0.02)
 
 
 def test_writes_no_file_and_prints_nothing(

@@ -13,9 +13,8 @@ from rules import PLACES
 
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.artefacts.typed import Place
-from swesbi.checks.cmaes import CmaesFit
+from swesbi.checks.cmaes import CmaesFit, simulated_curves
 from swesbi.checks.predictive import PredictiveCheck
-from swesbi.checks.simulated import simulated_curves
 from swesbi.heart.model import activation_duration_s
 from swesbi.measurement.settings import SCALAR_NAMES
 from swesbi.measurement.summary import summarise

@@ -13,9 +13,8 @@ from comparison_case import observation
 from evaluation_study import noise_of
 
 from swesbi.artefacts import ArtefactError
-from swesbi.checks.identifiability.cohort import Identified, identifiability_of_cohort, identified
-from swesbi.checks.identifiability.information import TIMES
-from swesbi.checks.identifiability.quantities import QUANTITY_NAMES
+from swesbi.checks.identifiability import QUANTITY_NAMES, Identified, identifiability_of_cohort, identified
+from swesbi.checks.information import TIMES
 from swesbi.checks.settings import IdentifiabilitySettings
 from swesbi.recording.observation import Observation
 

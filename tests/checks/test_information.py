@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 import speed_case
 
-from swesbi.checks.identifiability.information import (
+from swesbi.checks.identifiability import (
+    contraction,
+    log_correlations,
+    log_gradient,
+    prior_quantities,
+    quantities,
+)
+from swesbi.checks.information import (
     Expectation,
     MoreRepeats,
     SpeedDerivatives,
@@ -18,13 +25,6 @@ from swesbi.checks.identifiability.information import (
     prior_precision,
     simulated_stencil,
     speed_derivatives,
-)
-from swesbi.checks.identifiability.quantities import (
-    contraction,
-    log_correlations,
-    log_gradient,
-    prior_quantities,
-    quantities,
 )
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
@@ -113,10 +113,12 @@ def test_a_parameter_that_the_speeds_ignore_keeps_its_prior() -> None:
     rows = np.random.default_rng(1).normal(0.0, 0.2, (6, 4)) * [1.0, 0.0, 1.0, 1.0]
     expected = linear(rows)
     assert expected.sd(expected.model.recording)[1] == pytest.approx(0.6)
+    with np.errstate(invalid="ignore"):  # shares of nothing
+        assert expected.by_phase().sd_increase[1] == pytest.approx(0.0, abs=1e-12)
     draws = speed_case.PHI * np.exp(np.random.default_rng(2).normal(0.0, 0.6, (100_000, 4)))
-    found = contraction(np.where([True, False, True, True], draws**0.1, draws), draws)
-    assert found.logarithm == pytest.approx([0.99, 0.0, 0.99, 0.99])
-    assert found.linear[1] == pytest.approx(0.0)
+    narrowed = np.where([True, False, True, True], draws**0.1, draws)
+    assert contraction(np.log(narrowed), np.log(draws)) == pytest.approx([0.99, 0.0, 0.99, 0.99])
+    assert contraction(narrowed, draws)[1] == pytest.approx(0.0)
 
 
 def test_draws_whose_neighbours_have_no_beat_are_left_out() -> None:

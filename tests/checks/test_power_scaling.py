@@ -8,7 +8,7 @@ import pytest
 import speed_case
 from scipy.stats import norm
 
-from swesbi.checks.identifiability.power_scaling import (
+from swesbi.checks.identifiability import (
     ALPHA,
     SENSITIVE,
     cumulative_distance,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arviz.stats.ecdf_utils import ecdf_confidence_band
 
-from swesbi.checks.calibration.uniformity import band, points, uniformity
+from swesbi.checks.calibration.ranks import band, points, uniformity
 
 
 def test_a_uniform_sample_leaves_the_band_as_often_as_promised() -> None:

@@ -28,9 +28,9 @@ from swesbi.config.read import (
     relocate,
 )
 from swesbi.config.study import Study, load_study
-from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.visits import Visit
 from swesbi.recording.noise.errors import relative_se
+from swesbi.recording.settings import ACQUISITION
 from swesbi.recording.speed import NoiseComponents
 from swesbi.study.answerer import answer_settings
 

@@ -9,8 +9,7 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS
 from numpy.typing import NDArray
 
-from swesbi.heart.aorta import aortic_pressure_mmhg
-from swesbi.heart.intervals import systolic_intervals
+from swesbi.heart.beats import aortic_pressure_mmhg, systolic_intervals
 from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG, Beats, simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])

@@ -7,7 +7,7 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS
 
 from swesbi.context import Context
-from swesbi.heart.intervals import systolic_intervals
+from swesbi.heart.beats import systolic_intervals
 from swesbi.heart.simulate import Beats, simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])

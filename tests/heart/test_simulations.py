@@ -10,7 +10,8 @@ from swesbi.config.view import shard_draws
 from swesbi.heart import prior_simulations as draw
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations, SimulationFailure, draw_simulations
-from swesbi.prior import ParameterPrior, PriorSettings, in_bounds
+from swesbi.parameters import ParameterPrior
+from swesbi.prior import PriorSettings, in_bounds
 
 PRIOR = PriorSettings(
     k0_kpa=ParameterPrior(centre=45.0, log_sd=0.5, low=10.0, high=200.0),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from forward_model_cases import COHORT, RICHER, SETTINGS, prior_draws
 
-from swesbi.heart.aorta import aortic_pressure_mmhg
+from swesbi.heart.beats import aortic_pressure_mmhg
 from swesbi.heart.model import build_model, cavity_volume, own_of, starts, total_volume
 from swesbi.heart.periodic import Status, advance
 from swesbi.heart.physiology import Physiology

@@ -17,9 +17,8 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS, prior_draws
 
 from swesbi.base.arrays import BoolArray
-from swesbi.base.ending import InterruptedBySignal, ended_by_signals
-from swesbi.base.processes import side_by_side
-from swesbi.base.threads import LIMIT, in_threads, usable
+from swesbi.base.terminal import InterruptedBySignal, ended_by_signals
+from swesbi.base.workers import LIMIT, in_threads, side_by_side, usable
 from swesbi.heart import periodic
 from swesbi.heart.periodic import Status
 from swesbi.heart.physiology import RANGES, Physiology
@@ -36,7 +35,7 @@ rule all:
 """
 SCRIPT = """
 from pathlib import Path
-from swesbi.base.threads import usable
+from swesbi.base.workers import usable
 Path(snakemake.output[0]).write_text(str(usable()))
 """
 

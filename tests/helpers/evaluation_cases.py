@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swesbi.checks.cmaes import CmaesFit, best_run, curve_loss, gather, search
+from swesbi.checks.cmaes import CmaesFit, best_run, curve_loss, gather, run_searches
 from swesbi.checks.predictive import Draws, PredictiveCheck, Target, predict
 from swesbi.checks.predictive_features import replicates
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
@@ -88,10 +88,10 @@ def cmaes_settings(seeds: tuple[int, ...] = (200, 201), generations: int = 40) -
 
 def fit(subject: str = "A", settings: CmaesSettings | None = None) -> CmaesFit:
     observed = target(subject).curve_kpa
-    runs = search(
+    runs = run_searches(
         lambda theta: curve_loss(curves(theta), observed, LOSS), *bounds(PRIOR), settings or cmaes_settings()
     )
-    return gather(runs, curves(runs[best_run(runs)].theta[None])[0], GRID, observed)
+    return gather(runs, curves(best_run(runs).theta[None])[0], GRID, observed)
 
 
 def verdict(subject: str = "A", supported: bool = True) -> Verdict:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from speed_case import shipped
 
 from swesbi.artefacts import Provenance
-from swesbi.checks import predictive_features, reference_fit
+from swesbi.checks import cmaes, predictive_features
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject
@@ -116,7 +116,7 @@ def run_predictive(folder: Path, output: Path) -> None:
 
 def run_cmaes(folder: Path, output: Path) -> None:
     sizes = {"seeds": (200, 201), "population_size": 8, "generations": 25}
-    fit = reference_fit.reference_fit(
+    fit = cmaes.reference_fit(
         Observation.read(folder / "observation.h5"),
         PassiveBaseline.read(folder / "passive.h5"),
         search=CONFIG.cmaes.search.model_copy(update=sizes),

@@ -14,7 +14,7 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.prior import JointPriorSettings, bounds
 from swesbi.report.figures.posterior import PosteriorPanel
 from swesbi.report.figures.predictive import PredictivePanel
-from swesbi.verdict.misfits import TESTS
+from swesbi.verdict.nulls import TESTS
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
 FloatArray = NDArray[np.float64]

@@ -11,8 +11,8 @@ import speed_case
 from numpy.typing import NDArray
 
 from swesbi.context import Context
+from swesbi.recording.ingest import ingest_pushes
 from swesbi.recording.observation import Observation
-from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import samples_in
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import NoiseDeclaration

@@ -17,11 +17,12 @@ from scipy.stats import norm, truncnorm
 
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
+from swesbi.parameters import ParameterPrior
 from swesbi.persons.cohort.cohort import Design, Hyperprior, Member, hyperprior_of, in_rows, make_member
 from swesbi.persons.cohort.infer import CohortResult, Redraw, infer_population, of_theta
 from swesbi.persons.cohort.model import RecycledDraws, log_normal_mass, population_law
 from swesbi.persons.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
-from swesbi.prior import BoxPrior, ParameterPrior, PriorSettings, bounds
+from swesbi.prior import BoxPrior, PriorSettings, bounds
 
 THETA_PRIOR = speed_case.shipped().priors["paper"]
 ERROR_SD = np.array([0.12, 0.25, 0.3])

@@ -5,6 +5,7 @@ x = A log theta + b plus Gaussian noise, so the posterior of log theta is normal
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import speed_case
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from swesbi.artefacts import values_of
 from swesbi.context import Context
 from swesbi.networks.paper.estimator import TrainedEstimator
-from swesbi.networks.paper.pool import Components, SubjectFeatures, components_of
+from swesbi.networks.paper.pool import Components, Pool, SubjectFeatures, build_pool, components_of
 from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
 from swesbi.prior import PriorSettings, log_centre, quantile
 from swesbi.seeds import generator
@@ -23,6 +24,7 @@ FEATURES = ("one", "two", "three", "four")
 NOISE_SD = (0.2, 0.3, 0.25, 0.3)
 MIXING = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, -0.5], [0.3, 0.0, 1.0], [1.0, 1.0, 1.0]])
 LOG_SD = 0.4
+OBSERVED = np.array([0.4, -0.3, 0.5, 0.1])
 
 WIDE_PRIOR = PriorSettings.from_plain(
     {
@@ -76,6 +78,13 @@ def weights(estimator: TrainedEstimator) -> dict[str, NDArray[np.float64]]:
 
 def components() -> Components:
     return components_of(FEATURES, ("kPa",) * len(FEATURES))
+
+
+@cache
+def pool_of_both(draws: int = 250) -> Pool:
+    """Return the training set of both contexts, so many draws of each."""
+    subjects = [subject_features(context, draws, OBSERVED) for context in CONTEXTS]
+    return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
 
 
 def estimator_settings(**changes: object) -> EstimatorSettings:

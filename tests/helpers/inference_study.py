@@ -12,7 +12,7 @@ from inference_case import CONTEXTS, PAPER_PRIOR, estimator_settings
 from recordings import PHASES, RECORDING, make_samples, nominal_phase
 
 from swesbi.artefacts import Provenance
-from swesbi.checks import synthetic_recovery
+from swesbi.checks import recovery as recoveries
 from swesbi.checks.settings import RecoverySettings
 from swesbi.context import Context
 from swesbi.heart.prior_simulations import PriorSimulations, draw_simulations
@@ -24,14 +24,14 @@ from swesbi.networks.paper import pool as pools
 from swesbi.networks.paper import training
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import TrainedNetwork
-from swesbi.networks.training_tables import TRAINING
+from swesbi.networks.training import TRAINING
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import log_centre
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
 from swesbi.recording.phases import sample_cycle
-from swesbi.verdict import network_posterior
-from swesbi.verdict.network_posterior import PosteriorVerdict
+from swesbi.verdict import prior_support
+from swesbi.verdict.prior_support import PosteriorVerdict
 from swesbi.verdict.settings import SupportSettings
 
 DRAWS = 60
@@ -135,13 +135,11 @@ def run_all(inputs: Inputs) -> Results:
     pool = make_pool(inputs)
     trained = training.trained_network(pool, **TRAIN, device="cpu")
     judged = {
-        context.subject: network_posterior.judged_posterior(
+        context.subject: prior_support.judged_posterior(
             pool, trained.estimator, subject=context.subject, **POSTERIOR
         )
         for context in CONTEXTS
     }
     passives = dict(reversed(inputs.passives.items()))
-    recovery = synthetic_recovery.own_recovery(
-        pool, trained.estimator, inputs.observations, passives, **RECOVERY
-    )
+    recovery = recoveries.own_recovery(pool, trained.estimator, inputs.observations, passives, **RECOVERY)
     return Results(pool, trained, judged, recovery)

@@ -12,7 +12,7 @@ from swesbi.base.arrays import below_each_other
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood
 from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.prior import quantile
-from swesbi.verdict.misfits import Misfits, misfits_of
+from swesbi.verdict.nulls import Misfits, misfits_of
 
 FloatArray = NDArray[np.float64]
 BANK = 6000

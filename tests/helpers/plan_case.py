@@ -7,9 +7,9 @@ import numpy as np
 import ratio_case
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.planning.bank import ARMS, Bank
 from swesbi.persons.planning.effect import Effect, log_factor
 from swesbi.persons.planning.likelihoods import StudyAnalysis
+from swesbi.persons.planning.simulation import ARMS, Bank
 from swesbi.persons.settings import PAIRED, PlannedStudiesSettings
 
 EFFECT = Effect("k_sr_per_s", -0.12)

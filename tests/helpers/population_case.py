@@ -7,7 +7,7 @@ from functools import cache
 import speed_case
 
 from swesbi.config.experiments import PopulationExperimentSettings
-from swesbi.networks.flow.cells import CellSettings
+from swesbi.networks.flow.conditioning import CellSettings
 from swesbi.networks.flow.training import TrainedWithLosses
 from swesbi.population.recordings import FreshSettings
 from swesbi.population.simulations import PopulationSimulations, shard_of_population

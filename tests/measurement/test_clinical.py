@@ -10,7 +10,7 @@ import pytest
 import speed_case
 from scipy.stats import norm
 
-from swesbi.heart.aorta import aortic_pressure_mmhg
+from swesbi.heart.beats import aortic_pressure_mmhg
 from swesbi.measurement.clinical import ClinicalModel, log_pressure_density, with_pressures
 from swesbi.posterior.hearts import HeartModel
 from swesbi.prior import draw_prior

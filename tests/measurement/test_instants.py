@@ -12,7 +12,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm
 
-from swesbi.measurement.instants import (
+from swesbi.measurement.settings import DiscrepancySettings
+from swesbi.measurement.shared_error import (
     CellData,
     CellErrors,
     cell_innovations,
@@ -20,7 +21,6 @@ from swesbi.measurement.instants import (
     error_factors,
     likeliest_factor,
 )
-from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.prior import draw_prior
 
 DISCREPANCY = DiscrepancySettings(speed_fraction=0.03, timing_cycle=0.02)

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from swesbi.heart.model import activation_duration_s
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import NUISANCES, OF_THETA, PHI_NAMES
-from swesbi.prior import NuisanceSettings, PriorSettings, draw_prior, log_density, quantile
+from swesbi.parameters import NUISANCES, OF_THETA, PHI_NAMES, NuisanceSettings
+from swesbi.prior import PriorSettings, draw_prior, log_density, quantile
 
 KNOWN = tuple(parameter.name for parameter in NUISANCES)
 

@@ -206,7 +206,8 @@ def test_passive_stage_meets_the_observed_late_diastole(tmp_path: Path) -> None:
     from forward_model_cases import SETTINGS as FORWARD_MODEL
 
     from swesbi.measurement.baseline import calibrated_passive
-    from swesbi.prior import ParameterPrior, PriorSettings
+    from swesbi.parameters import ParameterPrior
+    from swesbi.prior import PriorSettings
 
     ranges = {"k0_kpa": (45, 0.5, 10, 200), "k_atp_per_s": (5, 0.6, 2, 30), "k_sr_per_s": (30, 0.45, 2, 60)}
     keys = ("centre", "log_sd", "low", "high")

@@ -10,12 +10,12 @@ import pytest
 import speed_case
 from scipy.stats import kstest, multivariate_normal, norm
 
-from swesbi.checks.identifiability.information import (
+from swesbi.checks.identifiability import log_gradient
+from swesbi.checks.information import (
     prior_precision,
     simulated_stencil,
     speed_derivatives,
 )
-from swesbi.checks.identifiability.quantities import log_gradient
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
 from swesbi.measurement.shared_error import draw_shared, innovations, normal_log_density
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds

@@ -16,7 +16,7 @@ from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds, log_likelihood, log_speed_sd, residuals
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.measurement.speeds import MeasuredBy, PredictedSpeeds, WallPhases, shortening
-from swesbi.population.synthetic import own_recordings
+from swesbi.population.recordings import own_recordings
 from swesbi.prior import bounds, from_logit, log_density, log_jacobian, quantile, to_logit
 from swesbi.recording.phases import nominal_phases
 

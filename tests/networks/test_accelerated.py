@@ -3,24 +3,16 @@
 import numpy as np
 import pytest
 import torch
-from inference_case import (
-    CONTEXTS,
-    OBSERVATION_MODEL,
-    WIDE_PRIOR,
-    components,
-    estimator_settings,
-    subject_features,
-    weights,
-)
+from inference_case import WIDE_PRIOR, estimator_settings, pool_of_both, weights
 from sbi.neural_nets.estimators import ConditionalDensityEstimator
 from torch import Tensor
 
-from swesbi.networks.accelerated.flow import LeanFlow
-from swesbi.networks.determinism import reproducible
-from swesbi.networks.paper.pool import Pool, build_pool
+from swesbi.networks.paper.accelerated import LeanFlow
+from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.sbi_trainer import build_net
 from swesbi.networks.paper.training import TrainedNetwork, train
 from swesbi.networks.paper.weights import FlowWeights, standardise
+from swesbi.networks.training import reproducible
 
 ROWS = 60
 ARCHITECTURES = [
@@ -33,8 +25,7 @@ ARCHITECTURES = [
 
 @pytest.fixture(scope="module")
 def pool() -> Pool:
-    subjects = [subject_features(context, 250, np.array([0.4, -0.3, 0.5, 0.1])) for context in CONTEXTS]
-    return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
+    return pool_of_both()
 
 
 def rows(dtype: torch.dtype) -> tuple[Tensor, Tensor]:

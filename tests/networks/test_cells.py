@@ -10,7 +10,8 @@ import speed_case
 from population_case import CELLS
 
 from swesbi.measurement.speeds import SpeedRecording
-from swesbi.networks.flow.cells import (
+from swesbi.networks.files import fit_standardisation
+from swesbi.networks.flow.conditioning import (
     CellConditioner,
     CellSettings,
     SeenCells,
@@ -20,7 +21,6 @@ from swesbi.networks.flow.cells import (
     pool_points,
     recording_inputs,
 )
-from swesbi.networks.standardisation import fit_standardisation
 from swesbi.recording.phases import nominal_phases
 
 WIDE = CellSettings(cells=20, relative_se=(0.001, 0.5))
@@ -32,15 +32,6 @@ def test_missing_phases_lie_on_the_line_between_their_neighbours_around_the_cycl
     values = np.array([[1.0, np.nan, np.nan, 4.0, 5.0, np.nan], [np.nan, 1.0, 2.0, np.nan, 4.0, 5.0]])
     expected = [[1.0, 2.0, 3.0, 4.0, 5.0, 3.0], [3.0, 1.0, 2.0, 3.0, 4.0, 5.0]]
     assert np.allclose(fill_missing(values, measured), expected)
-
-
-def test_a_line_is_filled_exactly_wherever_the_gap_lies() -> None:
-    rng = np.random.default_rng(2)
-    measured = rng.random((200, 20)) < 0.8
-    measured[:, [0, 19]] = True
-    line = rng.normal(size=(200, 1)) + rng.normal(size=(200, 1)) * np.arange(20)
-    filled = fill_missing(np.where(measured, line, np.nan), measured)
-    assert np.allclose(filled, line)
 
 
 def points(phase: list[float], log_speed: list[float], se: list[float]) -> SpeedRecording:

@@ -5,24 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from inference_case import (
-    CONTEXTS,
-    OBSERVATION_MODEL,
-    WIDE_PRIOR,
-    components,
-    estimator_settings,
-    subject_features,
-    weights,
-)
+from inference_case import WIDE_PRIOR, estimator_settings, pool_of_both, weights
 
 from swesbi.artefacts import ArtefactError, Provenance, values_of
 from swesbi.artefacts.files import provenance_of
-from swesbi.networks.determinism import reproducible
-from swesbi.networks.paper.draws import draw_candidates, losses
-from swesbi.networks.paper.estimator import Checkpoints
-from swesbi.networks.paper.pool import Pool, build_pool
+from swesbi.networks.paper.estimator import Checkpoints, draw_candidates, losses
+from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import TrainedNetwork, train
 from swesbi.networks.torch_prior import torch_prior
+from swesbi.networks.training import reproducible
 
 OVERSHOOTING = {
     procedure: estimator_settings(procedure=procedure, learning_rate=0.05, max_num_epochs=12)
@@ -33,9 +24,7 @@ KEEP = (1, 4, 40)
 
 @pytest.fixture(scope="module")
 def pool() -> Pool:
-    observed = np.array([0.4, -0.3, 0.5, 0.1])
-    subjects = [subject_features(context, 250, observed) for context in CONTEXTS]
-    return build_pool(subjects, components(), OBSERVATION_MODEL, seed=3)
+    return pool_of_both()
 
 
 def fit(pool: Pool, keep: tuple[int, ...], procedure: str) -> TrainedNetwork:

@@ -13,8 +13,7 @@ from flow_case import CONDITIONING, TINY, simulations, trained
 
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.networks.flow.conditioning import raw_features
-from swesbi.networks.flow.flow import FlowProposal, flow_proposal
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.networks.flow.training import (
     Rows,
     TrainingDivergedError,

@@ -11,7 +11,7 @@ import torch
 import zuko
 
 from swesbi.networks.affine_maf import BLOCK
-from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
+from swesbi.networks.flow.training import ConditionalFlow, arrays_of, build_net
 from swesbi.networks.settings import EmbeddingSettings, FlowSettings
 
 PARAMETERS, COMPONENTS = 15, 46

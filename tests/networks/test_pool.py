@@ -7,9 +7,9 @@ from inference_case import CONTEXTS, FEATURES, NOISE_SD, OBSERVATION_MODEL, comp
 
 from swesbi.artefacts import Provenance
 from swesbi.context import CONTEXT_NAMES
+from swesbi.networks.files import fit_standardisation
 from swesbi.networks.paper.pool import Pool, augment, build_pool, noise_sd
 from swesbi.networks.settings import ObservationModelSettings
-from swesbi.networks.standardisation import fit_standardisation
 
 OBSERVED = np.array([0.1, -0.2, 0.3, 0.0])
 DRAWS = 200

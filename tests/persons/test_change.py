@@ -8,10 +8,8 @@ import speed_case
 from scipy.special import ndtr
 
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.change.joint import JoinedSpace
-from swesbi.persons.change.ratios import (
-    NormalVisit,
-    judge_one_person,
+from swesbi.persons.change.joint import JoinedSpace, NormalVisit, judge_one_person
+from swesbi.persons.change.stored import (
     log_ratios,
     smallest_detectable,
     summarise_ratios,

@@ -20,13 +20,11 @@ from test_compare_command import stored as change_of_one
 
 from swesbi.artefacts import Provenance
 from swesbi.base.arrays import FloatArray
-from swesbi.persons.change.groups import change_in_groups, doubts, verdict_of_pair
-from swesbi.persons.change.ratios import OnePerson
-from swesbi.persons.change.stored import StoredChange
-from swesbi.persons.change.words import group_lines
+from swesbi.persons.change.groups import change_in_groups, doubts, group_lines, verdict_of_pair
+from swesbi.persons.change.stored import OnePerson, StoredChange
 from swesbi.persons.cohort import model as population_model
 from swesbi.persons.cohort.cohort import design_of, hyperprior_of
-from swesbi.persons.cohort.infer import CohortResult, of_ratios
+from swesbi.persons.cohort.infer import CohortResult, of_ratios, stored_form
 from swesbi.persons.cohort.model import CohortModel, RatioPrior, log_density
 from swesbi.persons.cohort.stored import (
     DIFFERENCE,
@@ -35,7 +33,6 @@ from swesbi.persons.cohort.stored import (
     CohortPosterior,
     change_table,
     person_table,
-    stored_form,
 )
 from swesbi.report.figures.cohort_posterior import draw_change_groups
 from swesbi.study.compare import GROUP_OUTPUTS, save_groups

@@ -15,7 +15,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.persons.cohort import infer as inference
 from swesbi.persons.cohort import model as population_model
 from swesbi.persons.cohort.cohort import design_of
-from swesbi.persons.cohort.infer import DrawSet
+from swesbi.persons.cohort.model import DrawSet
 from swesbi.prior import draw_prior
 
 COHORTS = 40

@@ -12,13 +12,12 @@ import pytest
 
 from swesbi.artefacts import Provenance
 from swesbi.persons.cohort.cohort import design_of
-from swesbi.persons.cohort.infer import CohortResult
+from swesbi.persons.cohort.infer import CohortResult, stored_form
 from swesbi.persons.cohort.stored import (
     GROUP_FACTOR,
     GROUP_MEDIAN,
     CohortPosterior,
     hyperparameter_table,
-    stored_form,
     subject_table,
 )
 from swesbi.report.figures.cohort_posterior import draw_cohort_posterior

@@ -24,19 +24,23 @@ from swesbi.__main__ import main
 from swesbi.answers.change import JOINT, TABLE, PersonChangeSettings, check_protocols
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.csv import read_csv, write_csv
-from swesbi.base.ending import InterruptedBySignal
+from swesbi.base.terminal import InterruptedBySignal
 from swesbi.checks.scores import Band
-from swesbi.config.pairs import pairs_of, visit_pair
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
-from swesbi.persons.change.ratios import QUANTITIES, OnePerson, Ratios
-from swesbi.persons.change.stored import StoredChange, change_table
-from swesbi.persons.change.words import change_lines
+from swesbi.persons.change.stored import (
+    QUANTITIES,
+    OnePerson,
+    Ratios,
+    StoredChange,
+    change_lines,
+    change_table,
+)
 from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
 from swesbi.study import compare as command
 from swesbi.study.answerer import Answerer
-from swesbi.study.other_network import OtherNetworkError
-from swesbi.study.results import Results, experiment_files, population_files
+from swesbi.study.compare import pairs_of, visit_pair
+from swesbi.study.results import OtherNetworkError, experiment_files, population_files
 
 TRIAL = ROOT / "data" / "virtual_trial"
 VOLUNTEERS = ROOT / "data" / "virtual_volunteers"
@@ -193,7 +197,7 @@ def instead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Instead:
     """Nothing is inferred; the study's own network and null recordings are empty files."""
     null = tmp_path / "results" / "amortised" / "null.h5"
     null.parent.mkdir(parents=True)
-    for path in (*population_files(Results(tmp_path / "results"), "amortised", null).files, null):
+    for path in (*population_files(tmp_path / "results", "amortised", null).files, null):
         path.touch()
     made = Instead()
     monkeypatch.setattr(Answerer, "request", lambda _, subject: made.request(subject))

@@ -16,11 +16,10 @@ from swesbi.persons.change.joint import DEGREES_OF_FREEDOM, Change, infer_change
 from swesbi.persons.change.visits import visits_model
 from swesbi.persons.settings import ChangeRuleSettings, ChangeSettings, SharesSettings
 from swesbi.posterior.exact import exact_posterior
-from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.fitted import WIDENING, FittedProposal, StudentProposal
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import LogitSpace
-from swesbi.posterior.student import WIDENING, StudentProposal
 
 NOTHING = dict.fromkeys(SharesSettings.model_fields, 0.0)
 RULE = ChangeRuleSettings(threshold=0.1, probability=0.95, power=0.8, one_person_level=0.05, null_draws=500)
@@ -107,6 +106,13 @@ def test_the_first_proposal_of_both_is_as_good_as_those_of_each(
     independent = np.prod([alone(*each) for each in zip(pair, posteriors, strict=True)])
     assert independent > 0.4
     assert found > 0.8 * independent
+
+
+def test_three_visits_are_no_pair_to_compare() -> None:
+    three = visits_model((*models(), models()[0]), [np.arange(PHASES)] * 3, np.zeros(4), 0.0)
+    chosen = ChangeSettings(shares=SharesSettings.from_plain(NOTHING), rule=RULE, exact=exact_case.SETTINGS)
+    with pytest.raises(ValueError, match="3 visits: a change is between two"):
+        infer_change(three, own(), [space()] * 2, chosen, 1)
 
 
 def test_shares_are_of_the_parameters_named_and_zero_of_all_others() -> None:

@@ -48,3 +48,12 @@ def test_an_effect_is_all_that_lies_between_the_arms() -> None:
     assert np.abs(without.samples_by_repeat - other.samples_by_repeat).sum() <= 3
     assert drawn.earlier is not None
     assert not np.allclose(without.speed_m_s, drawn.earlier.speed_m_s, rtol=0.002)
+
+
+def test_a_bank_depends_on_what_is_planned_and_on_what_answers_do() -> None:
+    study = load_study(read_merged(ROOT / "config.yaml"))
+    asked = PlanRequest(Effect("k_sr_per_s", -0.2), PAIRED, (3, 5), 0.03, 0.9, None)
+    parts = bank_settings(study, "amortised", asked, 3)
+    assert (parts["change"], parts["repeats"], parts["repeat_noise"]) == (-0.2, 3, 0.03)
+    assert parts["exact"] == study.config.speed_experiments["calibrated"].exact.to_plain()
+    assert parts["persons"] == study.config.plan.persons.to_plain()

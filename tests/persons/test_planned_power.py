@@ -15,11 +15,18 @@ from speed_case import shipped
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.persons.cohort.cohort import Member
-from swesbi.persons.planning.bank import ARMS, EFFECT, Bank
 from swesbi.persons.planning.effect import log_factor
 from swesbi.persons.planning.likelihoods import Likelihoods, likelihoods_of
-from swesbi.persons.planning.power import draw_counts, one_person_power, persons_for, power_curve
-from swesbi.persons.planning.words import Plan, plan_lines, plan_table
+from swesbi.persons.planning.power import (
+    Plan,
+    draw_counts,
+    one_person_power,
+    persons_for,
+    plan_lines,
+    plan_table,
+    power_curve,
+)
+from swesbi.persons.planning.simulation import ARMS, EFFECT, Bank
 from swesbi.persons.settings import GROUPS, PAIRED
 from swesbi.prior import even_quantiles
 from swesbi.report.figures.plan import draw_plan
@@ -124,6 +131,7 @@ def test_power_is_near_that_of_normal_theory(likelihoods: Likelihoods) -> None:
     theory = ndtr(np.sqrt(curve.sizes) * abs(log_factor(plan_case.EFFECT)) / sd - ndtri(0.95))
     assert np.abs(curve.power - theory)[1:].max() < 0.2
     assert curve.power[-1] > 0.9
+    assert (curve.power_se > 0.0).any()
     assert curve.false_positive.max() < 0.12
     number, fewest, most = curve.needed
     assert number is not None and fewest is not None and fewest <= number

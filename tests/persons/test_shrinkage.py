@@ -9,8 +9,16 @@ import pytest
 from swesbi.base.arrays import FloatArray
 from swesbi.parameters import THETA_NAMES
 from swesbi.persons.cohort.cohort import design_of, weighted_quantiles
-from swesbi.persons.cohort.infer import DrawSet, combined, shrunken_prior
-from swesbi.persons.cohort.model import CohortModel, PriorAlone, RecycledDraws, Shrinkage, shrink
+from swesbi.persons.cohort.model import (
+    CohortModel,
+    DrawSet,
+    PriorAlone,
+    RecycledDraws,
+    Shrinkage,
+    combined,
+    shrink,
+    shrunken_prior,
+)
 from swesbi.prior import PriorSettings, log_density
 
 LEVELS = np.array([0.05, 0.5, 0.95])

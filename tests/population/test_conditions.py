@@ -13,8 +13,15 @@ from scipy.stats import kstest
 from swesbi.checks.calibration.known import FRESH_STREAM
 from swesbi.measurement.likelihood import log_speed_sd
 from swesbi.population.conditions import Conditions, admitted, draw_cells, draw_conditions, draw_pushes
-from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE, STREAMS, fresh_subject, record_fresh
-from swesbi.population.synthetic import Acquisition, acquired_recordings
+from swesbi.population.recordings import (
+    MODEL_NOISE,
+    SAMPLE_BY_SAMPLE,
+    STREAMS,
+    Acquisition,
+    acquired_recordings,
+    fresh_subject,
+    record_fresh,
+)
 from swesbi.recording.ingest import incomplete
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.speed import NoiseComponents

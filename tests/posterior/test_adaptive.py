@@ -11,13 +11,13 @@ from exact_case import PRIOR, SETTINGS, ToyModel, check_posterior, known_log_evi
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from swesbi.parameters import ParameterPrior
 from swesbi.posterior.adaptive import AdaptedDraws, adapted, adaptive_rounds, is_reliable
-from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.fitted import FittedProposal, StudentProposal
 from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import LogitSpace
-from swesbi.posterior.student import StudentProposal
-from swesbi.prior import ParameterPrior, draw_prior, in_bounds
+from swesbi.prior import draw_prior, in_bounds
 
 FloatArray = NDArray[np.float64]
 

@@ -248,20 +248,9 @@ def test_an_answer_is_read_from_its_verdict_alone(tmp_path: Path) -> None:
     assert (answer.status, answer.sampler, answer.interval_mass) == ("doubtful", "mcmc", 0.9)
 
 
-@pytest.mark.parametrize("settings", [SETTINGS, NEVER])
-def test_artefacts_repeat_to_the_byte(tmp_path: Path, settings: ExactSettings) -> None:
-    first = written(tmp_path / "first.h5", posterior(0.2, 2.0, settings)).read_bytes()
-    again, other = (exact_posterior(ToyModel(), proposal(0.2, 2.0), settings, seed)[0] for seed in (1, 2))
-    assert written(tmp_path / "again.h5", again).read_bytes() == first
-    assert not np.array_equal(other.phi, again.phi)
-
-
 def test_settings_that_cannot_work_are_refused() -> None:
     with pytest.raises(ValidationError, match="a round of the sampler leaves only 38400"):
         ExactSettings.from_plain({**SETTINGS.to_plain(), "draws": 50_000})
-
-
-def test_effective_draws_that_are_sought_are_no_fewer_than_those_that_are_needed() -> None:
     with pytest.raises(ValidationError, match="is less than min_effective_draws = 800"):
         ExactSettings.from_plain({**SETTINGS.to_plain(), "effective_draws": 700})
 

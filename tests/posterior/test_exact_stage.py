@@ -13,11 +13,10 @@ from exact_case import fitted, weigh
 
 from swesbi.artefacts import Provenance
 from swesbi.measurement.likelihood import speed_model
-from swesbi.networks.flow.flow import FlowProposal, flow_proposal
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import TrainedFlow, flow_proposal
+from swesbi.posterior.exact import posterior_of_subject
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior
-from swesbi.posterior.subject import posterior_of_subject
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import in_bounds
 from swesbi.recording.noise.cohort import CohortNoise
@@ -75,13 +74,3 @@ def test_the_stage_repeats_to_the_byte_and_depends_on_the_seed(inputs: Inputs, t
     first, again, other = found
     assert first == again
     assert first != other
-
-
-def test_a_proposal_is_the_flow_at_one_conditioning_vector(inputs: Inputs) -> None:
-    flow, model = inputs[2], speed_case.model()
-    proposal = flow_proposal(flow, model.recording)
-    assert isinstance(proposal, FlowProposal)
-    heart = proposal.draw(300, 5)
-    assert heart.shape == (300, 3)
-    np.testing.assert_array_equal(heart, proposal.draw(300, 5))
-    assert np.isfinite(proposal.log_density(heart)).all()

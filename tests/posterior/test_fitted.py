@@ -12,15 +12,14 @@ from exact_case import SETTINGS, weigh
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from swesbi.networks.flow.flow import FlowProposal, flow_proposal
+from swesbi.networks.flow.trained import FlowProposal, flow_proposal
 from swesbi.posterior.adaptive import adaptive_rounds
 from swesbi.posterior.exact import exact_posterior
-from swesbi.posterior.fitted import FittedProposal, fit_in_nearest, placed_in
+from swesbi.posterior.fitted import FittedProposal, StudentProposal, fit_in_nearest, placed_in
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import Proposal
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import LogitSpace
-from swesbi.posterior.student import StudentProposal
 from swesbi.prior import SimulatedPrior, draw_prior, in_bounds, log_centre, log_density
 
 FloatArray = NDArray[np.float64]

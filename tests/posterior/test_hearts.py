@@ -65,7 +65,6 @@ def test_few_draws_are_right_on_average_and_close_to_the_integral() -> None:
     model, heart = heart_model(), hearts(1, seed=4)
     near = heart * np.exp(1e-7 * np.random.default_rng(2).standard_normal((600, heart.shape[1])))
     ratio = np.exp(model.log_likelihood(near) - quadrature(model, heart[0])[0])
-    print(f"mean {ratio.mean():.3f}, sd {ratio.std():.3f}")
     assert ratio.std() < 0.6
     assert abs(ratio.mean() - 1.0) < 4.0 * ratio.std() / np.sqrt(len(ratio))
 

@@ -63,12 +63,6 @@ def test_k_hat_rises_as_the_proposal_narrows() -> None:
     assert k_hat[-1] > k_hat_limit(DRAWS)
 
 
-def test_efficiency_falls_as_the_proposal_moves_away() -> None:
-    efficiency = [weighted(shift=shift).efficiency for shift in (0.0, 0.5, 1.0, 4.0)]
-    assert efficiency == sorted(efficiency, reverse=True)
-    assert efficiency[-1] < 0.1
-
-
 def test_the_prior_in_the_mixture_bounds_the_weights() -> None:
     fraction, made_by = 0.1, proposal(0.5, 1.0)
     draws = weighted(0.5, 1.0, fraction)
@@ -136,11 +130,3 @@ def test_one_draw_is_never_reliable_and_its_limit_is_a_number() -> None:
     assert k_hat_limit(1) == k_hat_limit(2) < 0.0
     _, k_hat = smooth(np.zeros(1))
     assert k_hat > k_hat_limit(1)
-
-
-def test_weights_repeat_under_the_seed() -> None:
-    first, again = weighted(0.9), weighted(0.9)
-    other = weigh(ToyModel(), proposal(0.9), DRAWS, 0.1, seed=2)
-    for name in ("phi", "log_weight", "log_likelihood"):
-        np.testing.assert_array_equal(getattr(first, name), getattr(again, name))
-    assert not np.any(first.phi == other.phi)

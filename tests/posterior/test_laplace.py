@@ -10,10 +10,10 @@ from exact_case import SETTINGS, ToySettings
 
 from swesbi.base.arrays import FloatArray
 from swesbi.posterior.adaptive import adaptive_rounds
+from swesbi.posterior.fitted import StudentMixture
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.laplace import WIDER, ResidualModel, laplace_proposal
 from swesbi.posterior.space import ScoreSpace
-from swesbi.posterior.student import StudentMixture
 from swesbi.prior import JointPriorSettings
 
 
@@ -88,14 +88,3 @@ def test_it_begins_nearer_to_the_posterior_than_the_prior_and_than_a_wrong_mode(
     )
     assert begun > 5.0 * max(wrong, prior)
     assert begun > 0.01
-
-
-def test_it_depends_on_its_seed_alone() -> None:
-    model = HeartModel(speed_case.model(prior="calibrated"))
-    one, again = (laplace_proposal(model, 1).student for _ in range(2))
-    assert isinstance(one, StudentMixture)
-    assert isinstance(again, StudentMixture)
-    np.testing.assert_array_equal(one.share, again.share)
-    for part, same in zip(one.parts, again.parts, strict=True):
-        np.testing.assert_array_equal(part.mean, same.mean)
-        np.testing.assert_array_equal(part.scale, same.scale)

@@ -13,6 +13,8 @@ from scipy.signal import lfilter
 
 from swesbi.posterior.mcmc import (
     McmcDraws,
+    NearNormal,
+    SideBySide,
     effective_draws,
     gather,
     overdispersed,
@@ -20,7 +22,6 @@ from swesbi.posterior.mcmc import (
     split_r_hat,
     starting_points,
 )
-from swesbi.posterior.moves import NearNormal, SideBySide
 from swesbi.posterior.settings import McmcSettings
 from swesbi.posterior.space import LogitSpace
 from swesbi.prior import to_logit
@@ -131,8 +132,8 @@ def test_walkers_never_enter_where_simulations_fail() -> None:
 
 def test_thinned_draws_of_long_chains_are_as_good_as_independent() -> None:
     start = proposal().draw(MCMC.start_points, seed=2)
-    settings = MCMC.model_copy(update={"max_steps": 8000})
-    chains = sample_mcmc(ToyModel(), start, settings, seed=3, least_effective=4000)
+    settings = MCMC.model_copy(update={"max_steps": 8000, "min_effective_draws": 4000})
+    chains = sample_mcmc(ToyModel(), start, settings, seed=3)
     phi = chains.thinned(2000, np.random.default_rng(3))
     assert phi.shape == (2000, 4)
     assert len(np.unique(phi[:, 0])) > 1990

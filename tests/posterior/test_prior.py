@@ -4,7 +4,8 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 from scipy.stats import kstest, truncnorm
 
-from swesbi.prior import ParameterPrior, PriorSettings, bounds, in_bounds, log_centre, log_density, quantile
+from swesbi.parameters import ParameterPrior
+from swesbi.prior import PriorSettings, bounds, in_bounds, log_centre, log_density, quantile
 
 PAPER = PriorSettings(
     k0_kpa=ParameterPrior(centre=45.0, log_sd=0.5, low=10.0, high=200.0),

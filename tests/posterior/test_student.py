@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
-from swesbi.posterior.student import StudentMixture, StudentProposal, fitted_proposal
+from swesbi.posterior.fitted import StudentMixture, StudentProposal, fitted_proposal
 
 FloatArray = NDArray[np.float64]
 APART = np.array([3.0, 3.0, 0.0])

@@ -12,7 +12,7 @@ from cohorts import recording
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import clipped
 from swesbi.recording.reader import read_samples
-from swesbi.recording.tables.columns import SPEED
+from swesbi.recording.tables.layout import SPEED
 
 TWINS, ALLOWED = 200, 1
 

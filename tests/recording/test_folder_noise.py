@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from recordings import make_samples
 
-from swesbi.recording.noise.cohort import fit_noise
+from swesbi.recording.noise.cohort import FolderRecordings, fit_noise, folder_noise
 from swesbi.recording.noise.components import RepeatLevels
-from swesbi.recording.noise.folder import FolderRecordings, folder_noise
 from swesbi.recording.settings import NoisePriorSettings
 
 PRIOR = NoisePriorSettings(repeat_fraction=0.03, sample_fraction=0.06, sweep_fraction=0.015, log_sd=0.7)

@@ -15,10 +15,10 @@ from scipy.io import savemat
 from swesbi.artefacts import Provenance
 from swesbi.recording.cohort.check import examine_cohort
 from swesbi.recording.cohort.recording_file import description_of
-from swesbi.recording.noise.declared import declared_noise
+from swesbi.recording.ingest import ingest_pushes
+from swesbi.recording.noise.errors import declared_noise
 from swesbi.recording.observation import Observation, same_recording
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import NoiseDeclaration
@@ -95,7 +95,7 @@ def test_protocols_stand_together_in_one_cohort(tmp_path: Path) -> None:
     cohort = free_case.mixed(tmp_path / "c")
     report = examine_cohort(cohort, QUALITY, POINTS)
     assert [len(one.observation.phase) for one in report.subjects] == [20, 24, 62]
-    assert report.usable == ("S-1", "s_2x", "S-3")
+    assert report.usable == ("S-1", "s_2x", "S-3") and report.notes == report.problems == ()
     said = {name: description_of(cohort, name, QUALITY) for name in report.usable}
     assert {name: one.file.protocol.repeats_are for name, one in said.items()} == {
         "S-1": "separate", "s_2x": "sweeps", "S-3": "separate"

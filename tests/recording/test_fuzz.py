@@ -26,16 +26,22 @@ from swesbi.recording.cohort.check import examine_cohort
 from swesbi.recording.cohort.recording_file import description_of, validated
 from swesbi.recording.cohort.subjects import read_subject_table
 from swesbi.recording.cohort.visits import persons_of
-from swesbi.recording.ingest import ingest
+from swesbi.recording.ingest import ingest, ingest_pushes
 from swesbi.recording.observation import SOURCES, Observation
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.pushes import ingest_pushes
 from swesbi.recording.reader import samples_in
 from swesbi.recording.samples import Samples
 from swesbi.recording.settings import NoiseDeclaration
-from swesbi.recording.tables.columns import COLUMNS, EVENT, FAILED_STATUSES, FREE_COLUMNS, MODULUS
 from swesbi.recording.tables.files import open_table
-from swesbi.recording.tables.layout import OWN_FORM, TableLayout
+from swesbi.recording.tables.layout import (
+    COLUMNS,
+    EVENT,
+    FAILED_STATUSES,
+    FREE_COLUMNS,
+    MODULUS,
+    OWN_FORM,
+    TableLayout,
+)
 
 PHASES = 8
 FAST, SLOW, EXHAUSTIVE = 300, 2_000, 10_000
@@ -312,7 +318,8 @@ def any_measures(folder: Path, made: tuple[list[str], list[list[str]]]) -> bool:
     names, filled = made
     row = ROWS["S-1"].removeprefix("S-1")
     lines = [",".join([f"S-{number}{row}", *own[: len(names)]]) for number, own in enumerate(filled)]
-    return any_subjects(folder, encoded("\n".join([",".join([HEADER, *names]), *lines])))
+    pressures = names[:2] == ["sbp_mmhg", "dbp_mmhg"] and filled[0][:2] == ["118", "74"]
+    return any_subjects(folder, encoded("\n".join([",".join([HEADER, *names]), *lines]))) and pressures
 
 
 def any_visits(folder: Path, made: tuple[list[tuple[str, ...]], list[int], str]) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from swesbi.recording.groups import grouped
+from swesbi.recording.samples import grouped
 
 
 @pytest.mark.parametrize("keys", [["phase"], ["phase", "repeat"]])

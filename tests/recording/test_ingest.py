@@ -13,7 +13,6 @@ from recordings import CONTEXT, PHASES, RECORDING, clean_speed, make_samples, no
 from data.makers.files import samples_table
 from swesbi.artefacts import Provenance
 from swesbi.recording.acquisition import TruthCurve, acquire
-from swesbi.recording.acquisition_settings import ACQUISITION
 from swesbi.recording.cohort.clinical import ClinicalRow
 from swesbi.recording.cohort.observed import observed_curve
 from swesbi.recording.ingest import ingest
@@ -22,7 +21,7 @@ from swesbi.recording.phases import locate_phases
 from swesbi.recording.quality import rejection
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import ACCEPTED, REASONS, Samples
-from swesbi.recording.settings import ContextRow
+from swesbi.recording.settings import ACQUISITION, ContextRow
 from swesbi.recording.speed import average_speeds, estimate_noise, repeat_means
 from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator

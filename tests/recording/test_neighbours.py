@@ -24,11 +24,9 @@ from swesbi.population.recordings import (
     record_fresh,
     record_pushes,
 )
-from swesbi.recording.ingest import ingest
-from swesbi.recording.neighbours import speed_by_neighbours
+from swesbi.recording.ingest import ingest, ingest_pushes
 from swesbi.recording.problems import RecordingError
-from swesbi.recording.pushes import ingest_pushes
-from swesbi.recording.quality import phases_left_out, push_quality, rejection
+from swesbi.recording.quality import phases_left_out, push_quality, rejection, speed_by_neighbours
 from swesbi.recording.samples import OUTLIER, Samples
 
 Array = NDArray[np.float64]

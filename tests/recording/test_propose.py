@@ -17,8 +17,15 @@ from scipy.io import savemat
 from swesbi.__main__ import main
 from swesbi.recording.cohort.recording_file import validated
 from swesbi.recording.reader import read_samples
-from swesbi.recording.tables.columns import MEASURED, MODULUS, SHEAR_MODULUS, SPEED, STANDARD_ERROR, TIME
-from swesbi.recording.tables.layout import TableLayout
+from swesbi.recording.tables.layout import (
+    MEASURED,
+    MODULUS,
+    SHEAR_MODULUS,
+    SPEED,
+    STANDARD_ERROR,
+    TIME,
+    TableLayout,
+)
 from swesbi.recording.tables.propose import as_yaml, proposal_for, propose
 
 GATED = ["Phase", "Delay (ms)", "RR (ms)", "Acq", "ROI"]

@@ -22,8 +22,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
-from swesbi.recording.tables.columns import MODULUS, SHEAR_MODULUS, SPEED, TIME, stated_unit
-from swesbi.recording.tables.layout import TableLayout
+from swesbi.recording.tables.layout import MODULUS, SHEAR_MODULUS, SPEED, TIME, TableLayout, stated_unit
 
 Write = Callable[[Path, pd.DataFrame], None]
 KEYS = ["phase_index", "repeat", "trigger_delay_ms", "rr_ms"]
@@ -289,7 +288,7 @@ def test_pushes_soon_after_the_r_peak_are_read_where_their_unit_is_stated(
     [
         ("SWS [cm/s]", "4e9", r"'SWS \[cm/s\]': '4e9' read in cm/s as shear_wave_speed_m_s is outside"),
         ("Phase", "0", r"'Phase': '0' .*outside \[0, 19\]"),
-        ("Flag", "so-so", "row 2, column 'Flag': 'so-so' is none of ok"),
+        ("Flag", "so-so", "'Flag': 'so-so' is none of ok"),
     ],
 )
 def test_what_is_wrong_is_told_by_the_file_s_own_column_and_value(
@@ -298,7 +297,7 @@ def test_what_is_wrong_is_told_by_the_file_s_own_column_and_value(
     other = as_others_write(recording()).astype(object)
     other.loc[0, column] = value
     other.to_csv(tmp_path / "S.csv", index=False)
-    with pytest.raises(RecordingError, match=words):
+    with pytest.raises(RecordingError, match=f"S.csv, row 2, column {words}"):
         read(tmp_path / "S.csv", TRANSLATION)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cohorts import ROWS, recording, snapshot, write_cohort
 from recordings import RECORDING
@@ -36,6 +37,7 @@ def test_the_summary_says_what_quality_control_found(
         assert cells[1] == "20/20"
         assert int(cells[2]) == observed.samples_accepted.sum()
         assert int(cells[3]) == observed.samples_rejected.sum() == (subject.verdict >= 0).sum()
+        assert cells[4] == f"{np.median(observed.speed_se_m_s / observed.speed_m_s):.1%}"
         samples = read_samples(cohort / f"swe/{observed.subject}.csv", 20, 1e3)
         assert f"no_wave {(samples.status == 'no_wave').sum()}," in " ".join(cells) + ","
 
@@ -66,6 +68,7 @@ def test_a_sheet_shows_every_sample() -> None:
     report = examine_cohort(ROOT / "data" / "virtual_volunteers", RECORDING, 100)
     subject = next(one for one in report.subjects if one.observation.subject == "B")
     figure = draw_recording_sheet(subject, report.origin)
+    assert "virtual volunteers" in figure.get_suptitle()
     lines = {str(line.get_label()): line for line in figure.axes[0].get_lines()}
     assert len(lines["accepted sample"].get_xdata()) == (subject.verdict == -1).sum()
     for index, reason in enumerate(REASONS):

@@ -22,8 +22,7 @@ from swesbi.recording.cohort.clinical import CLINICAL_BOUNDS
 from swesbi.recording.cohort.recording_file import validated
 from swesbi.recording.cohort.visits import VISIT_NAMES
 from swesbi.recording.reader import read_samples
-from swesbi.recording.tables.columns import COLUMNS, FREE_COLUMNS
-from swesbi.recording.tables.layout import TableLayout
+from swesbi.recording.tables.layout import COLUMNS, FREE_COLUMNS, TableLayout
 
 PAGE = ROOT / "docs" / "own-data.md"
 MAPPING, SETTINGS = (block.code for block in blocks_of(PAGE) if block.language == "yaml")

@@ -21,7 +21,7 @@ from PIL import Image
 
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.scores import Band
-from swesbi.networks.training_tables import TRAINING
+from swesbi.networks.training import TRAINING
 from swesbi.report.figures.band import draw_band, draw_points
 from swesbi.report.figures.density import log_density_of_draws, log_density_of_prior, prior_band
 from swesbi.report.figures.forest import Panel, Series, forest, intervals

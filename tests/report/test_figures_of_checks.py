@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 
 from swesbi.artefacts.typed import Place
 from swesbi.checks.calibration.table import ALARM_COLUMNS, ALARMS
-from swesbi.checks.identifiability.quantities import QUANTITY_NAMES
+from swesbi.checks.identifiability import QUANTITY_NAMES
 from swesbi.report.figures.identifiability import draw_identifiability
 from swesbi.report.figures.misspecification import misspecification_figure
 from swesbi.report.figures.workflow import SHOWN_CURVES, shown_subject, workflow_figure
-from swesbi.verdict.misfits import TESTS
+from swesbi.verdict.nulls import TESTS
 from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest
 
 RNG = np.random.default_rng(1)

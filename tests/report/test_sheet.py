@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from posterior_case import exact_of
 
-from swesbi.checks.identifiability.information import MoreRepeats
+from swesbi.checks.information import MoreRepeats
 from swesbi.checks.scores import Band
 from swesbi.context import Context
 from swesbi.parameters import PHI_NAMES, REPORTED_NAMES

@@ -14,10 +14,9 @@ from swesbi.checks.epochs import inference_by_epoch
 from swesbi.config.read import overlay, read_merged, read_yaml
 from swesbi.config.study import load_study
 from swesbi.config.view import View
-from swesbi.networks.paper.draws import losses
-from swesbi.networks.paper.estimator import TrainedEstimator
+from swesbi.networks.paper.estimator import TrainedEstimator, losses
 from swesbi.networks.paper.pool import Pool
-from swesbi.networks.training_tables import (
+from swesbi.networks.training import (
     COVERAGE_GRID,
     COVERAGE_PHASES,
     EPOCHS,

@@ -25,7 +25,7 @@ HOLDER = (
     "print('held', flush=True); time.sleep(60)\n"
 )
 ORPHAN = (
-    "import sys, time; from swesbi.base.processes import exit_when_gone\n"
+    "import sys, time; from swesbi.base.workers import exit_when_gone\n"
     "exit_when_gone(int(sys.argv[1])); print('watching', flush=True); time.sleep(60)\n"
 )
 

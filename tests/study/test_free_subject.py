@@ -25,7 +25,7 @@ from swesbi.prior import draw_prior
 from swesbi.recording.phases import cells_of
 from swesbi.recording.problems import RecordingError
 from swesbi.study.answerer import answer_settings
-from swesbi.verdict.misfits import residuals_p_value
+from swesbi.verdict.nulls import residuals_p_value
 
 SETTINGS = exact_case.SETTINGS.model_copy(update={"effective_draws": 1500})
 

@@ -25,7 +25,7 @@ from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.parameters import REPORTED_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import Observation
-from swesbi.study import other_network
+from swesbi.study import results
 from swesbi.verdict.context import nearest_known, outside
 
 A = Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88)
@@ -131,7 +131,7 @@ def test_a_setting_that_is_null_is_one_that_is_not_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A network that was trained before there was a setting knows it not; its being null says the same."""
-    stage = other_network
+    stage = results
     known = {"theta": {"low": 1.0}, "scale": 2.0}
     monkeypatch.setattr(TrainedFlow, "load", lambda _: ({}, Provenance("flow", settings=known)))
     stage.check_network(tmp_path, {"theta": {"low": 1.0, "factor": None}, "scale": 2.0})

@@ -22,13 +22,12 @@ from inference_study import (
 )
 
 from swesbi.artefacts import UnfitError
-from swesbi.checks.recovery import fresh_simulations
-from swesbi.checks.synthetic_recovery import inferred
+from swesbi.checks.recovery import fresh_simulations, inferred
 from swesbi.heart.prior_simulations import draw_simulations
 from swesbi.measurement.likelihood import measured_subjects
-from swesbi.networks.paper.draws import draw_candidates
+from swesbi.networks.paper.estimator import draw_candidates
 from swesbi.seeds import integer_seed
-from swesbi.verdict.network_posterior import judged_posterior
+from swesbi.verdict.prior_support import judged_posterior
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +93,6 @@ def test_inputs_that_do_not_belong_together_are_refused(results: Results, inputs
 
 def test_readers_do_not_import_torch() -> None:
     names = ("networks.settings", "networks.paper.pool", "posterior.truncated", "verdict.prior_support")
-    modules = [f"swesbi.{name}" for name in (*names, "population.synthetic")]
+    modules = [f"swesbi.{name}" for name in (*names, "population.recordings")]
     code = f"import sys, {', '.join(modules)}; sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

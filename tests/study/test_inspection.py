@@ -1,4 +1,4 @@
-"""What `inspect` states of a file of a study, and of two runs."""
+"""What `inspect` states of a file of a study."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from study_copy import StudyCopy
 
 from swesbi.artefacts import Array, Artefact, ArtefactError, Group, Provenance, Variable, write_json
 from swesbi.study import inspect, parsers
-from swesbi.study.contents import READERS, read
-from swesbi.study.inspect import array_difference, compare_runs
+from swesbi.study.inspect import READERS, read
 
 Shown = pytest.CaptureFixture[str]
 FIT, TABLE = Path("cohort/A/fit.h5"), Path("tables/ppc.csv")
@@ -33,11 +32,11 @@ def main(arguments: list[str]) -> int:
     return inspect.main(parsers.inspect().parse_args(arguments))
 
 
-def write_fit(path: Path, exponent: float = 3.0, code: str = "abc", factor: float = 1.0) -> None:
+def write_fit(path: Path) -> None:
     """Write an artefact of which two groups differ in the length of a dimension."""
-    draws = Array(("draw",), factor * np.arange(3.0), {"units": "kPa", "long_name": "stiffness"})
+    draws = Array(("draw",), np.arange(3.0), {"units": "kPa", "long_name": "stiffness"})
     few = Array(("draw",), np.array([0, 1]))
-    made = Provenance(Inspected.kind, "A", 7, {"passive": {"exponent_b": exponent}}, code)
+    made = Provenance(Inspected.kind, "A", 7, {"passive": {"exponent_b": 3.0}}, "abc")
     Inspected.save(path, {"/": Group({"k0_kpa": draws}), "few": Group({"index": few})}, made)
 
 
@@ -109,90 +108,6 @@ def test_check_compares_every_artefact_with_its_checksum(runs: tuple[Path, Path]
         assert f" {other / path}: " in line and "does not match its checksum" in line
     with pytest.raises(ArtefactError, match="logs: no artefact"):
         main(["--check", str(other / "logs")])
-
-
-def test_equal_runs_are_equal(runs: tuple[Path, Path], capsys: Shown) -> None:
-    first, other = runs
-    (other / "logs" / "extra.log").write_text("logs do not count")
-    (other / ".hidden").touch()
-    assert main(["--diff", str(first), str(other)]) == 0
-    assert capsys.readouterr().out == "the runs are equal\n"
-    (first.parent / "empty").mkdir()
-    for name in ("nowhere", "empty"):
-        with pytest.raises(ArtefactError, match=f"{name}: has no results"):
-            compare_runs(first.parent / name, first)
-
-
-def test_differences_of_settings_code_arrays_and_verdicts_are_stated(
-    runs: tuple[Path, Path], capsys: Shown
-) -> None:
-    first, other = runs
-    write_fit(other / FIT, exponent=4.0, code="def", factor=1.01)
-    write_json(other / VERDICT, {"status": "another", "k_hat": 0.3})
-    (other / FIGURE).write_bytes(b"another")
-    (other / "configuration.yaml").write_text("levels: [0.5]\n")
-    (other / TABLE).unlink()
-    (other / "extra.csv").write_text("a\n1\n")
-    assert main(["--diff", str(first), str(other)]) == 1
-    assert capsys.readouterr().out.splitlines() == [
-        *("only in the first:", "tables/ppc.csv"),
-        *("only in the second:", "extra.csv"),
-        *("settings:", "passive.exponent_b: 3.0 -> 4.0  (cohort/A/fit.h5)"),
-        *("code and origin:", "code_hash: abc -> def  (cohort/A/fit.h5)"),
-        *("verdicts:", "status: doubtful -> another  (paper/subjects/F/verdict.json)"),
-        *("facts:", "levels: 0.5, 0.9 -> 0.5  (configuration.yaml)"),
-        *("arrays:", "k0_kpa: max abs 0.02 kPa, max rel 0.0099  (cohort/A/fit.h5)"),
-        *("other files whose bytes differ:", "figures/ppc.png"),
-        "the runs differ",
-    ]
-
-
-def test_one_change_of_many_files_is_one_line(runs: tuple[Path, Path]) -> None:
-    for run, code in zip(runs, ("abc", "def"), strict=True):
-        for subject in "ABCDE":
-            write_fit(run / "cohort" / subject / "fit.h5", code=code)
-    named = ", ".join(f"cohort/{subject}/fit.h5" for subject in "ABC")
-    assert compare_runs(*runs) == {"code and origin": [f"code_hash: abc -> def  ({named} and 2 more)"]}
-
-
-def test_a_damaged_file_does_not_end_the_comparison(runs: tuple[Path, Path], capsys: Shown) -> None:
-    first, other = runs
-    (other / FIT).write_bytes((other / FIT).read_bytes()[:-200])
-    (other / TABLE).write_bytes(b"\xff\xfe")
-    write_json(other / VERDICT, {"status": "changed", "k_hat": 0.3})
-    assert main(["--diff", str(first), str(other)]) == 2
-    title, cut, table, *rest = capsys.readouterr().out.splitlines()
-    assert title == "damaged, so not compared:"
-    assert cut.startswith(f"{other / FIT}: has no checksum at its end: it was cut off")
-    assert cut.endswith(f"{FIT} --configfile small.yaml  ({FIT})") and "rm -f" in cut
-    assert table.startswith(f"{other / TABLE}: cannot be read as .csv")
-    assert rest == ["verdicts:", f"status: doubtful -> changed  ({VERDICT})", "the runs differ"]
-
-
-def numbers(*values: float | bool, units: str = "kPa") -> Array:
-    return Array(("n",), np.array(values), {"units": units})
-
-
-def texts(*values: str) -> Array:
-    return Array(("n",), np.array(values))
-
-
-@pytest.mark.parametrize(
-    ("one", "two", "expected"),
-    [
-        (numbers(1.0, np.nan), numbers(1.0, np.nan), ""),
-        (numbers(0.0, np.inf), numbers(-0.0, np.inf), ""),
-        (numbers(1.0, 4.0), numbers(1.0, 5.0), "max abs 1 kPa, max rel 0.2"),
-        (numbers(0.0, 4.0), numbers(1e-9, 5.0), "max abs 1 kPa, max rel 1"),
-        (numbers(1.0), numbers(np.nan), "1 values are missing in one alone"),
-        (numbers(1.0), numbers(1.0, 2.0), "{'n': 1} kPa against {'n': 2} kPa"),
-        (numbers(1.0), numbers(1.0, units="Pa"), "{'n': 1} kPa against {'n': 1} Pa"),
-        (texts("x", "y"), texts("x", "zz"), "1 texts differ"),
-        (numbers(True, units="1"), numbers(False, units="1"), "max abs 1 1, max rel 1"),
-    ],
-)
-def test_arrays_are_compared_in_numbers(one: Array, two: Array, expected: str) -> None:
-    assert array_difference(one, two) == expected
 
 
 @pytest.mark.parametrize(

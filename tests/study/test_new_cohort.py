@@ -16,15 +16,15 @@ import yaml
 from openpyxl import load_workbook
 
 from swesbi.__main__ import main
+from swesbi.answers.answer import Knowledge
 from swesbi.answers.files import OtherAnswerError, RecordingRequest, check_untouched
-from swesbi.answers.knowledge import Knowledge
 from swesbi.answers.recording import ModelledRecording, observe
 from swesbi.answers.table import AnswerRow, answers_table, explanations, write_answers
 from swesbi.config.read import ConfigError, at_configuration, read_merged
 from swesbi.config.study import Study, context_refusal, load_study
 from swesbi.parameters import REPORTED_NAMES
 from swesbi.recording.cohort.clinical import ClinicalMeasures
-from swesbi.recording.cohort.recording import UsableRecording
+from swesbi.recording.cohort.observed import UsableRecording
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import same_recording
 from swesbi.recording.reader import read_samples

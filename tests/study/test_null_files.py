@@ -10,7 +10,7 @@ from study_copy import ROOT
 
 from swesbi.config.read import ConfigError, read_merged
 from swesbi.config.study import Study, load_study
-from swesbi.study.nulls import nulls_of
+from swesbi.config.view import nulls_of
 from swesbi.verdict.settings import SHIPPED_NULLS
 
 

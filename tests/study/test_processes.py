@@ -14,11 +14,11 @@ from typing import Final
 import pytest
 
 from swesbi.artefacts import DamagedArtefactError
-from swesbi.base.processes import WorkerKilledError, is_alive, side_by_side
+from swesbi.base.workers import WorkerKilledError, is_alive, side_by_side
 
 THREADS: Final = """
 import numpy as np
-from swesbi.base.processes import side_by_side
+from swesbi.base.workers import side_by_side
 
 def work(_):
     ones = np.ones((1000, 1000), np.float32)
@@ -30,7 +30,7 @@ print(next(side_by_side(work, [0], 1))[1])
 WAITING: Final = """
 import os, sys, time
 from pathlib import Path
-from swesbi.base.processes import side_by_side
+from swesbi.base.workers import side_by_side
 
 def work(name):
     Path(name).write_text(str(os.getpid()))

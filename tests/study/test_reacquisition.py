@@ -18,17 +18,17 @@ from inference_study import (
 )
 from recordings import RECORDING
 
-from swesbi.checks.synthetic_recovery import acquisition_recovery
+from swesbi.checks.recovery import acquisition_recovery
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.operator import late_diastolic
 from swesbi.measurement.settings import summary_names
 from swesbi.networks.paper.estimator import TrainedEstimator
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.training import trained_network
-from swesbi.population.synthetic import Reacquisition
+from swesbi.population.recordings import Reacquisition
 from swesbi.prior import log_centre
-from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings
 from swesbi.recording.phases import sample_cycle
+from swesbi.recording.settings import ACQUISITION, AcquisitionSettings
 
 NOISES = (
     "sample_sd_fraction", "repeat_sd_fraction", "sweep_fraction", "scale_fraction", "rr_sd_fraction",

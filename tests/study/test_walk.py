@@ -15,7 +15,7 @@ from study_copy import ROOT, StudyCopy
 
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
-from swesbi.study.nulls import nulls_of
+from swesbi.config.view import nulls_of
 
 ROW = re.compile(r"^\| .* \| `(?P<file>[a-z_/]+)\.py` \| `(?P<function>[\w.]+)` \|$", re.MULTILINE)
 PAGE = ROOT / "src" / "swesbi" / "README.md"

@@ -12,7 +12,7 @@ import pytest
 from exact_case import SETTINGS
 from observed_cohort import write_observed_cohort
 
-from swesbi.answers.cohort import AnswerOfPopulation, answer_of_population
+from swesbi.answers.answer import AnswerOfPopulation, answer_of_population
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.artefacts.typed import read_as
 from swesbi.checks.calibration.dataset import FreshRecordings, PopulationCalibration
@@ -20,7 +20,7 @@ from swesbi.checks.calibration.known import infer_all, of_fresh
 from swesbi.checks.calibration.scores import strata_of
 from swesbi.checks.settings import RecordingsSettings
 from swesbi.context import Context
-from swesbi.networks.flow.cells import CellConditioner
+from swesbi.networks.flow.conditioning import CellConditioner
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE, fresh_subject, record_fresh, recorded
 from swesbi.recording.noise.cohort import CohortNoise

@@ -15,7 +15,7 @@ from data.makers.clinical import true_measures
 from swesbi.config.read import read_merged
 from swesbi.config.study import load_study
 from swesbi.context import Context
-from swesbi.heart.intervals import systolic_intervals
+from swesbi.heart.beats import systolic_intervals
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats, simulate
 from swesbi.measurement.likelihood import SpeedModel

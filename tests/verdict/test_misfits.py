@@ -12,7 +12,7 @@ from scipy.stats import kstest
 
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.prior import JointPriorSettings, quantile
-from swesbi.verdict.misfits import WITH_STRIPS, boundary_statistic, residuals_p_value, strip_ratios
+from swesbi.verdict.nulls import WITH_STRIPS, boundary_statistic, residuals_p_value, strip_ratios
 
 FloatArray = NDArray[np.float64]
 

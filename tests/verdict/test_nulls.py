@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from scipy.stats import kstest, norm
 
 from swesbi.base.arrays import rows_of
-from swesbi.verdict.misfits import STRIP_MASSES, WITH_STRIPS, Misfits
 from swesbi.verdict.nulls import (
     NEAREST,
     SMALLEST_P,
+    STRIP_MASSES,
+    WITH_STRIPS,
     Grade,
+    Misfits,
     fit_null,
     nearest,
     overall_p,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,11 +16,10 @@ from scipy.stats import kstest
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.parameters import REPORTED_NAMES
 from swesbi.recording.observation import Contexts
-from swesbi.verdict.misfits import TESTS, Misfits
-from swesbi.verdict.nulls import Grade, overall_p, p_values, single_level
-from swesbi.verdict.recording import grade, make_verdict
-from swesbi.verdict.subject import others_than
-from swesbi.verdict.verdict import Verdict, VerdictTest
+from swesbi.verdict.nulls import TESTS, Grade, Misfits, overall_p, p_values, single_level
+from swesbi.verdict.recording import grade, make_verdict, others_than
+from swesbi.verdict.summary import verdict_numbers, weights_in_words
+from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 
 RULE = speed_case.rule()
 NULL_RECORDINGS = 400
@@ -132,3 +132,35 @@ def test_a_subject_is_compared_with_the_others_of_the_cohort() -> None:
     assert others_than("B", Contexts(cohort)) == [cohort[0], cohort[2]]
     with pytest.raises(ArtefactError, match="context of subject X; it holds those of A, B, C"):
         others_than("X", Contexts(cohort))
+
+
+PLAIN = Verdict(1.8, "peak", 1, 10, {}, Status.PRIOR_SUPPORTED, "", ())
+
+
+def flagged(**p: float | None) -> Verdict:
+    """A verdict whose tests have these p-values and are flagged, beside one that is not."""
+    tests = [VerdictTest(name, 4.0, value, 0.05, True, "") for name, value in p.items()]
+    passed = VerdictTest("passed", 0.0, 0.0, 0.05, False, "")
+    return replace(PLAIN, sampler="importance", tests=(passed, *tests))
+
+
+def test_flagged_tests_stand_by_how_strongly_they_speak_and_one_more_is_not_worth_a_count() -> None:
+    four = {"weak": 0.04, "edge": 0.001, "strong": 0.0009, "end_systolic_volume": None}
+    shown = ("end systolic volume", "strong, p < 0.001", "edge, p = 0.001", "weak, p = 0.040")
+    assert verdict_numbers(flagged(**four), 3) == shown
+    assert verdict_numbers(flagged(weakest=0.05, **four), 3) == (*shown[:3], "and 2 more")
+    assert verdict_numbers(flagged()) == ()
+    assert verdict_numbers(PLAIN) == ("1 in-prior draw", "max |z| = 1.80")
+
+
+def test_weights_are_told_by_what_is_known_of_them() -> None:
+    told = [
+        weights_in_words(replace(PLAIN, k_hat=k_hat, efficiency=efficiency))
+        for k_hat, efficiency in ((0.349, 0.808), (None, 0.02), (0.0, 0.0), (0.7, None))
+    ]
+    assert [re.findall(r"inf|[\d.]+", words) for words in told] == [
+        ["0.35", "81"],
+        ["inf", "2"],
+        ["0.00", "0"],
+        ["0.70"],
+    ]

@@ -11,9 +11,9 @@ from speed_case import shipped
 from study_copy import ROOT
 
 from data.makers.clinical import CLINICAL_ERRORS, measure, true_measures, with_errors
-from swesbi.recording.acquisition_settings import ACQUISITION_SEED
 from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.recording.cohort.subjects import read_subject_table
+from swesbi.recording.settings import ACQUISITION_SEED
 from swesbi.virtual.volunteers import VOLUNTEERS, Volunteer, simulate_truth
 
 SHIPPED = ROOT / "data" / "virtual_volunteers"

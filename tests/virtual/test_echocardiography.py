@@ -10,7 +10,7 @@ import speed_case
 
 from swesbi.population.contexts import is_plausible
 from swesbi.recording.speed import NoiseComponents
-from swesbi.virtual.trial.settings import noisier
+from swesbi.virtual.trial import noisier
 from swesbi.virtual.volunteers import with_own_lvesv
 
 CONFIG = speed_case.shipped()

@@ -10,8 +10,8 @@ import speed_case
 from makers import check_made_again, maker
 from study_copy import ROOT
 
-from swesbi.recording.acquisition_settings import ACQUISITION_SEED
 from swesbi.recording.cohort.check import examine_cohort
+from swesbi.recording.settings import ACQUISITION_SEED
 
 SHIPPED = ROOT / "data" / "virtual_push_trains"
 

@@ -12,17 +12,17 @@ from study_copy import ROOT
 
 from data.makers.tables import haemodynamics
 from swesbi.recording.acquisition import TruthCurve, acquire
-from swesbi.recording.acquisition_settings import (
+from swesbi.recording.ingest import ingest
+from swesbi.recording.problems import RecordingError
+from swesbi.recording.reader import read_samples
+from swesbi.recording.samples import Samples
+from swesbi.recording.settings import (
     ACQUISITION,
     ACQUISITION_SEED,
     AcquisitionSettings,
     EctopicBeat,
 )
-from swesbi.recording.ingest import ingest
-from swesbi.recording.problems import RecordingError
-from swesbi.recording.reader import read_samples
-from swesbi.recording.samples import Samples
-from swesbi.recording.tables.columns import FAILED_STATUSES
+from swesbi.recording.tables.layout import FAILED_STATUSES
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import VOLUNTEERS, Truth, simulate_truth
 

@@ -19,23 +19,21 @@ from swesbi.context import Context
 from swesbi.parameters import PEAK_ACTIVE, THETA_NAMES
 from swesbi.recording.cohort.check import examine_cohort
 from swesbi.recording.reader import read_samples
-from swesbi.virtual.trial import persons as drawing
-from swesbi.virtual.trial.persons import (
-    DrawnAgain,
-    at_visit,
-    draw_person,
-    phi_at_visit,
-    scale_of_day,
-    true_curve,
-)
-from swesbi.virtual.trial.settings import (
+from swesbi.virtual import trial as drawing
+from swesbi.virtual.trial import (
     AFTER,
     BEFORE,
     GROUPS,
     LOADING,
     SPEED_SCALE,
     TRIAL,
+    DrawnAgain,
     TrialSource,
+    at_visit,
+    draw_person,
+    phi_at_visit,
+    scale_of_day,
+    true_curve,
 )
 
 SHIPPED = ROOT / "data" / "virtual_trial"
@@ -166,3 +164,12 @@ def test_the_scale_of_speeds_enters_the_curve_as_its_square() -> None:
         true_curve(person_context(), own() | {SPEED_SCALE: scale}, source().model)[1] for scale in (1.0, 1.1)
     )
     np.testing.assert_allclose(scaled.stiffness_kpa, 1.21 * once.stiffness_kpa)
+
+
+def test_a_prior_without_what_the_trial_varies_is_named() -> None:
+    config = shipped()
+    prior = config.priors["calibrated"]
+    fixed = prior.model_copy(update={"nuisances": prior.nuisances.model_copy(update={SPEED_SCALE: None})})
+    without = config.model_copy(update={"priors": config.priors | {"calibrated": fixed}})
+    with pytest.raises(ValueError, match="priors.calibrated.nuisances has no speed_scale"):
+        MAKE.source_of(without, TRIAL)

@@ -13,7 +13,6 @@ from swesbi.population.contexts import draw_population
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures import recording
-from swesbi.study.results import Results
 from swesbi.virtual.volunteers import VOLUNTEERS
 from tools.docs.first_figure import first_figure
 from tools.docs.population_figure import population_figure
@@ -24,7 +23,7 @@ CONTEXTS: Final = 20_000
 
 def noise_figure(study: Study) -> Figure:
     """Return the cohort's noise; with the truth where all are virtual volunteers."""
-    estimates = CohortNoise.read(Results(Path(study.config.results)).noise_file)
+    estimates = CohortNoise.read(Path(study.config.results) / "cohort/noise.h5")
     acquired = {each.context.subject: each.acquisition for each in VOLUNTEERS}
     made_with = {
         name: NoiseComponents(own.repeat_sd_fraction, own.sample_sd_fraction, own.sweep_fraction)

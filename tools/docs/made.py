@@ -9,15 +9,15 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from swesbi.artefacts.typed import FOLDER
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.identifiability.quantities import contraction
+from swesbi.checks.identifiability import contraction
 from swesbi.config.study import Study
-from swesbi.networks import training_tables
-from swesbi.parameters import NUISANCES, PHI_NAMES, THETA_NAMES
+from swesbi.networks import training as trainings
+from swesbi.parameters import NUISANCES, PHI_NAMES, THETA_NAMES, NuisanceSettings
 from swesbi.posterior.result import ExactPosterior
-from swesbi.prior import JointPriorSettings, NuisanceSettings, even_quantiles, quantile
+from swesbi.prior import JointPriorSettings, even_quantiles, quantile
 from swesbi.recording.noise.cohort import CohortNoise
-from swesbi.study.results import Results
 from swesbi.verdict.verdict import Verdict
 from tools.docs.coverage import coverage_table
 
@@ -61,12 +61,12 @@ def nuisances_table(study: Study) -> pd.DataFrame:
         theta=study.config.priors[experiment.prior], passive_stiffness_kpa=experiment.passive_stiffness_kpa
     )
     draws = [
-        ExactPosterior.read(Results(Path(study.config.results)).of(name, subject) / "posterior.h5").phi
+        ExactPosterior.read(_folder_of(study, name, subject) / "posterior.h5").phi
         for subject, verdict in _verdicts(study, name).items()
         if verdict.may_be_read
     ]
     even = even_quantiles(prior)
-    contracted = np.array([contraction(phi, even).logarithm for phi in draws]).reshape(len(draws), -1)
+    contracted = np.array([contraction(np.log(phi), np.log(even)) for phi in draws]).reshape(len(draws), -1)
     at_levels = quantile(np.outer(RANGE, np.ones(len(prior.parameters))), prior)
     known = {parameter.name: parameter for parameter in NUISANCES}
     rows = []
@@ -85,7 +85,7 @@ def nuisances_table(study: Study) -> pd.DataFrame:
 
 def noise_table(study: Study) -> pd.DataFrame:
     """Return the noise of the measured speeds, and the model's discrepancy, in percent of the speed."""
-    groups = CohortNoise.read(Results(Path(study.config.results)).noise_file).groups
+    groups = CohortNoise.read(Path(study.config.results) / "cohort/noise.h5").groups
     rows = [
         [group, f"between {name}s", part.fraction, part.standard_error, part.low, part.high]
         for group, noise in groups.items()
@@ -105,7 +105,7 @@ def epochs_table(study: Study) -> pd.DataFrame:
     """Return the first, the best and the last epoch of the main experiment that was looked at."""
     main = study.config.main_experiment
     supported = [name for name, verdict in _verdicts(study, main).items() if verdict.may_be_read]
-    epochs = training_tables.EPOCHS.read(Path(study.config.results) / main / "epochs.csv")
+    epochs = trainings.EPOCHS.read(Path(study.config.results) / main / "epochs.csv")
     best = int(epochs["epoch"][epochs["best"] == 1].iloc[0])
     return pd.DataFrame(
         [
@@ -117,18 +117,18 @@ def epochs_table(study: Study) -> pd.DataFrame:
 
 def _of_epoch(rows: pd.DataFrame, supported: list[str]) -> dict[str, float]:
     by_quantity = {str(name): part for name, part in rows.groupby("quantity")}
-    losses = (training_tables.VALIDATION_LOSS, training_tables.FRESH_LOSS)
+    losses = (trainings.VALIDATION_LOSS, trainings.FRESH_LOSS)
     found = {name: float(by_quantity[name]["value"].iloc[0]) for name in losses}
-    recovery = by_quantity[training_tables.RECOVERY_COVERAGE].set_index("parameter")["value"]
+    recovery = by_quantity[trainings.RECOVERY_COVERAGE].set_index("parameter")["value"]
     found |= {f"recovery_{name}": float(recovery[name]) for name in THETA_NAMES}
     for short, quantity in (
-        ("coverage_phases", training_tables.COVERAGE_PHASES),
-        ("rmse", training_tables.RMSE),
+        ("coverage_phases", trainings.COVERAGE_PHASES),
+        ("rmse", trainings.RMSE),
     ):
         part = by_quantity[quantity]
         values = part["value"][part["subject"].isin(supported)]
         found |= {f"{short}_low": float(values.min()), f"{short}_high": float(values.max())}
-    widths = by_quantity[training_tables.RELATIVE_SD]
+    widths = by_quantity[trainings.RELATIVE_SD]
     medians = widths[widths["subject"].isin(supported)].groupby("parameter")["value"].median()
     return found | {f"relative_sd_{name}": float(medians.get(name, np.nan)) for name in THETA_NAMES}
 
@@ -144,9 +144,15 @@ def _on_speeds(study: Study) -> str:
 
 
 def _verdicts(study: Study, name: str) -> dict[str, Verdict]:
-    results = Results(Path(study.config.results))
-    paths = {subject: results.of(name, subject) / "verdict.json" for subject in study.subjects_of(name)}
-    return {subject: Verdict.read(path) for subject, path in paths.items()}
+    return {
+        subject: Verdict.read(_folder_of(study, name, subject) / "verdict.json")
+        for subject in study.subjects_of(name)
+    }
+
+
+def _folder_of(study: Study, experiment: str, subject: str) -> Path:
+    """Return the folder of what an experiment says of a subject."""
+    return Path(study.config.results) / experiment / FOLDER / subject
 
 
 MADE: Final[Mapping[str, Callable[[Study], pd.DataFrame]]] = {

@@ -25,7 +25,7 @@ rule cohort_posterior:
     wildcard_constraints:
         experiment=EXACT,
     params:
-        **stage("swesbi.persons.cohort.posterior:posterior_of_cohort"),
+        **stage("swesbi.persons.cohort.infer:posterior_of_cohort"),
     script:
         "../scripts/stage.py"
 

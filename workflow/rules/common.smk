@@ -13,10 +13,9 @@ from swesbi.config.read import (
     typed_again,
 )
 from swesbi.config.study import load_study
-from swesbi.config.view import View
+from swesbi.config.view import View, nulls_of
 from swesbi.report.figures.registry import WHOLE, captions, figure_of
 from swesbi.study.running import RUN, check_dates, current_run, guard_run
-from swesbi.study.nulls import nulls_of
 from swesbi.study.stage import stage_params
 
 # The shipped configuration lies below what --configfile, --config or a workflow that imports this one say.

@@ -51,7 +51,7 @@ rule cmaes:
     log:
         "<results>/logs/cmaes/{subject}.log",
     params:
-        **stage("swesbi.checks.reference_fit:reference_fit"),
+        **stage("swesbi.checks.cmaes:reference_fit"),
     script:
         "../scripts/stage.py"
 

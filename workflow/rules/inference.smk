@@ -53,7 +53,7 @@ rule posterior:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        **stage("swesbi.verdict.network_posterior:judged_posterior"),
+        **stage("swesbi.verdict.prior_support:judged_posterior"),
     script:
         "../scripts/stage.py"
 
@@ -72,7 +72,7 @@ rule recovery:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        **stage("swesbi.checks.synthetic_recovery:own_recovery"),
+        **stage("swesbi.checks.recovery:own_recovery"),
     script:
         "../scripts/stage.py"
 
@@ -95,6 +95,6 @@ rule recovery_acquisition:
     wildcard_constraints:
         experiment=FEATURES,
     params:
-        **stage("swesbi.checks.synthetic_recovery:acquisition_recovery"),
+        **stage("swesbi.checks.recovery:acquisition_recovery"),
     script:
         "../scripts/stage.py"

@@ -148,7 +148,7 @@ rule population_answers:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.answers.cohort:answer_of_population"),
+        **stage("swesbi.answers.answer:answer_of_population"),
     script:
         "../scripts/stage.py"
 
@@ -213,6 +213,6 @@ rule population_agreement:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.checks.calibration.two_samples:agreement_of_networks"),
+        **stage("swesbi.checks.calibration.local:agreement_of_networks"),
     script:
         "../scripts/stage.py"

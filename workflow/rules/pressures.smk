@@ -14,7 +14,7 @@ rule pressures:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.answers.cohort:answer_with_pressures"),
+        **stage("swesbi.answers.answer:answer_with_pressures"),
     script:
         "../scripts/stage.py"
 

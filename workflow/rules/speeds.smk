@@ -52,7 +52,7 @@ rule exact_posterior:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        **stage("swesbi.posterior.subject:posterior_of_subject"),
+        **stage("swesbi.posterior.exact:posterior_of_subject"),
     script:
         "../scripts/stage.py"
 
@@ -72,7 +72,7 @@ rule verdict:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        **stage("swesbi.verdict.subject:verdict_on_subject"),
+        **stage("swesbi.verdict.recording:verdict_on_subject"),
     script:
         "../scripts/stage.py"
 
@@ -137,7 +137,7 @@ rule identifiability:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        **stage("swesbi.checks.identifiability.cohort:identifiability_of_cohort"),
+        **stage("swesbi.checks.identifiability:identifiability_of_cohort"),
     script:
         "../scripts/stage.py"
 

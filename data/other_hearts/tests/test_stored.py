@@ -34,7 +34,7 @@ from swesbi.parameters import THETA_NAMES
 from swesbi.population.contexts import is_plausible
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings, in_bounds
-from swesbi.recording.acquisition_settings import ACQUISITION
+from swesbi.recording.settings import ACQUISITION
 from swesbi.seeds import generator, seed_sequence
 
 FOLDER = Path(__file__).parents[1]

@@ -1,4 +1,4 @@
-"""One recording to its answer, in memory: exact posterior, verdict and predictive check.
+"""One recording to its answer, in memory: what answers it, exact posterior, verdict and predictive check.
 
 What a recording is (gated, free-running), whether pressures were taken, and what the inference begins with
 (a network, the prior) choose terms of the likelihood and the proposal. The route is one.
@@ -6,12 +6,15 @@ What a recording is (gated, free-running), whether pressures were taken, and wha
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, NamedTuple
 
-from swesbi.answers.knowledge import Knowledge
+from pydantic import Field
+
 from swesbi.answers.recording import ModelledRecording
-from swesbi.answers.settings import AnswerSettings
+from swesbi.artefacts.files import stated_checksum
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import LOGGER
 from swesbi.checks.predictive import CheckedFeatures, FreePredictiveCheck, PredictiveCheck
@@ -22,24 +25,117 @@ from swesbi.checks.predictive_speeds import (
     predictive_check,
     stream_of,
 )
+from swesbi.checks.settings import PredictiveSettings
+from swesbi.context import Context
 from swesbi.measurement.clinical import ClinicalModel, with_pressures
 from swesbi.measurement.derived import reported
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.settings import MeasurementSettings, SummarySettings
+from swesbi.measurement.speeds import SpeedRecording
+from swesbi.networks.flow.trained import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.posterior.exact import described, exact_posterior, log_certificate
 from swesbi.posterior.fitted import fit_in_nearest, placed_in
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.posterior.space import ScoreSpace
-from swesbi.prior import draw_prior
-from swesbi.recording.cohort.clinical import ClinicalErrors
+from swesbi.posterior.space import LogitSpace, ScoreSpace, Space
+from swesbi.prior import JointPriorSettings, draw_prior
+from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalRow
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
+from swesbi.recording.settings import ContextRow, RecordingSettings
+from swesbi.recording.tables.layout import TableLayout
 from swesbi.seeds import generator
+from swesbi.verdict.context import nearest_known
 from swesbi.verdict.contraction import contractions
-from swesbi.verdict.recording import judge, network_test
+from swesbi.verdict.null_recordings import NullRecordings
+from swesbi.verdict.recording import VerdictSettings, judge, network_test
+from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings, UninformativeSettings
 from swesbi.verdict.verdict import Verdict
 
+STREAM: Final = "population answer"
+"""Begins the names of the random streams of a population's answers for the cohort."""
 AnyCheck = PredictiveCheck | FreePredictiveCheck
 """Of gated phases, or of pushes."""
+
+
+class AnswerSettings(VerdictSettings):
+    """What posterior, verdict and predictive check of a recording depend on."""
+
+    exact: ExactSettings
+    summary: SummarySettings
+    predictive: PredictiveSettings
+    uninformative: UninformativeSettings
+
+
+class OneAnswerSettings(AnswerSettings):
+    """The same of a subject outside the study: its row, its recording, tests and figures of its own."""
+
+    context: ContextRow
+    clinical_row: ClinicalRow
+    recording: RecordingSettings
+    measurement: MeasurementSettings
+    layout: TableLayout
+    noise_level: float = Field(gt=0.0, lt=0.5, description="of the test that the noise is that of the others")
+    clinical: ClinicalErrors
+    cohort_title: str
+    joint_prior: JointPriorSettings
+    difference_step: float
+    repeats_draws: int
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """What answers recordings.
+
+    Without a network the inference begins with the prior. ``trained`` are the contexts that it was trained
+    on, if these are but some: it is shown the nearest. ``made_from`` are checksums of the files of all this.
+    """
+
+    nulls: NullRecordings
+    flow: TrainedFlow | None = None
+    trained: Sequence[Context] = ()
+    made_from: tuple[str, ...] = ()
+
+    @property
+    def hearts(self) -> Sequence[Context]:
+        """Contexts with which the subject's is compared."""
+        return self.trained or self.nulls.contexts
+
+    @property
+    def population(self) -> str:
+        """Whose prior the percentiles of an answer are of, in words."""
+        if self.flow is None:
+            return "of the prior from which the answer began"
+        if self.trained:
+            return "of the prior of the study, which all of its subjects share"
+        return "of the prior of the population that the network was trained on"
+
+    def proposal(self, recording: SpeedRecording) -> FlowProposal | None:
+        """Return the network's posterior of a recording; None where there is no network.
+
+        A network that knows the phases of its own subjects alone refuses pushes by a ValueError.
+        """
+        if self.flow is None:
+            return None
+        known = nearest_known(recording.context, self.trained) if self.trained else recording.context
+        return flow_proposal(self.flow, replace(recording, context=known))
+
+    def space(self, model: SpeedModel) -> Space:
+        """Return the space in which the posterior of a gated recording's heart is nearest to normal."""
+        return self.proposal(model.recording) or LogitSpace(model.settings.prior.simulated)
+
+
+def knowledge_from(null: Path, network: Path | None = None, cohort: Sequence[Path] = ()) -> Knowledge:
+    """Read what answers recordings: the network of a population or of a study's cohort, or the prior.
+
+    ``cohort`` are the observed curves whose contexts the network was trained on; none over a population.
+    """
+    nulls, trained = NullRecordings.read(null), [Observation.read(path).context for path in cohort]
+    flow = None if network is None else TrainedFlow.read(network)
+    read = tuple(map(stated_checksum, filter(None, (network, *cohort, null))))
+    return Knowledge(nulls, flow, trained, read)
 
 
 @dataclass(frozen=True)
@@ -130,3 +226,58 @@ def check_answer(answer: Answer, settings: AnswerSettings, seed: int) -> AnyChec
     recorder = Recorder(model, observed, CheckedFeatures(predictive.features, settings.summary))
     before = new_recordings(prior, recorder, stream_of(recorder, seed, "prior"))
     return predictive_check(recorder, phi, before, predictive, seed, may_be_read=answer.verdict.may_be_read)
+
+
+class AnswerOfPopulation(NamedTuple):
+    """What the network of a population says of a subject."""
+
+    posterior: ExactPosterior
+    verdict: Verdict
+    predictive: AnyCheck
+
+
+def answer_of_population(
+    observation: Observation,
+    noise: CohortNoise,
+    estimator: TrainedFlow,
+    null: NullRecordings,
+    *,
+    model: SpeedModelSettings,
+    exact: ExactSettings,
+    summary: SummarySettings,
+    predictive: PredictiveSettings,
+    rule: RuleSettings,
+    ejection_time: EjectionTimeSettings,
+    lvet_sd_ms: float,
+    uninformative: UninformativeSettings,
+    seed: int,
+) -> AnswerOfPopulation:
+    """Answer a subject of the cohort."""
+    settings = AnswerSettings(
+        model=model,
+        exact=exact,
+        summary=summary,
+        predictive=predictive,
+        rule=rule,
+        ejection_time=ejection_time,
+        lvet_sd_ms=lvet_sd_ms,
+        uninformative=uninformative,
+    )
+    recording = ModelledRecording(observation, speed_model(observation, noise, model), stream=STREAM)
+    answer = answered(recording, Knowledge(null, estimator), settings, seed)
+    return AnswerOfPopulation(answer.posterior, answer.verdict, check_answer(answer, settings, seed))
+
+
+def answer_with_pressures(
+    observation: Observation,
+    noise: CohortNoise,
+    of_speeds: ExactPosterior,
+    *,
+    model: SpeedModelSettings,
+    exact: ExactSettings,
+    clinical: ClinicalErrors,
+    seed: int,
+) -> ExactPosterior:
+    """Infer a subject from speeds and cuff pressures, from its posterior of the speeds on."""
+    both = with_pressures(speed_model(observation, noise, model), observation.clinical, clinical)
+    return informed(both, of_speeds.weighted, exact, seed, "pressures", "pressures", observation.subject)

@@ -10,8 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from swesbi.answers.answer import Answer
-from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.answer import Answer, Knowledge
 from swesbi.artefacts import Provenance
 from swesbi.artefacts.csv import write_csv
 from swesbi.base.arrays import FloatArray
@@ -20,8 +19,8 @@ from swesbi.base.settings import Settings
 from swesbi.checks.scores import Band
 from swesbi.draws import median_and_interval
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
-from swesbi.persons.change.joint import both_visits, infer_change
-from swesbi.persons.change.stored import StoredChange, change_table, stored_change
+from swesbi.persons.change.joint import both_visits, infer_change, stored_change
+from swesbi.persons.change.stored import StoredChange, change_table
 from swesbi.persons.settings import ChangeSettings
 from swesbi.recording.observation import Observation
 from swesbi.recording.speed import youngs_modulus_kpa

@@ -13,14 +13,12 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from swesbi.answers.answer import Answer, AnyCheck, answered, check_answer
-from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.answer import Answer, AnyCheck, Knowledge, OneAnswerSettings, answered, check_answer
 from swesbi.answers.recording import ModelledRecording
-from swesbi.answers.settings import OneAnswerSettings
 from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole, write_json
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.identifiability.information import MoreRepeats, more_repeats
+from swesbi.checks.information import MoreRepeats, more_repeats
 from swesbi.checks.predictive import FreePredictiveCheck
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import SOURCES, Observation, same_recording

@@ -8,13 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from swesbi.answers.settings import OneAnswerSettings
 from swesbi.config.study import Study
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.recording.cohort.recording import UsableRecording, ingested, raw_of, read_raw, twins_among
-from swesbi.recording.noise.cohort import NoiseComparison
-from swesbi.recording.noise.folder import FolderRecordings
+from swesbi.recording.cohort.observed import UsableRecording, ingested, raw_of, read_raw, twins_among
+from swesbi.recording.noise.cohort import FolderRecordings, NoiseComparison
 from swesbi.recording.observation import SOURCES, Observation
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.speed import NoiseComponents
@@ -98,13 +96,14 @@ class Folder:
         prior, groups = self.study.config.new_subjects.noise_prior, self.study.outside.noise_groups
         return FolderRecordings(levels, prior, groups)
 
-    def gated(self, observed: UsableRecording, settings: OneAnswerSettings) -> ModelledRecording:
+    def gated(
+        self, observed: UsableRecording, settings: SpeedModelSettings, noise_level: float
+    ) -> ModelledRecording:
         """Return a recording under a model, with the errors that the noise of the folder gives."""
         subject = observed.observation.subject
         noise = self.repeats.noise(subject)
-        model = SpeedModel(measured_speeds(observed.observation, noise.components), settings.model)
-        compared, level = self.repeats.compared(subject), settings.noise_level
-        test = noise_test(compared, noise.components, "the folder", level)
+        model = SpeedModel(measured_speeds(observed.observation, noise.components), settings)
+        test = noise_test(self.repeats.compared(subject), noise.components, "the folder", noise_level)
         return ModelledRecording(observed.observation, model, (test,), noise.in_words)
 
 

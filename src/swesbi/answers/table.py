@@ -14,16 +14,14 @@ from swesbi import __version__
 from swesbi.answers.answer import Answer
 from swesbi.artefacts.csv import write_csv
 from swesbi.draws import median_and_interval
-from swesbi.parameters import PHI_NAMES
+from swesbi.parameters import PHI_NAMES, ParameterPrior
 from swesbi.posterior.result import ExactPosterior
-from swesbi.prior import ParameterPrior
 from swesbi.report.workbook import write_workbook
 from swesbi.verdict.answer_lines import ANSWER_LINES, IN_WORDS
 from swesbi.verdict.summary import (
     LIMITS,
     REFUSED,
     AnswerSummary,
-    answer_columns,
     sampler_in_words,
     weights_in_words,
 )
@@ -93,11 +91,8 @@ def _row(asked: AnswerRow) -> Mapping[str, object]:
     }
     if asked.answer is None:
         return row | {"status": REFUSED, "reason": " ".join(asked.refused.split())}
-    answer = asked.answer
-    values = [*answer.limits.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
-    own = {name: getattr(answer, name) for name in ("status", "reason", "interval_mass")}
-    said = {"noise": asked.noise, "notes": asked.notes}
-    return row | own | said | dict(zip(answer_columns(), values, strict=True))
+    said = {"noise": asked.noise, "notes": asked.notes, "interval_mass": asked.answer.interval_mass}
+    return row | said | asked.answer.row
 
 
 def write_answers(table: pd.DataFrame, folder: Path) -> None:

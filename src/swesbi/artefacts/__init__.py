@@ -1,6 +1,5 @@
 """HDF5 artefacts: named, dimensioned arrays with units and provenance, written whole or not at all."""
 
-from swesbi.artefacts.artefact import Artefact
 from swesbi.artefacts.atomic import (
     ArtefactError,
     DamagedArtefactError,
@@ -24,6 +23,7 @@ from swesbi.artefacts.schema import (
     to_groups,
     values_of,
 )
+from swesbi.artefacts.typed import Artefact
 
 __all__ = [
     "Array",

@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
-from swesbi.base.processes import is_alive
+from swesbi.base.workers import is_alive
 
 REMEDIES: Final = {
     errno.ENOSPC: "the disk is full: free some space, then run the same command again",

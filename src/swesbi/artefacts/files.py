@@ -15,7 +15,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -27,10 +27,7 @@ from swesbi.artefacts.atomic import ArtefactError, DamagedArtefactError, atomic_
 from swesbi.artefacts.groups import ROOT, Group, attributes_of, group_of, is_dimension_alone
 
 SCHEMA_VERSION = 2
-"""Raised whenever what a file holds changes: 2 since artefacts end with a checksum.
-
-Files of another version are refused: below 2 nothing shows whether they are whole.
-"""
+"""Raised whenever what a file holds changes; files of another version are refused."""
 UNREADABLE = (OSError, KeyError, TypeError, ValueError, RuntimeError)
 CHECKSUM: Final = "sha256"
 PREFIX: Final = b"\nswesbi sha256 "
@@ -56,10 +53,6 @@ class Provenance:
     code_hash: str = ""
     package_version: str = __version__
     schema_version: int = SCHEMA_VERSION
-
-    def of(self, kind: str) -> Provenance:
-        """Return the same of a file of this kind."""
-        return replace(self, kind=kind)
 
     def attributes(self) -> dict[str, str | int]:
         """Return the attributes as HDF5 stores them: settings as key-sorted JSON."""
@@ -129,7 +122,7 @@ def _examined(path: Path, stamp: tuple[int, ...] | None) -> Provenance:
     try:
         with open_hdf5(path) as file:
             _check_links(file, path.stat().st_size)
-        return hdf5_provenance(path)
+            return read_provenance(attributes_of(file))
     except UNREADABLE as error:
         raise DamagedArtefactError(path, f"cannot be read as a swesbi artefact ({error})") from error
 
@@ -142,40 +135,24 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def check_whole(path: Path) -> None:
-    """Compare an artefact with the checksum at its end; without one it is older, or damaged."""
+    """Compare an artefact with the checksum at its end; without one it is damaged."""
     try:
-        if stated := stated_checksum(path):
-            if stated == _digest(path, path.stat().st_size - LENGTH):
-                return
-            fault = CHANGED
-        else:
-            fault = _older(path) or NO_CHECKSUM
+        stated = stated_checksum(path)
+        if stated and stated == _digest(path, path.stat().st_size - LENGTH):
+            return
     except FileNotFoundError as error:
         raise ArtefactError(f"{path}: no such file; make it: {repair_command(path)}") from error
     except OSError as error:
         raise ArtefactError(f"{path}: cannot be read ({error.strerror or error})") from error
-    raise DamagedArtefactError(path, fault)
+    raise DamagedArtefactError(path, CHANGED if stated else NO_CHECKSUM)
 
 
 def check_identity(path: Path, kind: str, provenance: Provenance) -> None:
     """Compare what an artefact says of itself with what is expected."""
     if provenance.kind != kind:
         raise ArtefactError(f"{path}: holds a {provenance.kind!r} artefact, expected {kind!r}")
-    if provenance.schema_version != SCHEMA_VERSION:
-        raise DamagedArtefactError(path, _of_version(provenance.schema_version))
-
-
-def _older(path: Path) -> str:
-    """Return that a file without a checksum was written when there were none; empty where it was not."""
-    try:
-        version = hdf5_provenance(path).schema_version
-    except UNREADABLE:
-        return ""
-    return _of_version(version) if version < SCHEMA_VERSION else ""
-
-
-def _of_version(version: int) -> str:
-    return f"has schema version {version}, this swesbi reads {SCHEMA_VERSION}"
+    if (version := provenance.schema_version) != SCHEMA_VERSION:
+        raise DamagedArtefactError(path, f"has schema version {version}, this swesbi reads {SCHEMA_VERSION}")
 
 
 def check_json(path: Path) -> None:

@@ -1,8 +1,9 @@
-"""What every settings model shares: strict, frozen, no unknown key; value types of several of them."""
+"""What every settings model shares: strict, frozen, no unknown key; value types of several; plain data."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -29,6 +30,20 @@ class Settings(BaseModel):
         """Return plain, key-sorted data: the form that rules pass and artefacts record."""
         plain: dict[str, Any] = json.loads(json.dumps(self.model_dump(mode="json"), sort_keys=True))
         return plain
+
+
+def flatten(plain: object) -> dict[str, str]:
+    """Return nested plain data as text by key: ``{"prior": {"low": 2}}`` becomes ``{"prior.low": "2"}``."""
+    leaves = _leaves(plain if isinstance(plain, Mapping) else {"": plain})
+    return {key: ", ".join(map(str, one if isinstance(one, list | tuple) else [one])) for key, one in leaves}
+
+
+def _leaves(nested: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in nested.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}", value
 
 
 def _check_window(window: tuple[float, float]) -> tuple[float, float]:

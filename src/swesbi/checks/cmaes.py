@@ -7,6 +7,7 @@ the three parameters.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -18,8 +19,18 @@ from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.base.progress import Progress
 from swesbi.checks.scores import rmse
 from swesbi.checks.settings import CmaesSettings, CurveLossSettings
+from swesbi.heart.periodic import Status
+from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
+from swesbi.measurement.likelihood import MeasuredSubject
+from swesbi.measurement.operator import PassiveBaseline
+from swesbi.measurement.settings import MeasurementSettings
 from swesbi.parameters import THETA, THETA_COLUMNS, THETA_NAMES
+from swesbi.prior import PriorSettings, bounds
+from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
+
+LOGGER = logging.getLogger("swesbi")
 
 
 @dataclass(frozen=True)
@@ -48,9 +59,9 @@ class CmaesRun:
         return np.asarray(self.best_theta[self.generations - 1])
 
 
-def best_run(runs: list[CmaesRun]) -> int:
-    """Return the index of the run with the lowest loss; the first of equals."""
-    return int(np.argmin([run.loss for run in runs]))
+def best_run(runs: list[CmaesRun]) -> CmaesRun:
+    """Return the run with the lowest loss; the first of equals."""
+    return min(runs, key=lambda run: run.loss)
 
 
 FAILED_LOSS = 1e3
@@ -114,7 +125,7 @@ def gather(
     runs: list[CmaesRun], curve_kpa: FloatArray, grid: FloatArray, observed_kpa: FloatArray
 ) -> CmaesFit:
     """Gather the runs; ``curve_kpa`` is the curve of the best run's theta, all curves of shape (grid,)."""
-    best = runs[best_run(runs)]
+    best = best_run(runs)
     return CmaesFit(
         seed=np.array([run.seed for run in runs]),
         best_loss=np.stack([run.best_loss for run in runs]),
@@ -137,7 +148,7 @@ Loss = Callable[[FloatArray], FloatArray]
 """Maps theta of shape (n, 3) to losses of shape (n,): a whole population in one call."""
 
 
-def search(
+def run_searches(
     loss: Loss, low: FloatArray, high: FloatArray, settings: CmaesSettings, label: str = "cmaes"
 ) -> list[CmaesRun]:
     """Run CMA-ES once a seed of the settings, in their order, between bounds (3,) of theta."""
@@ -199,3 +210,61 @@ def _library_options(settings: CmaesSettings, rng: np.random.Generator) -> dict[
 def to_theta(u: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Map u in [0, 1]^3, shape (n, 3), to theta within its bounds: theta = low (high / low)^u."""
     return np.clip(low * (high / low) ** u, low, high)
+
+
+def simulated_curves(
+    theta: FloatArray, subject: MeasuredSubject, forward_model: ForwardModelSettings
+) -> FloatArray:
+    """Return the curves (n, grid) of theta (n, 3) in kPa; NaN where the simulation failed."""
+    beats = simulate(theta, subject.observation.context, forward_model)
+    good = beats.status == Status.PERIODIC
+    curves = np.full((len(theta), subject.measurement.grid_points), np.nan)
+    if good.any():
+        curves[good] = subject.on_grid(beats.cycle_phase, beats.active_stiffness_kpa[good])
+    return curves
+
+
+class CmaesFailure(RuntimeError):
+    """No simulation of the search succeeded."""
+
+
+def reference_fit(
+    observation: Observation,
+    passive: PassiveBaseline,
+    *,
+    search: CmaesSettings,
+    cmaes_prior: PriorSettings,
+    forward_model: ForwardModelSettings,
+    measurement: MeasurementSettings,
+) -> CmaesFit:
+    """Fit theta to the observed curve, once a seed; of the prior only the bounds count.
+
+    Raises:
+        CmaesFailure: Every simulation failed.
+    """
+    subject = MeasuredSubject(observation, passive, measurement)
+
+    def curves(theta: FloatArray) -> FloatArray:
+        return simulated_curves(theta, subject, forward_model)
+
+    def loss(theta: FloatArray) -> FloatArray:
+        return curve_loss(curves(theta), observation.curve_kpa, search.loss)
+
+    runs = run_searches(loss, *bounds(cmaes_prior), search, label=f"CMA-ES of {observation.subject}")
+    best = best_run(runs)
+    if best.loss >= FAILED_LOSS:
+        raise CmaesFailure(
+            f"subject {observation.subject}: every simulation within the prior's bounds failed; "
+            "check the subject's context and the forward model's settings"
+        )
+    fit = gather(runs, curves(best.theta[None])[0], observation.grid, observation.curve_kpa)
+    LOGGER.info(
+        "subject %s: best loss %.4f (seed %d), RMSE %.2f kPa, theta %s, %d simulations",
+        observation.subject,
+        fit.loss,
+        fit.best_seed,
+        fit.rmse_kpa,
+        np.round(fit.theta, 2).tolist(),
+        int(fit.evaluations[:, -1].sum()),
+    )
+    return fit

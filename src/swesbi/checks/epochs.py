@@ -13,21 +13,20 @@ from scipy.special import stdtrit
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import Progress
-from swesbi.checks.calibration.table import coverage
-from swesbi.checks.recovery import NothingRecoveredError, recover
+from swesbi.checks.recovery import NothingRecoveredError, posterior_seed, recovery_table, synthetic_recordings
+from swesbi.checks.scores import NO_SCORES, Scores, band, score
 from swesbi.checks.settings import PredictiveSettings, RecoverySettings
-from swesbi.checks.simulated import score_theta
-from swesbi.checks.synthetic_recovery import posterior_seed, synthetic_recordings
+from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
+from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
 from swesbi.measurement.operator import PassiveBaseline
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings
-from swesbi.networks import training_tables
-from swesbi.networks.paper.draws import draw_candidates, draw_until, losses
-from swesbi.networks.paper.estimator import Checkpoints, TrainedEstimator
+from swesbi.networks import training as trainings
+from swesbi.networks.paper.estimator import Checkpoints, TrainedEstimator, draw_candidates, draw_until, losses
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.settings import ObservationModelSettings
-from swesbi.networks.training_tables import EpochsTable
+from swesbi.networks.training import EpochsTable
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings, in_bounds, prior_variance
 from swesbi.recording.observation import Observation
@@ -93,7 +92,7 @@ def inference_by_epoch(
     rows: list[EpochRow] = []
     progress = Progress("epochs", len(checkpoints.of_epochs), unit="checkpoint")
     for net in checkpoints.of_epochs:
-        rows.append(_row(net, training_tables.VALIDATION_LOSS, value=net.validation_loss))
+        rows.append(_row(net, trainings.VALIDATION_LOSS, value=net.validation_loss))
         rows.append(_fresh_loss(net, truth, z, recovery.confidence))
         rows.extend(_recovery_rows(net, truth, z, asked))
         for subject in subjects:
@@ -124,9 +123,7 @@ def _fresh_loss(net: TrainedEstimator, truth: FloatArray, z: FloatArray, confide
     standard_error = each.std(ddof=1) / np.sqrt(len(each))
     half = standard_error * stdtrit(len(each) - 1, 0.5 + 0.5 * confidence)
     mean = float(each.mean())
-    return _row(
-        net, training_tables.FRESH_LOSS, value=mean, ci_low=mean - half, ci_high=mean + half, n=len(each)
-    )
+    return _row(net, trainings.FRESH_LOSS, value=mean, ci_low=mean - half, ci_high=mean + half, n=len(each))
 
 
 def _recovery_rows(
@@ -137,15 +134,15 @@ def _recovery_rows(
     at_level = asked.recovery.model_copy(update={"nominal_levels": (level,)})
     candidates = draw_candidates(net, z, asked.recovery.candidate_draws, posterior_seed(asked.seed))
     try:
-        recovered = recover(truth, candidates, asked.prior, at_level)
+        recovered = recovery_table(truth, candidates, asked.prior, at_level)
     except NothingRecoveredError:
         LOGGER.info("epoch %d: no synthetic recording has enough draws in the prior's bounds", net.epoch)
-        yield from (_row(net, training_tables.RECOVERY_COVERAGE, parameter=name) for name in THETA_NAMES)
+        yield from (_row(net, trainings.RECOVERY_COVERAGE, parameter=name) for name in THETA_NAMES)
         return
-    for row in coverage(recovered, [], at_level).itertuples():
+    for row in recovered.itertuples():
         yield _row(
             net,
-            training_tables.RECOVERY_COVERAGE,
+            trainings.RECOVERY_COVERAGE,
             parameter=row.parameter,
             value=row.coverage,
             ci_low=row.ci_low,
@@ -167,19 +164,35 @@ def _subject_rows(
     enough = max(required, wanted)
     candidates = draw_until(net, z_obs, enough, asked.candidate_draws, asked.prior, seed)
     inside = candidates[in_bounds(candidates, asked.prior)]
-    yield _row(
-        net, training_tables.IN_PRIOR, subject=name, value=len(inside) / len(candidates), n=len(candidates)
-    )
+    yield _row(net, trainings.IN_PRIOR, subject=name, value=len(inside) / len(candidates), n=len(candidates))
     theta = inside if len(inside) >= required else inside[:0]
     for parameter, value in zip(THETA_NAMES, _relative_sd(theta, asked.prior), strict=True):
-        yield _row(
-            net, training_tables.RELATIVE_SD, subject=name, parameter=parameter, value=value, n=len(theta)
-        )
+        yield _row(net, trainings.RELATIVE_SD, subject=name, parameter=parameter, value=value, n=len(theta))
     shown = theta[:wanted] if readable else theta[:0]
-    scores = score_theta(shown, subject, asked.forward_model, asked.predictive.interval)
-    yield _row(net, training_tables.COVERAGE_PHASES, subject=name, value=scores.phases.coverage, n=len(shown))
-    yield _row(net, training_tables.COVERAGE_GRID, subject=name, value=scores.grid.coverage, n=len(shown))
-    yield _row(net, training_tables.RMSE, subject=name, value=scores.grid.rmse_kpa, n=len(shown))
+    grid, phases = _score(shown, subject, asked.forward_model, asked.predictive.interval)
+    yield _row(net, trainings.COVERAGE_PHASES, subject=name, value=phases.coverage, n=len(shown))
+    yield _row(net, trainings.COVERAGE_GRID, subject=name, value=grid.coverage, n=len(shown))
+    yield _row(net, trainings.RMSE, subject=name, value=grid.rmse_kpa, n=len(shown))
+
+
+def _score(
+    theta: FloatArray, subject: MeasuredSubject, forward_model: ForwardModelSettings, interval: float
+) -> tuple[Scores, Scores]:
+    """Score the curves of theta (n, 3) that can be simulated, on the grid and at the measured phases.
+
+    The scores are NaN where n is 0.
+    """
+    if not len(theta):
+        return NO_SCORES, NO_SCORES
+    recording = subject.observation
+    beats = simulate(theta, recording.context, forward_model)
+    cycles = (beats.cycle_phase, beats.active_stiffness_kpa[beats.status == Status.PERIODIC])
+    grid, phases = subject.on_grid(*cycles), subject.at_phases(*cycles)[:, recording.measured]
+    observed, phase = recording.stiffness_kpa[recording.measured], recording.phase[recording.measured]
+    return (
+        score(recording.grid, recording.curve_kpa, band(grid, interval)),
+        score(phase, observed, band(phases, interval)),
+    )
 
 
 def _relative_sd(theta: FloatArray, prior: PriorSettings) -> FloatArray:

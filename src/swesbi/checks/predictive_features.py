@@ -26,7 +26,7 @@ The trajectory values, which Eq. 5 does "not independently" perturb, so move wit
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -61,44 +61,29 @@ SCALED_BY: Final = "maximum_kpa"
 SHIFTED_BY: Final = "time_to_peak_cycle"
 
 
-@dataclass(frozen=True)
-class FeatureModel:
-    """One subject under an experiment on features: it makes predictive draws of it."""
-
-    subject: MeasuredSubject
-    forward_model: ForwardModelSettings
-    features: CheckedFeatures
-
-    def from_prior(self, simulations: PriorSimulations, number: int) -> Draws:
-        """Return the first ``number`` stored, successful prior simulations as predictive draws."""
-        return self._draws(simulations.theta[:number], simulations, slice(number))
-
-    def from_theta(self, theta: FloatArray) -> Draws:
-        """Simulate theta (n, 3), n > 0, and return the successful ones as predictive draws."""
-        beats = simulate(theta, self.subject.observation.context, self.forward_model)
-        good = beats.status == Status.PERIODIC
-        return self._draws(theta[good], beats, good, failed=int((~good).sum()))
-
-    def _draws(
-        self,
-        theta: FloatArray,
-        simulated: PriorSimulations | Beats,
-        chosen: slice | BoolArray,
-        failed: int = 0,
-    ) -> Draws:
-        cycles = (simulated.cycle_phase, simulated.active_stiffness_kpa[chosen])
-        grid = self.subject.on_grid(*cycles)
-        duration_s = activation_duration_s(self.subject.observation.context.period_s, self.forward_model)
-        return Draws(
-            theta,
-            curve_kpa=grid,
-            phase_kpa=self.subject.at_phases(*cycles),
-            features=self.features.of(grid),
-            end_diastolic_volume_ml=simulated.end_diastolic_volume_ml[chosen],
-            end_systolic_volume_ml=simulated.end_systolic_volume_ml[chosen],
-            isometric_stiffness_kpa=isometric_stiffness_kpa(theta, duration_s),
-            failed=failed,
-        )
+def _draws(
+    subject: MeasuredSubject,
+    forward_model: ForwardModelSettings,
+    features: CheckedFeatures,
+    theta: FloatArray,
+    simulated: PriorSimulations | Beats,
+    chosen: slice | BoolArray,
+    failed: int = 0,
+) -> Draws:
+    """Return theta (n, 3) with the curves of its simulations, those ``chosen``, as predictive draws."""
+    cycles = (simulated.cycle_phase, simulated.active_stiffness_kpa[chosen])
+    grid = subject.on_grid(*cycles)
+    duration_s = activation_duration_s(subject.observation.context.period_s, forward_model)
+    return Draws(
+        theta,
+        curve_kpa=grid,
+        phase_kpa=subject.at_phases(*cycles),
+        features=features.of(grid),
+        end_diastolic_volume_ml=simulated.end_diastolic_volume_ml[chosen],
+        end_systolic_volume_ml=simulated.end_systolic_volume_ml[chosen],
+        isometric_stiffness_kpa=isometric_stiffness_kpa(theta, duration_s),
+        failed=failed,
+    )
 
 
 def observed_curves(
@@ -193,11 +178,18 @@ def check_of_features(
     """
     features = CheckedFeatures(predictive.features, summary)
     subject = MeasuredSubject(observation, passive, measurement)
-    model, noise = FeatureModel(subject, forward_model, features), observation_model.feature_noise_sd
+    noise = observation_model.feature_noise_sd
     sd = noise_sd(summary_names(summary), noise)
     target = features.target(observation, observation.stiffness_se_kpa, sd[features.columns])
-    before, none = model.from_prior(shards, predictive.draws), model.from_prior(shards, 0)
-    after = model.from_theta(posterior.theta[: predictive.draws]) if verdict.may_be_read else none
+    draws_of = partial(_draws, subject, forward_model, features)
+    before = draws_of(shards.theta[: predictive.draws], shards, slice(predictive.draws))
+    if verdict.may_be_read:
+        theta = posterior.theta[: predictive.draws]
+        beats = simulate(theta, observation.context, forward_model)
+        good = beats.status == Status.PERIODIC
+        after = draws_of(theta[good], beats, good, failed=int((~good).sum()))
+    else:
+        after = draws_of(shards.theta[:0], shards, slice(0))
     prior, found = (
         predict(
             replicates(draws, target, noise, seed, observation.subject, of),

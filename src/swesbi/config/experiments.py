@@ -18,6 +18,7 @@ from swesbi.checks.settings import (
 )
 from swesbi.measurement.settings import SpeedObservationSettings, SummarySettings
 from swesbi.networks.settings import EstimatorSettings, FlowSettings, ObservationModelSettings
+from swesbi.parameters import ParameterPrior
 from swesbi.persons.settings import PlanSettings
 from swesbi.population.settings import (
     ConditionSettings,
@@ -27,7 +28,6 @@ from swesbi.population.settings import (
     StrataSettings,
 )
 from swesbi.posterior.settings import ExactSettings, PosteriorSettings
-from swesbi.prior import ParameterPrior
 from swesbi.recording.settings import NoisePriorSettings
 from swesbi.verdict.settings import MisspecificationSettings, SupportSettings, UninformativeSettings
 

@@ -31,12 +31,11 @@ from swesbi.measurement.settings import (
     PassiveSettings,
     summary_names,
 )
-from swesbi.parameters import THETA_NAMES, THETA_RANGES
+from swesbi.parameters import THETA_NAMES, THETA_RANGES, NuisanceSettings
 from swesbi.persons.settings import ChangeGroupsSettings, ChangeSettings, HierarchySettings
-from swesbi.prior import NuisanceSettings, PriorSettings
-from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.prior import PriorSettings
 from swesbi.recording.cohort.clinical import ClinicalErrors
-from swesbi.recording.settings import NoiseSettings, RecordingSettings
+from swesbi.recording.settings import AcquisitionSettings, NoiseSettings, RecordingSettings
 
 EQUAL: Final = (
     ("passive.late_diastolic_window", "recording.late_diastolic_window"),

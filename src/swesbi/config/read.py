@@ -189,9 +189,10 @@ def relocate(merged: dict[str, Any], path: Path, home: Path, folders: Sequence[s
     Those of a file within count from ``home``, as in the workflow. What other files or the command line say
     in the merged configuration stays.
     """
+    # read in any case: of two equal keys Snakemake, which has merged the file, takes the last
+    own = read_merged(path) if path.name == CONFIGURATION else read_yaml(path)
     if path.resolve().is_relative_to(home.resolve()):
         return
-    own = read_merged(path) if path.name == CONFIGURATION else read_yaml(path)
     above = path.resolve().parent
     for key in folders:
         said = own.get(key)

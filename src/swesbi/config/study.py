@@ -17,7 +17,6 @@ from swesbi.config.read import (
     overlay,
     parse_config,
     read_merged,
-    read_yaml,
 )
 from swesbi.population.settings import in_declared_range
 from swesbi.recording.cohort.recording_file import Description, description_of
@@ -120,8 +119,6 @@ def load_study(
     others. They are answered also where the study's own cohort is not there. ``files`` are those that were
     merged, for messages.
     """
-    for path in files:
-        read_yaml(path)  # Snakemake, which has merged them, takes the last of two equal keys
     study = Study(parse_config(raw, source, files))
     if new_cohort is None or Path(study.config.cohort).is_dir():
         study = replace(study, cohort=study_cohort(study.config, source))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import operator
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any, Final
 
+from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.settings import Settings
 from swesbi.config.experiments import (
     ExperimentSettings,
@@ -16,6 +19,7 @@ from swesbi.config.experiments import (
 from swesbi.config.models import Config
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study
+from swesbi.verdict.settings import SHIPPED_NULLS
 
 
 class View:
@@ -111,6 +115,32 @@ class View:
     def together(self, *names: str) -> dict[str, Any]:
         """Return several values side by side."""
         return {name: self[name] for name in names}
+
+
+def nulls_of(study: Study, experiment: str) -> Path:
+    """Return the null recordings of an experiment on speeds or over a population.
+
+    They are those that come with the package where these are of the same model: equations, prior, discrepancy
+    and operator. Else the study makes its own, by the network of a population with that model.
+    """
+    model = View(study, {"experiment": experiment})["model"]
+    if json.dumps(model, sort_keys=True) == _shipped_model():
+        return SHIPPED_NULLS
+    populations = study.config.population_experiments
+    by = [name for name, one in populations.items() if experiment in (name, one.base)]
+    if not by:
+        raise ConfigError(
+            f"experiment {experiment}: its verdicts need null recordings, and those of the package are of "
+            "another prior or forward model; add a population experiment with "
+            f"`base: {experiment}`, whose network makes them"
+        )
+    return Path(study.config.networks or study.config.results) / by[0] / "null.h5"
+
+
+@cache
+def _shipped_model() -> str:
+    """Return the model of the null recordings of the package, as the text of its settings."""
+    return json.dumps(hdf5_provenance(SHIPPED_NULLS).settings["fresh"]["model"], sort_keys=True)
 
 
 def shard_draws(shard: int, shards: int, draws: int) -> range:

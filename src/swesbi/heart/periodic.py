@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.base.threads import in_threads
+from swesbi.base.workers import in_threads
 from swesbi.heart.kernel import LANES, OWN_WIDTH, RECORDS, STATES, beat_kernel
 from swesbi.heart.model import Model, Own, pressure_factor, starts, total_volume
 from swesbi.heart.physiology import Physiology

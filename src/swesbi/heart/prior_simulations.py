@@ -7,7 +7,6 @@ nor the order of jobs matter.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Final
@@ -15,7 +14,8 @@ from typing import Annotated, Any, Final
 import numpy as np
 
 from swesbi.artefacts import Artefact, ArtefactError, Labels, UnfitError, Variable
-from swesbi.base.arrays import BoolArray, FloatArray, IntArray
+from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.progress import LOGGER
 from swesbi.context import Context
 from swesbi.heart.periodic import Status
 from swesbi.heart.physiology import Physiology
@@ -25,7 +25,6 @@ from swesbi.parameters import NUISANCE_COLUMNS, THETA, THETA_COLUMNS, THETA_NAME
 from swesbi.prior import PriorSettings, SimulatedPrior, quantile
 from swesbi.seeds import generator
 
-LOGGER = logging.getLogger("swesbi")
 MAXIMUM_ATTEMPTS = 100
 SHARED: Final = ("cycle_phase", "nuisance_names")
 """What has no row for each simulation."""
@@ -74,11 +73,13 @@ class PriorSimulations(Artefact, kind="simulations"):
         if not np.array_equal(draws[order], np.arange(len(draws))):
             raise ArtefactError("draws are missing or doubled; delete these shards and rerun")
         whole: dict[str, Any] = {
-            name: np.concatenate([getattr(one, name) for one in parts])[order]
-            for name in (field.name for field in fields(cls))
-            if name not in SHARED
+            name: np.concatenate([getattr(one, name) for one in parts])[order] for name in OF_EACH
         }
         return replace(parts[0], **whole)
+
+
+OF_EACH: Final = tuple(field.name for field in fields(PriorSimulations) if field.name not in SHARED)
+"""What has a row for each simulation."""
 
 
 def first_of(shards: Mapping[str, PriorSimulations], subject: str, number: int) -> PriorSimulations:
@@ -89,18 +90,8 @@ def first_of(shards: Mapping[str, PriorSimulations], subject: str, number: int) 
             "shards",
             f"hold {given} simulations of subject {subject}, {number} are wanted; simulate it first",
         )
-    names = (field.name for field in fields(whole) if field.name not in SHARED)
-    rows: dict[str, Any] = {name: getattr(whole, name)[:number] for name in names}
+    rows: dict[str, Any] = {name: getattr(whole, name)[:number] for name in OF_EACH}
     return replace(whole, **rows)
-
-
-@dataclass(frozen=True)
-class _Round:
-    """One attempt at the draws still pending: the rows that succeeded, and which of its beats they are."""
-
-    rows: IntArray
-    good: BoolArray
-    beats: Beats
 
 
 def shard_of_prior(
@@ -142,7 +133,8 @@ def draw_simulations(
     drawn = np.empty((len(streams), len(simulated.parameters)))
     failures = np.zeros((len(streams), len(Status)), dtype=np.int64)
     pending = np.arange(len(streams))
-    rounds: list[_Round] = []
+    found: list[tuple[IntArray, Beats]] = []
+    """The rows that succeeded at each attempt, and their beats."""
     while pending.size:
         uniform = np.stack([streams[i].random(len(simulated.parameters)) for i in pending])
         drawn[pending] = quantile(uniform, simulated)
@@ -150,12 +142,12 @@ def draw_simulations(
         own = Physiology.of_nuisances(physiology, prior.physiology_names, forward_model)
         beats = simulate(theta, context, forward_model, own)
         good = beats.status == Status.PERIODIC
-        rounds.append(_Round(pending[good], good, beats))
+        found.append((pending[good], beats.rows(np.flatnonzero(good))))
         np.add.at(failures, (pending[~good], beats.status[~good]), 1)
         pending = pending[~good]
         _check_attempts(failures, context.subject, drawn)
     names = prior.physiology_names
-    return _gather(np.asarray(draw_index, dtype=np.int64), drawn, names, failures, rounds)
+    return _gather(np.asarray(draw_index, dtype=np.int64), drawn, names, failures, found)
 
 
 def _check_attempts(failures: IntArray, subject: str, drawn: FloatArray) -> None:
@@ -176,15 +168,13 @@ def _gather(
     drawn: FloatArray,
     nuisance_names: tuple[str, ...],
     failures: IntArray,
-    rounds: list[_Round],
+    found: list[tuple[IntArray, Beats]],
 ) -> PriorSimulations:
     """Put the successful beats of all rounds back into the order of the draws."""
-    order = np.argsort(np.concatenate([attempt.rows for attempt in rounds]))
+    order = np.argsort(np.concatenate([rows for rows, _ in found]))
 
     def in_order(name: str) -> FloatArray:
-        successful = [getattr(attempt.beats, name)[attempt.good] for attempt in rounds]
-        gathered: FloatArray = np.concatenate(successful)[order]
-        return gathered
+        return np.concatenate([getattr(beats, name) for _, beats in found])[order]
 
     return PriorSimulations(
         draw_index=draw_index,
@@ -193,7 +183,7 @@ def _gather(
         nuisance_names=nuisance_names,
         attempts=1 + failures.sum(axis=1),
         failures=failures,
-        cycle_phase=rounds[0].beats.cycle_phase,
+        cycle_phase=found[0][1].cycle_phase,
         active_stiffness_kpa=in_order("active_stiffness_kpa"),
         stretch=in_order("stretch"),
         end_diastolic_volume_ml=in_order("end_diastolic_volume_ml"),

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import logging
-
+from swesbi.base.progress import LOGGER
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.measurement.likelihood import reference_beat
 from swesbi.measurement.operator import PassiveBaseline, calibrate_passive
 from swesbi.measurement.settings import MeasurementSettings, PassiveSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import Observation
-
-LOGGER = logging.getLogger("swesbi")
 
 
 def calibrated_passive(

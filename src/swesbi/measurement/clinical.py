@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.heart.aorta import aortic_pressure_mmhg
+from swesbi.heart.beats import aortic_pressure_mmhg
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import WallPhases

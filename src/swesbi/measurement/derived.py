@@ -6,7 +6,7 @@ the way from the late-diastolic mean to the peak.
 
 from __future__ import annotations
 
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from swesbi.base.arrays import FloatArray
 from swesbi.heart.model import isometric_stiffness_kpa
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.landmarks import find_peak, first_crossing_after, last_crossing_before
-from swesbi.measurement.speeds import SpeedRecording
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import (
     ACTIVE_SHARE,
     CURVE,
@@ -82,27 +82,7 @@ def active_share(passive_kpa: FloatArray, active_kpa: FloatArray) -> FloatArray:
     return np.asarray(active_kpa[at[::-1]] / total[at[::-1]])
 
 
-class StiffnessModel(Protocol):
-    """A model of one recording that tells the stiffness of its simulations, as ``SpeedModel`` does."""
-
-    @property
-    def recording(self) -> SpeedRecording:
-        """The recording."""
-
-    def simulate(self, phi: FloatArray) -> Beats:
-        """Simulate phi (n, d) in the subject's context."""
-
-    def parts(self, phi: FloatArray, cycles: Beats) -> tuple[FloatArray, FloatArray]:
-        """Return passive and active stiffness in kPa of phi (n, d); (n, M) each."""
-
-    def activation_duration_s(self, phi: FloatArray) -> FloatArray:
-        """Return the duration D_T of activation at the subject's heart rate, of phi (n, d); shape (n,)."""
-
-    def speed_scale(self, phi: FloatArray) -> FloatArray:
-        """Return the scale of the speeds of phi (n, d); shape (n,)."""
-
-
-def derived(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
+def derived(model: SpeedModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
     """Return the quantities of ``DERIVED`` of n draws, by name, each of shape (n,); NaN where a beat failed.
 
     The stiffness is the heart's own, without the scale of the speeds.
@@ -118,7 +98,7 @@ def derived(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, F
     return {name: found[name] for name in DERIVED_NAMES}
 
 
-def reported(model: StiffnessModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
+def reported(model: SpeedModel, phi: FloatArray, beats: Beats) -> dict[str, FloatArray]:
     """Return all that an answer reports of n draws, by name in the order of ``REPORTED``; (n,) each.
 
     Arguments as of :func:`derived`; NaN where a beat failed, but for the parameters themselves.

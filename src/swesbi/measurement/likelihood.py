@@ -22,14 +22,6 @@ from swesbi.heart.physiology import Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import Beats, simulate, simulate_active
 from swesbi.measurement import speeds
-from swesbi.measurement.instants import (
-    CellData,
-    CellErrors,
-    cell_innovations,
-    cell_sums,
-    error_factors,
-    likeliest_factor,
-)
 from swesbi.measurement.operator import (
     PassiveBaseline,
     active_stiffness_map,
@@ -41,7 +33,18 @@ from swesbi.measurement.settings import (
     MeasurementSettings,
     SummarySettings,
 )
-from swesbi.measurement.shared_error import Errors, Innovations, draw_shared, innovations
+from swesbi.measurement.shared_error import (
+    CellData,
+    CellErrors,
+    Errors,
+    Innovations,
+    cell_innovations,
+    cell_sums,
+    draw_shared,
+    error_factors,
+    innovations,
+    likeliest_factor,
+)
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, OPERATOR_NAMES, STRETCHED
 from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
@@ -312,13 +315,15 @@ class MeasuredSubject:
 
     def on_grid(self, cycle_phase: FloatArray, active_stiffness_kpa: FloatArray) -> FloatArray:
         """Return total curves (n, grid) in kPa, measured at the subject's measured phases (paper, Eq. 3)."""
-        active = (cycle_phase, active_stiffness_kpa)
-        return total_curves(active, self.passive, self.observation, self.measurement)
+        return total_curves(
+            (cycle_phase, active_stiffness_kpa), self.passive, self.observation, self.measurement
+        )
 
     def at_phases(self, cycle_phase: FloatArray, active_stiffness_kpa: FloatArray) -> FloatArray:
         """Return total stiffness (n, phases) in kPa at every phase of the recording."""
-        active = (cycle_phase, active_stiffness_kpa)
-        return total_at_phases(active, self.passive, self.observation, self.measurement)
+        return total_at_phases(
+            (cycle_phase, active_stiffness_kpa), self.passive, self.observation, self.measurement
+        )
 
     def observed_features(self, summary: SummarySettings) -> FloatArray:
         """Return x_obs = S(E_obs) of shape (F,) (paper, Eq. 4)."""

@@ -28,8 +28,8 @@ StiffnessMap = Callable[[FloatArray], FloatArray]
 # Chosen: several times the peaks of the study, so that the map bends them only.
 SERIES_MODULUS_KPA: Final = 300.0
 PERIODIC = 0  # Status.PERIODIC of the forward model, which need not be compiled for this
-ActiveCycles: TypeAlias = "Beats | tuple[FloatArray, FloatArray]"
-"""Simulated beats, or their cycle phases (M,) and active stiffness (n, M) in kPa."""
+ActiveCycles: TypeAlias = tuple[FloatArray, FloatArray]
+"""Cycle phases (M,) of simulated beats, and their active stiffness (n, M) in kPa."""
 
 
 def identity(active_stiffness_kpa: FloatArray) -> FloatArray:
@@ -154,7 +154,7 @@ def _check_inputs(subject: str, reference: Beats, window: BoolArray, settings: P
 
 def total_cycle(active: ActiveCycles, passive: PassiveBaseline, settings: MeasurementSettings) -> FloatArray:
     """Return total stiffness E_pass + E_act over the simulated cycle, shape (n, M), in kPa."""
-    cycle_phase, active_stiffness_kpa = _cycles(active)
+    cycle_phase, active_stiffness_kpa = active
     if not np.array_equal(cycle_phase, passive.cycle_phase):
         raise ValueError(
             f"the simulated cycle has {len(cycle_phase)} points, the passive baseline "
@@ -167,8 +167,7 @@ def total_at_phases(
     active: ActiveCycles, passive: PassiveBaseline, observation: Observation, settings: MeasurementSettings
 ) -> FloatArray:
     """Return total stiffness at every phase of the recording, measured or not, shape (n, P), in kPa."""
-    cycle_phase, _ = _cycles(active)
-    return sample_cycle(cycle_phase, total_cycle(active, passive, settings), observation.phase)
+    return sample_cycle(active[0], total_cycle(active, passive, settings), observation.phase)
 
 
 def total_curves(
@@ -178,13 +177,6 @@ def total_curves(
 
     Failed simulations are dropped before: a cycle with NaN is a ValueError.
     """
-    cycle_phase, _ = _cycles(active)
     total = total_cycle(active, passive, settings)
     phase = observation.measured_phase
-    return to_grid(phase, sample_cycle(cycle_phase, total, phase), settings.grid_points)
-
-
-def _cycles(active: ActiveCycles) -> tuple[FloatArray, FloatArray]:
-    if isinstance(active, tuple):
-        return active
-    return active.cycle_phase, active.active_stiffness_kpa
+    return to_grid(phase, sample_cycle(active[0], total, phase), settings.grid_points)

@@ -156,7 +156,7 @@ def _columns(points: FloatArray) -> SingleArray:
 
 
 def log_normal(u: FloatArray) -> FloatArray:
-    """Return the log density of the base space at points u (n, d); shape (n,)."""
+    """Return log N(u; 0, I), the log density of the base space, at points u (n, d); shape (n,)."""
     return np.asarray(-0.5 * (u**2 + np.log(2.0 * np.pi)).sum(axis=1))
 
 

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 
 from swesbi.base.arrays import FloatArray
 from swesbi.base.settings import Level, Settings
+from swesbi.parameters import ParameterPrior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.prior import ParameterPrior
 from swesbi.verdict.verdict import Status
 
 

@@ -1,28 +1,24 @@
 """Under which conditions the recordings are made that a network learns from: gated, or free-running.
 
-Whatever its points, a network sees a recording in the cells of the cycle (``networks.flow.cells``), and so
-it is drawn there: a gated one at the phases of its protocol, the centres of the cells; a free-running one at
-the mean instant of the pushes of each cell, with the error of their mean.
+Whatever its points, a network sees a recording in the cells of the cycle (``networks.flow.conditioning``),
+and so it is drawn there: a gated one at the phases of its protocol, the centres of the cells; a free-running
+one at the mean instant of the pushes of each cell, with the error of their mean.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.networks.flow.cells import pool_points
+from swesbi.networks.flow.conditioning import pool_points
 from swesbi.population.settings import ConditionSettings, FreeConditionSettings
-from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.ingest import BEAT_VARIATION
+from swesbi.recording.ingest import BEAT_VARIATION, ROUNDING
 from swesbi.recording.noise.errors import MeanErrors, mean_errors, relative_se
 from swesbi.recording.phases import nominal_phases
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import AcquisitionSettings, RecordingSettings
 from swesbi.recording.speed import NoiseComponents
-
-ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.likelihood import SpeedModelSettings, draw_speeds
 from swesbi.measurement.speeds import WallPhases
-from swesbi.networks.flow.cells import (
+from swesbi.networks.files import fit_standardisation
+from swesbi.networks.flow.conditioning import (
     CellConditioner,
     CellSettings,
     SeenCells,
@@ -21,13 +22,11 @@ from swesbi.networks.flow.cells import (
 )
 from swesbi.networks.flow.training import FlowParts, Rows, TrainedWithLosses, fit_flow, single
 from swesbi.networks.settings import FlowSettings
-from swesbi.networks.standardisation import fit_standardisation
 from swesbi.population.conditions import draw_cells
 from swesbi.population.settings import ConditionSettings
 from swesbi.population.simulations import PopulationSimulations
 from swesbi.prior import sample, to_logit
-from swesbi.recording.acquisition_settings import AcquisitionSettings
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import AcquisitionSettings, RecordingSettings
 from swesbi.seeds import generator, integer_seed
 
 CONTEXTS_AT_A_TIME: Final = 500  # what is made on the way to their rows takes a hundred megabytes

@@ -23,6 +23,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.networks.affine_maf import log_normal
 from swesbi.posterior.diagnostics import smooth
 from swesbi.posterior.fitted import FittedProposal, PlacedDraws, fit_in_nearest, placed_in
 from swesbi.posterior.importance import (
@@ -35,7 +36,6 @@ from swesbi.posterior.importance import (
     evidence,
     k_hat_limit,
 )
-from swesbi.posterior.marginal import log_standard_normal
 from swesbi.posterior.settings import ExactSettings
 from swesbi.posterior.space import PlacedProposal, ScoreSpace, Space
 from swesbi.prior import BoxPrior, draw_prior, log_density, to_logit
@@ -64,7 +64,7 @@ class PriorProposal:
 
     def log_density_at(self, u: FloatArray, log_slope: FloatArray) -> FloatArray:
         """Return log p(phi) of phi whose scores are u (n, d), as ``place`` gives both; shape (n,)."""
-        return log_slope + log_standard_normal(u)
+        return log_slope + log_normal(u)
 
     def place(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return scores u (n, d) of phi (n, d), and log |du / dphi| of shape (n,)."""

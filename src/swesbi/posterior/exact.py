@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
-from swesbi.base.progress import Progress
+from swesbi.base.progress import LOGGER, Progress
 from swesbi.draws import equal_weights
+from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
+from swesbi.networks.flow.trained import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
+from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import (
     LikelihoodModel,
     WeightedDraws,
@@ -26,13 +28,10 @@ from swesbi.posterior.mcmc import McmcDraws, sample_mcmc, starting_points
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings, McmcSettings, asking
 from swesbi.posterior.space import PlacedProposal
+from swesbi.prior import JointPriorSettings
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.seeds import generator, integer_seed
-
-if TYPE_CHECKING:
-    from swesbi.networks.flow.flow import FlowProposal
-    from swesbi.prior import JointPriorSettings
-
-LOGGER = logging.getLogger("swesbi")
 
 
 def exact_posterior(
@@ -201,3 +200,28 @@ def log_certificate(subject: str, exact: ExactPosterior) -> None:
     )  # fmt: skip
     for reason in exact.reasons:
         LOGGER.log(logging.INFO if exact.converged else logging.WARNING, "  %s", reason)
+
+
+def posterior_of_subject(
+    observation: Observation,
+    noise: CohortNoise,
+    estimator: TrainedFlow,
+    *,
+    model: SpeedModelSettings,
+    exact: ExactSettings,
+    seed: int,
+) -> ExactPosterior:
+    """Weight the network's draws with the simulator; where the weights fail, sample by MCMC.
+
+    A sampler that does not converge leaves its draws and says so, in the artefact and in the log.
+
+    Raises:
+        NoLikelihoodError: Every simulation fails.
+    """
+    recorded, subject = speed_model(observation, noise, model), observation.subject
+    network = flow_proposal(estimator, recorded.recording)
+    found, efficiency = exact_posterior(HeartModel(recorded), network, exact, seed, "exact", subject)
+    rounds = ", ".join(f"{share:.0%}" for share in efficiency)
+    LOGGER.info("efficiency of the network, and of all draws after each further round: %s", rounds)
+    log_certificate(subject, found)
+    return described(found, model.prior, network)

@@ -8,16 +8,15 @@ networks and samplers move in the parameters of the heart alone.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.measurement.clinical import ClinicalModel
-from swesbi.measurement.instants import CellErrors
-from swesbi.measurement.likelihood import SpeedModelSettings
-from swesbi.measurement.shared_error import Errors
-from swesbi.measurement.speeds import LEAST_STIFFNESS_KPA, PredictedSpeeds, SpeedRecording, WallPhases
+from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.shared_error import CellErrors, Errors
+from swesbi.measurement.speeds import LEAST_STIFFNESS_KPA, WallPhases
 from swesbi.parameters import OF_THETA
 from swesbi.posterior.marginal import Marginal
 from swesbi.posterior.space import of_scores
@@ -25,33 +24,6 @@ from swesbi.prior import JointPriorSettings, OperatorPrior, SimulatedPrior, log_
 from swesbi.recording.speed import squared_speed_m2_s2
 
 SCALE: Final = "speed_scale"
-
-
-class MeasuredSpeeds(Protocol):
-    """What measures the speeds of a heart whose wall is known."""
-
-    @property
-    def settings(self) -> SpeedModelSettings:
-        """The settings of the model, its prior among them."""
-
-    @property
-    def recording(self) -> SpeedRecording:
-        """Speeds at p instants, and their errors."""
-
-    def wall(self, phi: FloatArray) -> WallPhases:
-        """Simulate phi (n, d) and return its wall at the instants; NaN where it failed."""
-
-    def predict_at(self, phi: FloatArray, wall: WallPhases) -> PredictedSpeeds:
-        """Return the noiseless log speeds of phi (n, d) whose walls are given."""
-
-    def log_likelihood_of(self, predicted: PredictedSpeeds) -> FloatArray:
-        """Return log p(speeds | phi) of predicted speeds; -inf where the simulation failed; shape (n,)."""
-
-    def standardised_of(self, predicted: PredictedSpeeds) -> FloatArray:
-        """Return residuals that are standard normals at the true phi; (n, p), NaN: failed."""
-
-    def errors_of(self, predicted: PredictedSpeeds) -> Errors | CellErrors:
-        """Return the errors of the log speeds about n predictions; NaN where the simulation failed."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +41,7 @@ class HeartModel(Marginal[WallPhases]):
     cuff, where they are taken.
     """
 
-    speeds: MeasuredSpeeds
+    speeds: SpeedModel
     pressures: ClinicalModel | None = None
 
     @property
@@ -133,9 +105,7 @@ def completed_heart(heart: FloatArray, scores: FloatArray, prior: JointPriorSett
     return prior.joined(theta, physiology, of_scores(scores, prior.operator))
 
 
-def linear_speeds(
-    speeds: MeasuredSpeeds, wall: WallPhases, scores: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def linear_speeds(speeds: SpeedModel, wall: WallPhases, scores: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return measured log speeds less those of walls at scores (n, o), and the slopes of the latter.
 
     With E = a r^x m^(4 x (1 - x)) + E_act, log c = log q + 1/2 log(E / 3 rho) (``predict_speeds``).

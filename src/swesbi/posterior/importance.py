@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.artefacts import Variable
+from swesbi.base.arrays import FloatArray
 from swesbi.draws import resampled_rows
 from swesbi.prior import BoxPrior
-
-FloatArray = NDArray[np.float64]
 
 
 class HasPrior(Protocol):

@@ -16,10 +16,9 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import normalised
-from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.fitted import FittedProposal, StudentMixture, StudentProposal
 from swesbi.posterior.importance import HasPrior
 from swesbi.posterior.space import ScoreSpace
-from swesbi.posterior.student import StudentMixture, StudentProposal
 from swesbi.prior import draw_prior
 from swesbi.seeds import generator
 

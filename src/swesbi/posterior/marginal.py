@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from scipy.special import gammaincinv, gammaln, logsumexp, ndtri
 
 from swesbi.base.arrays import FloatArray
-from swesbi.measurement.instants import CellErrors
-from swesbi.measurement.shared_error import Errors
+from swesbi.measurement.shared_error import CellErrors, Errors
+from swesbi.networks.affine_maf import log_normal
 from swesbi.posterior.importance import EvaluatedPoints
 
 DRAWS: Final = 4  # an integral; each has three quarters of an exact draw's worth
@@ -135,13 +135,8 @@ class Marginal(Generic[Simulated]):
         log_likelihood = np.stack(
             [told + self.log_likelihood_of(points, simulated, scores) for scores, _ in drawn]
         )
-        log_density = np.stack([log_standard_normal(scores) - log_q for scores, log_q in drawn])
+        log_density = np.stack([log_normal(scores) - log_q for scores, log_q in drawn])
         return np.stack([scores for scores, _ in drawn]), log_likelihood + log_density, log_likelihood
-
-
-def log_standard_normal(scores: FloatArray) -> FloatArray:
-    """Return log N(s; 0, I) of scores (n, o); shape (n,)."""
-    return np.asarray(-0.5 * (scores**2 + np.log(2.0 * np.pi)).sum(axis=1))
 
 
 def _log_mean(log_ratio: FloatArray) -> FloatArray:

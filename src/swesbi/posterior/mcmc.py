@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import LOGGER
 from swesbi.posterior.diagnostics import effective_number, split_r_hat
 from swesbi.posterior.importance import LikelihoodModel, WeightedDraws, points_of
 from swesbi.posterior.settings import McmcSettings, warm_up_steps
@@ -20,10 +21,113 @@ from swesbi.prior import BoxPrior, from_logit, to_logit
 if TYPE_CHECKING:  # half a second to import, which the many posteriors without MCMC need not wait for
     import emcee
 
-    from swesbi.posterior.moves import SideBySide, State
+State = Any  # emcee.State: coords (walkers, d), log_prob (walkers,)
+GAMMA_SD: Final = 0.1  # relative spread of the step's factor: keeps proposals off a lattice
+JUMP_SHARE: Final = 0.1  # of the steps, with factor one: from mode to mode (ter Braak 2006)
+STRETCH_SHARE: Final = 0.3  # of the steps: they bring walkers back that started or strayed far off
+NORMAL_SHARE: Final = 0.5  # of the steps, where the posterior is near normal; the others need no such space
+LEAST_RENEWED: Final = 0.3  # of a walker, by such a step; at most all of it
 
-LOGGER = logging.getLogger("swesbi")
-FloatArray = NDArray[np.float64]
+
+class HalfMove(Protocol):
+    """A move of emcee that proposes for one half of an ensemble from the other half."""
+
+    def setup(self, coords: FloatArray) -> None:
+        """Prepare for walkers at these coordinates."""
+
+    def get_proposal(
+        self, s: FloatArray, c: list[FloatArray], random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return proposals for s of shape (n, d) from the complement c, and the log of their factors."""
+
+
+class SideBySide:
+    """Moves independent ensembles side by side, so that one call evaluates the walkers of all of them.
+
+    The walkers of an ensemble are neighbours in the sampler's order. Proposals of an ensemble see its own
+    walkers only, in random halves (Foreman-Mackey et al. 2013, Alg. 3); the simulator is fastest in batches.
+    """
+
+    def __init__(self, move: HalfMove, ensembles: int) -> None:
+        self._move = move
+        self._ensembles = ensembles
+
+    def propose(self, model: Any, state: State) -> tuple[State, NDArray[np.bool_]]:  # noqa: ANN401
+        """Move every walker once; the interface of emcee's moves."""
+        self._move.setup(state.coords)
+        accepted = np.zeros(len(state.coords), dtype=bool)
+        first, second = self._halves(len(state.coords), model.random)
+        # in turns: a proposal made from walkers that move at the same time would break detailed balance
+        for moving, still in ((first, second), (second, first)):
+            self._move_half(model, state, moving, still, accepted)
+        return state, accepted
+
+    def _halves(
+        self, walkers: int, random: np.random.RandomState
+    ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        """Return walkers of two random halves of each ensemble; (ensembles, walkers of it / 2) each."""
+        size = walkers // self._ensembles
+        # drawn anew at each step: with fixed halves a walker would never see the others of its own half
+        order = np.stack([k * size + random.permutation(size) for k in range(self._ensembles)])
+        return order[:, : size // 2], order[:, size // 2 :]
+
+    def _move_half(
+        self,
+        model: Any,  # noqa: ANN401
+        state: State,
+        moving: NDArray[np.int_],
+        still: NDArray[np.int_],
+        accepted: NDArray[np.bool_],
+    ) -> None:
+        proposals = [
+            self._move.get_proposal(state.coords[rows], [state.coords[others]], model.random)
+            for rows, others in zip(moving, still, strict=True)
+        ]
+        coords, log_factor = (np.concatenate(parts) for parts in zip(*proposals, strict=True))
+        # one call for all ensembles: the simulator is fast in large batches, half an ensemble is small
+        log_prob, _ = model.compute_log_prob_fn(coords)
+        rows = moving.ravel()
+        taken = log_factor + log_prob - state.log_prob[rows] > np.log(model.random.rand(len(rows)))
+        state.coords[rows[taken]] = coords[taken]
+        state.log_prob[rows[taken]] = log_prob[taken]
+        accepted[rows] = taken
+
+
+class NearNormal:
+    """The preconditioned Crank-Nicolson step (Cotter, Roberts, Stuart and White 2013, Stat Sci 28:424).
+
+    It keeps the standard normal distribution, so that acceptance is how far the posterior differs from it:
+    where that is little, steps of any length are taken, whatever the number of parameters.
+    """
+
+    def setup(self, coords: FloatArray) -> None:
+        """Prepare for nothing."""
+
+    def get_proposal(
+        self, s: FloatArray, c: list[FloatArray], random: np.random.RandomState
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return sqrt(1 - b^2) s + b xi for s of shape (n, d), and the log of N(s) / N(proposal); (n,)."""
+        del c  # no step looks at the other walkers
+        renewed = random.uniform(LEAST_RENEWED, 1.0, (len(s), 1))
+        proposal = np.sqrt(1.0 - renewed**2) * s + renewed * random.normal(size=s.shape)
+        return proposal, 0.5 * ((proposal**2).sum(axis=1) - (s**2).sum(axis=1))
+
+
+def moves(ensembles: int, near_normal: bool) -> list[tuple[SideBySide, float]]:
+    """Return the moves with their shares of the steps; others where the posterior is near normal."""
+    import emcee
+
+    shares = [
+        (emcee.moves.DEMove(sigma=GAMMA_SD), 1.0 - JUMP_SHARE - STRETCH_SHARE),
+        (emcee.moves.DEMove(sigma=GAMMA_SD, gamma0=1.0), JUMP_SHARE),
+        (emcee.moves.StretchMove(), STRETCH_SHARE),
+    ]
+    if near_normal:
+        shares = [(move, (1.0 - NORMAL_SHARE) * share) for move, share in shares]
+        shares.append((NearNormal(), NORMAL_SHARE))
+    return [(SideBySide(move, ensembles), share) for move, share in shares]
+
+
 INFLATION: Final = 4.0  # of the covariance of the weighted draws: twice their spread
 LEAST_SD: Final = 0.1  # in eta; a few dominating weights have no spread of their own
 ATTEMPTS: Final = 100
@@ -103,7 +207,6 @@ def sample_mcmc(
     start_phi: FloatArray,
     settings: McmcSettings,
     seed: int,
-    least_effective: int = 0,
     space: Space | None = None,
 ) -> McmcDraws:
     """Sample the exact posterior by several ensembles of walkers, in eta = logit(phi) or in another space.
@@ -111,7 +214,7 @@ def sample_mcmc(
     Moves are emcee's differential evolution (ter Braak 2006; Nelson et al. 2014), mixed with its stretch
     move (Goodman and Weare 2010). In the base space of a flow that knows the posterior roughly (the map of
     Parno and Marzouk 2018, SIAM/ASA J Uncertain Quantif 6:645, as in :mod:`swesbi.posterior.fitted`) half of
-    the steps are :class:`swesbi.posterior.moves.NearNormal`: what the flow has wrong costs acceptance, and
+    the steps are :class:`NearNormal`: what the flow has wrong costs acceptance, and
     the draws are of the same posterior. Rounds of ``settings.steps`` follow one another until R-hat (Vehtari
     et al. 2021) and the effective draws are met or ``settings.max_steps`` is reached; the first share of all
     steps is left out anew after each. Effective draws count beside R-hat, which passes ensembles of which a
@@ -120,9 +223,6 @@ def sample_mcmc(
     Walkers start at (ensembles * walkers, 4) points inside the prior's box. ValueError: there are others than
     these, or one has no posterior density.
     """
-    from swesbi.posterior.moves import moves
-
-    wanted = max(least_effective, settings.min_effective_draws)
     where = LogitSpace(model.settings.prior) if space is None else space
     used = moves(settings.ensembles, near_normal=space is not None)
     sampler, state = _sampler(model, start_phi, settings, where, used, seed)
@@ -132,13 +232,13 @@ def sample_mcmc(
     while True:
         steps = settings.steps - sampler.iteration % settings.steps
         state = sampler.run_mcmc(state, min(steps, settings.max_steps - sampler.iteration))
-        draws = _judged(sampler, where, model.settings.prior, settings, wanted)
+        draws = _judged(sampler, where, model.settings.prior, settings)
         if draws.converged or sampler.iteration >= settings.max_steps:
             return draws
         LOGGER.info(
             "MCMC: %d of at most %d steps, R-hat %.3f (below %g is needed), %.0f of %d effective draws",
             sampler.iteration, settings.max_steps, draws.r_hat.max(), settings.max_r_hat,
-            draws.effective_draws.min(), wanted,
+            draws.effective_draws.min(), settings.min_effective_draws,
         )  # fmt: skip
 
 
@@ -209,7 +309,7 @@ def _within_reach(u: FloatArray) -> FloatArray:
 
 
 def _judged(
-    sampler: emcee.EnsembleSampler, space: Space, prior: BoxPrior, settings: McmcSettings, wanted: int
+    sampler: emcee.EnsembleSampler, space: Space, prior: BoxPrior, settings: McmcSettings
 ) -> McmcDraws:
     """Return what the sampler has after its warm-up, with R-hat and effective draws by parameter."""
     u = sampler.get_chain(discard=warm_up_steps(sampler.iteration, settings.warm_up_fraction))
@@ -225,5 +325,7 @@ def _judged(
         r_hat=r_hat,
         effective_draws=effective,
         steps=sampler.iteration,
-        converged=bool((r_hat < settings.max_r_hat).all() and (effective >= wanted).all()),
+        converged=bool(
+            (r_hat < settings.max_r_hat).all() and (effective >= settings.min_effective_draws).all()
+        ),
     )

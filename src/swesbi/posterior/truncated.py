@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from swesbi import artefacts
 from swesbi.artefacts.schema import Schema
+from swesbi.base.arrays import FloatArray
 from swesbi.draws import interval_levels
 from swesbi.parameters import PHI, THETA_COLUMNS, THETA_NAMES
 from swesbi.posterior.settings import PosteriorSettings
 from swesbi.prior import PriorSettings, in_bounds
 
-FloatArray = NDArray[np.float64]
 COLUMNS: Final = {
     parameter.name: artefacts.Variable("", parameter.cf_unit, f"{parameter.meaning} {parameter.text}{{of}}")
     for parameter in PHI

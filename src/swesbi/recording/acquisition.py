@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
-from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.phases import nominal_phases
 from swesbi.recording.samples import Samples
+from swesbi.recording.settings import AcquisitionSettings
 from swesbi.recording.speed import shear_wave_speed_m_s
-from swesbi.recording.tables.columns import FAILED_STATUSES, STATUS_OK
+from swesbi.recording.tables.layout import FAILED_STATUSES, STATUS_OK
 
 SLOWEST_M_S: Final = 0.1
 FASTEST_M_S: Final = 12.0

@@ -15,7 +15,7 @@ import numpy as np
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.recording.problems import Problem, raise_any
 from swesbi.recording.samples import Samples
-from swesbi.recording.tables.columns import SPEED
+from swesbi.recording.tables.layout import SPEED
 
 MOST_BY_CHANCE: Final = 1.0e-3
 """Equal rows that chance makes in a recording, above which they are none."""

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from swesbi.base.arrays import FloatArray, IntArray, rows_of
 from swesbi.recording.copies import check_copies
-from swesbi.recording.groups import grouped
 from swesbi.recording.phases import LATEST_BEAT_PHASE
 from swesbi.recording.problems import refusal
-from swesbi.recording.samples import CONFIGURED, Samples
+from swesbi.recording.samples import CONFIGURED, Samples, grouped
 from swesbi.recording.speed import PA_PER_KPA, shear_wave_speed_m_s, youngs_modulus_kpa
-from swesbi.recording.tables.columns import (
+from swesbi.recording.tables.files import open_table
+from swesbi.recording.tables.layout import (
     COLUMNS,
     DELAY,
     EVENT,
@@ -24,6 +24,7 @@ from swesbi.recording.tables.columns import (
     FREE_REQUIRED,
     MODULUS,
     MODULUS_UNITS,
+    OWN_FORM,
     PHASE,
     SPEED,
     SPEED_UNITS,
@@ -32,9 +33,8 @@ from swesbi.recording.tables.columns import (
     STATUSES,
     TEXTS,
     TIME,
+    TableLayout,
 )
-from swesbi.recording.tables.files import open_table
-from swesbi.recording.tables.layout import OWN_FORM, TableLayout
 from swesbi.recording.tables.table import Table, spelling
 from swesbi.recording.tables.translate import in_own_terms, is_free
 

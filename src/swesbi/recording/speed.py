@@ -10,8 +10,7 @@ import numpy as np
 
 from swesbi.artefacts import Variable
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.groups import Groups, grouped
-from swesbi.recording.samples import Samples
+from swesbi.recording.samples import Groups, Samples, grouped
 
 PA_PER_KPA: Final = 1e3
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from swesbi.base.arrays import FloatArray
-from swesbi.checks.identifiability.information import MoreRepeats
+from swesbi.checks.information import MoreRepeats
 from swesbi.checks.predictive import FreePredictiveCheck, PredictiveCheck
 from swesbi.checks.scores import Band, coverage
 from swesbi.context import Context

@@ -7,18 +7,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
+from swesbi.answers.answer import Knowledge, OneAnswerSettings, knowledge_from
 from swesbi.answers.files import RecordingRequest
-from swesbi.answers.knowledge import Knowledge, knowledge_from
 from swesbi.answers.recording import Folder, modelled_pushes, observe_folder
-from swesbi.answers.settings import OneAnswerSettings
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.config.read import ConfigError
 from swesbi.config.study import Study, context_refusal, why_in_short
-from swesbi.config.view import View
+from swesbi.config.view import View, nulls_of
 from swesbi.networks.flow.trained import SHIPPED_NETWORK
-from swesbi.study.nulls import nulls_of
-from swesbi.study.other_network import OtherNetworkError, check_network
-from swesbi.study.results import experiment_files
+from swesbi.study.results import OtherNetworkError, check_network, experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 from swesbi.verdict.settings import SHIPPED_NULLS
 
@@ -102,7 +99,7 @@ class Answerer:
         settings = answer_settings(self.study, experiment, subject)
         knowledge = self._knowledge(network) if network else self._prior
         if observed.observation.is_gated:
-            recording = self.folder.gated(observed, settings)
+            recording = self.folder.gated(observed, settings.model, settings.noise_level)
         else:
             recording = modelled_pushes(observed.observation, settings.model)
         made = Provenance("", subject, self.study.config.seed, settings.to_plain(), stage_code(CODE))

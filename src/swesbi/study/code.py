@@ -71,16 +71,6 @@ class Packages:
             pending = {each for place in pending for each in self.linked(place)[0]} - places
         return places
 
-    def lines(self, places: Iterable[Place]) -> set[tuple[str, int]]:
-        """Return the lines of definitions, with their decorators: module and number."""
-        tops = [(module, top) for module, name in places for top in self.source(module).bound.get(name, [])]
-        return {
-            (module, line)
-            for module, top in tops
-            for part in (top, *getattr(top, "decorator_list", []))
-            for line in range(part.lineno, (part.end_lineno or 0) + 1)
-        }
-
     def _linked(self, place: Place) -> tuple[frozenset[Place], bytes]:
         """Return the places that a definition leads to, and a digest of what it says itself."""
         source, passed = self.source(place[0]), {place[0]}

@@ -12,9 +12,9 @@ from typing import Final
 from swesbi.answers.files import OtherAnswerError
 from swesbi.answers.table import TABLE, AnswerRow, answer_text, answers_table, write_answers
 from swesbi.artefacts.csv import read_csv
-from swesbi.base.ending import EXIT_REFUSED
-from swesbi.base.processes import WorkerKilledError, side_by_side
 from swesbi.base.progress import LOGGER, Progress
+from swesbi.base.terminal import EXIT_REFUSED
+from swesbi.base.workers import WorkerKilledError, side_by_side
 from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study, study_with
 from swesbi.recording.cohort.files import RECORDINGS, SUBJECTS

@@ -1,51 +1,38 @@
-"""Summarise files of the study, compare two runs of it, or verify checksums."""
+"""Summarise files of the study, whatever their format, or verify checksums."""
 
 from __future__ import annotations
 
 import argparse
-import filecmp
 import hashlib
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-import numpy as np
+import yaml
 
-from swesbi.artefacts import Array, ArtefactError, DamagedArtefactError
+from swesbi.artefacts import Array, ArtefactError, DamagedArtefactError, files
 from swesbi.artefacts.atomic import typed
-from swesbi.artefacts.files import check_json, check_whole
-from swesbi.artefacts.schema import NUMERIC
-from swesbi.base.ending import EXIT_REFUSED
-from swesbi.study.contents import FACTS, ORIGIN, READERS, SETTINGS, VERDICTS, Content, read
+from swesbi.artefacts.csv import read_csv
+from swesbi.base.settings import flatten
+from swesbi.base.terminal import EXIT_REFUSED
 from swesbi.study.job import options_of
 from swesbi.study.parsers import ARTEFACTS
 
-FIRST: Final = "only in the first"
-SECOND: Final = "only in the second"
-DAMAGED: Final = "damaged, so not compared"
-ARRAYS: Final = "arrays"
-OTHER: Final = "other files whose bytes differ"
-TITLES: Final = (FIRST, SECOND, DAMAGED, SETTINGS, ORIGIN, VERDICTS, FACTS, ARRAYS, OTHER)
 OF_RESULTS: Final = ("logs", "cohort")
 """Folders beside each other in the results of every study."""
-NO_RESULTS: Final = ("logs", "snakemake-report.html")
-"""What differs from run to run beside the results: timings and dates."""
+Content = tuple[dict[str, str], dict[str, Array]]
+"""What is said of a file, as text by key, and its arrays by name."""
 
 
 def main(given: argparse.Namespace) -> int:
-    """Run `inspect`; return 0, or 1 if the runs differ, or 2 if a file is missing, damaged or unreadable."""
-    if given.diff:
-        differences = compare_runs(*given.diff)
-        lines = [line for title, below in differences.items() for line in (f"{title}:", *below)]
-        print("\n".join([*lines, "the runs differ" if lines else "the runs are equal"]))
-        return EXIT_REFUSED if DAMAGED in differences else int(bool(lines))
+    """Run `inspect`; return 0, or 2 if a file is missing, damaged or unreadable."""
     status = 0
     for path in _artefacts_in(given.files) if given.check else given.files:
         try:
             if given.check:
-                (check_json if path.suffix == ".json" else check_whole)(path)
+                (files.check_json if path.suffix == ".json" else files.check_whole)(path)
             print(f"{path}: whole" if given.check else summary(path))
         except ArtefactError as error:
             print(f"swesbi: {advised(error)}", file=sys.stderr)
@@ -55,11 +42,8 @@ def main(given: argparse.Namespace) -> int:
 
 def summary(path: Path) -> str:
     """Return what a file is, what made it, and of each array path, dimensions, units and meaning."""
-    sections, arrays = read(path)
-    if settings := sections.pop(SETTINGS, {}):
-        digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
-        sections[ORIGIN]["settings hash"] = digest[:16]
-    lines = [f"{key}: {value}" for section in sections.values() for key, value in section.items()]
+    facts, arrays = read(path)
+    lines = [f"{key}: {value}" for key, value in facts.items()]
     for name, array in arrays.items():
         dimensions = " x ".join(f"{dim} {size}" for dim, size in array.sizes.items()) or "scalar"
         parts = (name, dimensions, array.attrs.get("units"), array.attrs.get("long_name"))
@@ -99,75 +83,51 @@ def advised(error: Exception) -> str:
     return f"{error.path}: {error.fault}; {remedy}"
 
 
-def compare_runs(first: Path, second: Path) -> dict[str, list[str]]:
-    """Return what differs between the results of two runs, in lines by title, those of ``TITLES``."""
-    one, two = _results_of(first), _results_of(second)
-    lines: dict[str, list[str]] = {title: [] for title in TITLES}
-    lines[FIRST], lines[SECOND] = sorted(one - two), sorted(two - one)
-    differences: dict[tuple[str, str], list[str]] = {}
-    for name in sorted(one & two):
-        for difference in _differences(first / name, second / name):
-            differences.setdefault(difference, []).append(name)
-    for (title, text), names in differences.items():
-        shown = names[:3] if title in (SETTINGS, ORIGIN) else names
-        more = f" and {len(names) - len(shown)} more" if len(names) > len(shown) else ""
-        lines[title] += [f"{text}  ({', '.join(shown)}{more})"] if text else names
-    return {title: below for title, below in lines.items() if below}
-
-
-def _results_of(folder: Path) -> set[str]:
-    """Return the results in a folder, relative to it."""
-    inside = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
-    shown = (path for path in inside if not any(part.startswith(".") for part in path.parts))
-    if not (results := {str(path) for path in shown if path.parts[0] not in NO_RESULTS}):
-        raise ArtefactError(f"{folder}: has no results; name the results folder of a run")
-    return results
-
-
-def _differences(first: Path, second: Path) -> list[tuple[str, str]]:
-    """Return in what two files differ, each with its title; without text where only their bytes do."""
+def read(path: Path) -> Content:
+    """Return what a file contains, once its checksum, if it has one, is known to be right."""
     try:
-        if filecmp.cmp(first, second, shallow=False):
-            return []
-        contents = [read(path) for path in (first, second) if path.suffix in READERS]
-        return (list(_changes(*contents)) if contents else []) or [(OTHER, "")]
-    except (ArtefactError, OSError) as error:
-        return [(DAMAGED, advised(error))]
+        path.open("rb").close()
+        if path.suffix not in READERS:
+            raise ArtefactError(f"{path}: is of none of the formats shown: {', '.join(READERS)}")
+        return READERS[path.suffix](path)
+    except (FileNotFoundError, IsADirectoryError, PermissionError) as error:
+        raise ArtefactError(f"{path}: cannot be read ({error.strerror})") from error
+    except ArtefactError:
+        raise
+    except (*files.UNREADABLE, yaml.YAMLError) as error:
+        raise DamagedArtefactError(path, f"cannot be read as {path.suffix} ({error})") from error
 
 
-def _changes(first: Content, second: Content) -> Iterator[tuple[str, str]]:
-    (sections, arrays), (other_sections, other_arrays) = first, second
-    for title in sections.keys() | other_sections.keys():
-        one, two = sections.get(title, {}), other_sections.get(title, {})
-        for key in {**one, **two}:
-            if one.get(key) != two.get(key):
-                yield title, f"{key}: {one.get(key, '(none)')} -> {two.get(key, '(none)')}"
-    for name in {**arrays, **other_arrays}:
-        if name not in arrays or name not in other_arrays:
-            yield ARRAYS, f"{name}: {FIRST if name in arrays else SECOND}"
-        elif difference := array_difference(arrays[name], other_arrays[name]):
-            yield ARRAYS, f"{name}: {difference}"
+def _hdf5(path: Path) -> Content:
+    made = files.provenance_of(path)
+    said = {key: str(value) for key, value in made.attributes().items() if key != "settings"}
+    said["subject"] = made.subject or "whole cohort"
+    if settings := flatten(made.settings):
+        digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
+        said["settings hash"] = digest[:16]
+    arrays = {
+        f"{group}/{name}".strip("/"): one
+        for group, found in files.read_groups(path).items()
+        for name, one in found.items()
+    }
+    return said, arrays
 
 
-def array_difference(one: Array, two: Array) -> str:
-    """Return how two arrays of one name differ; empty where they do not.
+def _table(path: Path) -> Content:
+    return {}, {str(name): Array(("row",), column.to_numpy()) for name, column in read_csv(path).items()}
 
-    The relative difference is |a - b| / max(|a|, |b|), at most 2; missing values equal missing values.
-    """
-    shapes = [f"{each.sizes} {each.attrs.get('units', '')}".rstrip() for each in (one, two)]
-    if shapes[0] != shapes[1]:
-        return " against ".join(shapes)
-    a, b = one.to_numpy(), two.to_numpy()
-    if a.dtype.kind not in NUMERIC or b.dtype.kind not in NUMERIC:
-        differing = int((a.astype(str) != b.astype(str)).sum())
-        return f"{differing} texts differ" if differing else ""
-    a, b = a.astype(np.float64), b.astype(np.float64)
-    different = (a != b) & ~(np.isnan(a) & np.isnan(b))
-    if not different.any():
-        return ""
-    if missing := int((np.isfinite(a) != np.isfinite(b)).sum()):
-        return f"{missing} values are missing in one alone"
-    gap = np.abs(a - b)[different]
-    relative = gap / np.maximum(np.abs(a), np.abs(b))[different]
-    largest = f"{gap.max():.3g} {one.attrs.get('units', '')}".rstrip()
-    return f"max abs {largest}, max rel {relative.max():.3g}"
+
+def _plain(path: Path) -> Content:
+    text = path.read_text(encoding="utf-8")
+    content = json.loads(text) if path.suffix == ".json" else yaml.safe_load(text)
+    if isinstance(content, dict) and content.pop(files.CHECKSUM, None):
+        files.check_json(path)
+    return flatten(content), {}
+
+
+READERS: Final[Mapping[str, Callable[[Path], Content]]] = {
+    ".h5": _hdf5,
+    ".csv": _table,
+    ".json": _plain,
+    ".yaml": _plain,
+}

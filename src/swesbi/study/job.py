@@ -22,8 +22,8 @@ from pydantic import TypeAdapter
 from swesbi.artefacts import DamagedArtefactError, Provenance
 from swesbi.artefacts.atomic import UnfitError, write_fault
 from swesbi.artefacts.typed import read_as, write_as
-from swesbi.base.processes import exit_when_gone
 from swesbi.base.terminal import terminal
+from swesbi.base.workers import exit_when_gone
 from swesbi.study.running import RUN
 from swesbi.study.stage import OF_EVERY_JOB, settings_in
 

@@ -197,17 +197,9 @@ def inspect() -> argparse.ArgumentParser:
         prog="swesbi inspect",
         description="Summarise files of the study: what made them, and which arrays they contain. "
         f"Formats: {', '.join((*ARTEFACTS, '.csv', '.yaml'))}.",
-        epilog="Exit code: 0 whole or equal; 1 the runs differ; 2 a file is damaged or cannot be read.",
+        epilog="Exit code: 0 whole; 2 a file is damaged or cannot be read.",
     )
-    asked = parser.add_mutually_exclusive_group(required=True)
-    asked.add_argument("files", nargs="*", default=[], type=Path, metavar="FILE", help="files of the study")
-    asked.add_argument(
-        "--diff",
-        nargs=2,
-        type=Path,
-        metavar=("RUN_A", "RUN_B"),
-        help="compare the results folders of two runs instead: settings, code, verdicts, arrays",
-    )
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="files of the study")
     parser.add_argument(
         "--check",
         action="store_true",

@@ -17,14 +17,11 @@ from swesbi.config.read import ConfigError, at_configuration, snakemake_options
 from swesbi.config.study import Study, study_of
 from swesbi.config.view import View
 from swesbi.networks.flow.trained import TrainedFlow
-from swesbi.persons.planning.bank import Bank
 from swesbi.persons.planning.effect import Effect, check_effect, parse_effect, parse_percent, parse_repeats
 from swesbi.persons.planning.likelihoods import StudyAnalysis, likelihoods_of
-from swesbi.persons.planning.power import one_person_power, power_curve
-from swesbi.persons.planning.simulation import BankSettings, answered_bank
-from swesbi.persons.planning.words import Plan, plan_lines, plan_table
-from swesbi.study.other_network import check_network
-from swesbi.study.results import experiment_files
+from swesbi.persons.planning.power import Plan, one_person_power, plan_lines, plan_table, power_curve
+from swesbi.persons.planning.simulation import Bank, BankSettings, answered_bank
+from swesbi.study.results import check_network, experiment_files
 from swesbi.study.stage import plain_settings, stage_code
 
 CODE: Final = "swesbi.persons.planning.simulation:answered_bank"

@@ -1,46 +1,28 @@
-"""The folder of a study that has been run: where its results lie."""
+"""The folder of a study that has been run: where its results lie, and by which settings it was trained."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from swesbi.answers.knowledge import Knowledge, knowledge_from
+from swesbi.answers.answer import Knowledge, knowledge_from
 from swesbi.artefacts.atomic import make_command
-from swesbi.artefacts.typed import FOLDER
+from swesbi.base.settings import flatten
 from swesbi.config.study import Study
-from swesbi.networks.flow.trained import SHIPPED_NETWORK
-from swesbi.study.nulls import nulls_of
+from swesbi.config.view import nulls_of
+from swesbi.networks.flow.trained import SHIPPED_NETWORK, TrainedFlow
 from swesbi.verdict.settings import SHIPPED_NULLS
 
 OF_POPULATION: Final = "swesbi.population.training:trained_over_population"
 OF_COHORT: Final = "swesbi.networks.flow.training:trained_on_subjects"
 """The stages that train networks."""
-
-
-@dataclass(frozen=True)
-class Results:
-    """The results of a study, as its rules lay them out."""
-
-    folder: Path
-
-    def of(self, experiment: str, subject: str) -> Path:
-        """Return the folder of what an experiment says of a subject."""
-        return self.folder / experiment / FOLDER / subject
-
-    @property
-    def noise_file(self) -> Path:
-        """Where the noise of the cohort lies."""
-        return self.folder / "cohort" / "noise.h5"
-
-    def observation_file(self, subject: str) -> Path:
-        """Return where the observed curve of a subject lies."""
-        return self.folder / "cohort" / subject / "observation.h5"
-
-    def network(self, experiment: str) -> Path:
-        """Return where the network of an experiment on speeds or over a population lies."""
-        return self.folder / experiment / "flow.h5"
+NETWORK: Final = "flow.h5"
+"""In the folder of an experiment on speeds or over a population."""
+ABSENT: Final = str(None)
+NAME: Final = "experiment"
+"""The setting by which progress lines call a training."""
 
 
 @dataclass(frozen=True)
@@ -91,18 +73,51 @@ class ExperimentFiles:
 
 def experiment_files(study: Study, experiment: str) -> ExperimentFiles:
     """Return what an experiment, of whichever kind, leaves for subjects outside its cohort."""
-    results, null = Results(Path(study.config.results)), nulls_of(study, experiment)
+    results, null = Path(study.config.results), nulls_of(study, experiment)
     if experiment in study.config.population_experiments:
         return population_files(results, experiment, null)
-    observations = tuple(map(results.observation_file, study.subjects_of(experiment)))
-    return ExperimentFiles(results.network(experiment), null, observations, results.noise_file)
+    cohort = results / "cohort"
+    observations = tuple(cohort / name / "observation.h5" for name in study.subjects_of(experiment))
+    return ExperimentFiles(results / experiment / NETWORK, null, observations, cohort / "noise.h5")
 
 
-def population_files(results: Results, experiment: str, null: Path = SHIPPED_NULLS) -> ExperimentFiles:
-    """Return what an experiment over a population leaves.
+def population_files(results: Path, experiment: str, null: Path = SHIPPED_NULLS) -> ExperimentFiles:
+    """Return what an experiment over a population leaves in the folder of the results.
 
     Where the study has not been run, the network of the package answers, if it is of the same model: that of
     the null recordings of the package.
     """
-    own = results.network(experiment)
+    own = results / experiment / NETWORK
     return ExperimentFiles(SHIPPED_NETWORK if null == SHIPPED_NULLS and not own.is_file() else own, null)
+
+
+class OtherNetworkError(ValueError):
+    """The network was trained under other settings than these."""
+
+
+def check_network(estimator: Path, settings: Mapping[str, Any]) -> None:
+    """Refuse a network that was trained under other settings than those of the configuration.
+
+    A setting that is null is one that is not there, as in a network trained before there was such a setting.
+    The network of the package is of the shipped recordings; under another protocol it proposes less well, and
+    weights correct it. So of its settings the model alone must be that of the configuration.
+    """
+    trained = TrainedFlow.load(estimator)[1].settings
+    if estimator == SHIPPED_NETWORK:
+        settings, trained = ({"model": each["model"]} for each in (settings, trained))
+    if fault := difference(trained, settings):
+        raise OtherNetworkError(f"{estimator}: {fault}")
+
+
+def difference(trained: Mapping[str, Any], settings: Mapping[str, Any]) -> str:
+    """Return the first setting in which a network was trained otherwise, in words; empty if there is none."""
+    here, there = (
+        flatten({key: value for key, value in each.items() if key != NAME}) for each in (settings, trained)
+    )
+    for key in sorted(here.keys() | there.keys()):
+        if here.get(key, ABSENT) != there.get(key, ABSENT):
+            return (
+                f"was trained with {key} = {there.get(key)}, the configuration has {here.get(key)}; run the "
+                "study again, or use the configuration that it was trained with"
+            )
+    return ""

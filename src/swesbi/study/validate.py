@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from swesbi.artefacts.atomic import typed
-from swesbi.base.ending import EXIT_REFUSED
+from swesbi.base.terminal import EXIT_REFUSED
 from swesbi.config.models import Config
 from swesbi.config.read import at_configuration, in_words, merged_files, parse_config, read_merged
 from swesbi.recording.cohort.check import CohortReport, examine_cohort, summary

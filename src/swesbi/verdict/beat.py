@@ -17,7 +17,7 @@ import numpy as np
 
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
-from swesbi.heart.intervals import systolic_intervals
+from swesbi.heart.beats import systolic_intervals
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel

@@ -17,8 +17,7 @@ from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.networks.flow.flow import flow_proposal
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import TrainedFlow, flow_proposal
 from swesbi.population.recordings import (
     MODEL_NOISE,
     FreshSettings,
@@ -33,7 +32,7 @@ from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
 from swesbi.recording.observation import context_values, contexts_of
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.misfits import STRIP_LABELS, Misfits, misfits_of
+from swesbi.verdict.nulls import STRIP_LABELS, Misfits, misfits_of
 
 GATED_STREAM: Final = "population null"
 PUSHES_STREAM: Final = "null pushes"

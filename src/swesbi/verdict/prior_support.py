@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import LOGGER
+from swesbi.networks.paper.estimator import TrainedEstimator, draw_candidates
+from swesbi.networks.paper.pool import Pool
 from swesbi.parameters import THETA_NAMES
+from swesbi.posterior.settings import PosteriorSettings
+from swesbi.posterior.truncated import Posterior, summarise_posterior
 from swesbi.prior import PriorSettings, bounds, in_bounds
+from swesbi.seeds import integer_seed
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import Status, Verdict
 
@@ -73,7 +81,35 @@ def _leakage(inside: int, drawn: int, median: FloatArray, prior: PriorSettings, 
     return [f"{inside} of {drawn} candidate draws lie within the prior's bounds, {required} required{tail}"]
 
 
-def support_numbers(verdict: Verdict) -> tuple[str, str]:
-    """Return the two numbers that decide on prior support: draws within the bounds, largest |z|."""
-    plural = "draw" if verdict.in_prior_draws == 1 else "draws"
-    return f"{verdict.in_prior_draws:,} in-prior {plural}", f"max |z| = {verdict.max_abs_z:.2f}"
+class PosteriorVerdict(NamedTuple):
+    """The posterior of a subject, and the verdict on its prior support."""
+
+    posterior: Posterior
+    verdict: Verdict
+
+
+def judged_posterior(
+    pool: Pool,
+    estimator: TrainedEstimator,
+    *,
+    subject: str,
+    prior: PriorSettings,
+    support: SupportSettings,
+    posterior: PosteriorSettings,
+    seed: int,
+) -> PosteriorVerdict:
+    """Draw candidates for a subject, judge its prior support, keep the draws within the prior.
+
+    A subject that is not prior-supported keeps its draws, if it has any, and its verdict.
+
+    Raises:
+        UnfitError: The estimator was trained on other components than the pool's.
+        KeyError: The pool holds no such subject.
+    """
+    pool.check_components(estimator.components, "estimator")
+    z_obs, names = pool.observed_z(subject), pool.components.names
+    drawn_by = integer_seed(seed, "posterior", subject)
+    candidates = draw_candidates(estimator, z_obs[None], support.candidate_draws, drawn_by)[0]
+    verdict = diagnose(z_obs, names, candidates, prior, support)
+    LOGGER.info("subject %s: %s", subject, verdict.sentence)
+    return PosteriorVerdict(summarise_posterior(candidates, z_obs, names, prior, posterior), verdict)

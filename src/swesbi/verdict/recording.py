@@ -15,24 +15,39 @@ from typing import Final
 import numpy as np
 from pydantic import Field
 
+from swesbi.artefacts import UnfitError
 from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import LOGGER
 from swesbi.base.settings import Settings
 from swesbi.context import Context
 from swesbi.draws import median_and_interval
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.derived import reported
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Contexts, Observation
 from swesbi.seeds import generator
 from swesbi.verdict.answer_lines import ANSWER_LINES
 from swesbi.verdict.beat import ejection_tests, volume_tests
 from swesbi.verdict.context import context_tests
-from swesbi.verdict.misfits import BOUNDS, TESTS, WITH_STRIPS, Misfits, misfits_of
 from swesbi.verdict.null_recordings import NullRecordings
-from swesbi.verdict.nulls import Grade, grade_of, nearest, overall_p, p_values, single_level
+from swesbi.verdict.nulls import (
+    BOUNDS,
+    TESTS,
+    WITH_STRIPS,
+    Grade,
+    Misfits,
+    grade_of,
+    misfits_of,
+    nearest,
+    overall_p,
+    p_values,
+    single_level,
+)
 from swesbi.verdict.settings import EjectionTimeSettings, RuleSettings
 from swesbi.verdict.verdict import Verdict, VerdictTest
 
@@ -285,3 +300,34 @@ def modes_in_words(reported: Mapping[str, FloatArray]) -> tuple[str, ...]:
         for parameter, modes in found
         if modes is not None
     )
+
+
+def verdict_on_subject(
+    posterior: ExactPosterior,
+    null: NullRecordings,
+    observation: Observation,
+    contexts: Contexts,
+    noise: CohortNoise,
+    *,
+    model: SpeedModelSettings,
+    rule: RuleSettings,
+    ejection_time: EjectionTimeSettings,
+    lvet_sd_ms: float,
+    seed: int,
+) -> Verdict:
+    """Judge a recording of a subject, whose context is compared with those of the rest of the cohort."""
+    others, recorded = others_than(observation.subject, contexts), speed_model(observation, noise, model)
+    settings = VerdictSettings(model=model, rule=rule, ejection_time=ejection_time, lvet_sd_ms=lvet_sd_ms)
+    beats = recorded.simulate(posterior.phi)
+    verdict = judge(posterior, recorded, beats, null, others, settings, seed, observation.clinical)
+    LOGGER.info("subject %s: %s", observation.subject, verdict.sentence)
+    return verdict
+
+
+def others_than(subject: str, contexts: Contexts) -> list[Context]:
+    """Return the contexts of the other subjects; raise ArtefactError where the subject is not among them."""
+    others = [context for context in contexts.of if context.subject != subject]
+    if len(others) != len(contexts.of) - 1:
+        names = ", ".join(context.subject for context in contexts.of)
+        raise UnfitError("contexts", f"needs the context of subject {subject}; it holds those of {names}")
+    return others

@@ -14,7 +14,6 @@ from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.parameters import REPORTED_NAMES
-from swesbi.verdict.prior_support import support_numbers
 from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest
 
 RECORDINGS: Final = {
@@ -57,6 +56,12 @@ def verdict_numbers(verdict: Verdict, shown: int = SHOWN_TESTS) -> tuple[str, ..
     return lines if more < 2 else (*lines[:shown], f"and {more} more")
 
 
+def support_numbers(verdict: Verdict) -> tuple[str, str]:
+    """Return the two numbers that decide on prior support: draws within the bounds, largest |z|."""
+    plural = "draw" if verdict.in_prior_draws == 1 else "draws"
+    return f"{verdict.in_prior_draws:,} in-prior {plural}", f"max |z| = {verdict.max_abs_z:.2f}"
+
+
 def weights_in_words(verdict: Verdict) -> str:
     """Return how the importance weights did: "k-hat 0.35, efficiency 81 %"."""
     shape = "inf" if verdict.k_hat is None else f"{verdict.k_hat:.2f}"
@@ -97,6 +102,13 @@ class AnswerSummary:
     efficiency: float
     sampler: str
 
+    @property
+    def row(self) -> dict[str, object]:
+        """Verdict and answer by column."""
+        values = [*self.limits.ravel().tolist(), self.k_hat, self.efficiency, self.sampler]
+        said: dict[str, object] = {"status": self.status, "reason": self.reason}
+        return said | dict(zip(answer_columns(), values, strict=True))
+
 
 def answer_summary(judged: Verdict) -> AnswerSummary:
     """Return what is reported of a subject by a verdict of an experiment on speeds."""
@@ -131,10 +143,7 @@ def _outcome(
         return {"status": REFUSED, "reason": refused[subject]} | dict.fromkeys(answer_columns(), np.nan)
     if subject not in answers:
         raise ArtefactError(f"subject {subject}: neither a posterior nor a reason for refusal is given")
-    answer = answers[subject]
-    values = [*answer.limits.ravel().tolist(), answer.k_hat, answer.efficiency, answer.sampler]
-    outcome: dict[str, object] = {"status": answer.status, "reason": answer.reason}
-    return outcome | dict(zip(answer_columns(), values, strict=True))
+    return answers[subject].row
 
 
 def answer_columns() -> tuple[str, ...]:

@@ -18,7 +18,6 @@ from swesbi.context import Context
 from swesbi.measurement.speeds import SpeedRecording, measured_speeds
 from swesbi.prior import PriorSettings, sample
 from swesbi.recording.acquisition import acquire
-from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise.cohort import fit_noise
 from swesbi.recording.noise.sweeps import levels_by
@@ -26,7 +25,7 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
-from swesbi.recording.settings import RecordingSettings, Repeats
+from swesbi.recording.settings import AcquisitionSettings, RecordingSettings, Repeats
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Volunteer, simulate_truth
 

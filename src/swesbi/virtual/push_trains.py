@@ -15,7 +15,7 @@ from swesbi.context import Context
 from swesbi.recording.acquisition import TruthCurve
 from swesbi.recording.phases import sample_cycle
 from swesbi.recording.speed import shear_wave_speed_m_s
-from swesbi.recording.tables.columns import SPEED, STATUS_OK, TIME
+from swesbi.recording.tables.layout import SPEED, STATUS_OK, TIME
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import Truth
 

@@ -22,8 +22,8 @@ from swesbi.measurement.derived import LATE_DIASTOLE
 from swesbi.measurement.operator import passive_shape
 from swesbi.population.contexts import is_plausible
 from swesbi.recording.acquisition import TruthCurve, acquire
-from swesbi.recording.acquisition_settings import ACQUISITION, AcquisitionSettings, EctopicBeat
 from swesbi.recording.samples import Samples
+from swesbi.recording.settings import ACQUISITION, AcquisitionSettings, EctopicBeat
 from swesbi.seeds import generator
 
 PASSIVE_C0_PA: Final = 444.0  # C_0 and C_2 of the PhysioBlocks 2.0.1 human heart, of which a volunteer

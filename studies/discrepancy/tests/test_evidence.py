@@ -22,8 +22,8 @@ from studies.discrepancy.settings import DiscrepancyStudySettings
 from swesbi.draws import effective_draws, normalised
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import PHI_NAMES
-from swesbi.population.synthetic import own_recordings
-from swesbi.posterior.student import StudentProposal
+from swesbi.population.recordings import own_recordings
+from swesbi.posterior.fitted import StudentProposal
 from swesbi.virtual.generated import GeneratedSubject
 
 STUDY = DiscrepancyStudySettings(

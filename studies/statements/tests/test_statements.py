@@ -24,7 +24,7 @@ from swesbi.config.study import Study, load_study
 from swesbi.measurement.likelihood import MeasuredSubject, reference_beat
 from swesbi.measurement.operator import calibrate_passive
 from swesbi.measurement.settings import summary_names
-from swesbi.networks.standardisation import Standardisation
+from swesbi.networks.files import Standardisation
 from swesbi.recording.ingest import ingest
 from swesbi.study.job import typed_settings
 from swesbi.virtual.volunteers import VOLUNTEERS, record, simulate_truth

@@ -10,7 +10,7 @@ from studies.validation.hearts.hearts import SimulatedHearts, simulated_generato
 from studies.validation.hearts.stored import StoredHearts, stored_generators
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings
-from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.recording.settings import AcquisitionSettings
 
 Generator = SimulatedHearts | StoredHearts
 """Where the hearts of one letter come from: it has a letter, a title, an acquisition, and draws a heart."""

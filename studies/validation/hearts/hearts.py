@@ -27,7 +27,7 @@ from swesbi.measurement.operator import active_stiffness_map, passive_shape
 from swesbi.population.settings import PopulationSettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.acquisition import TruthCurve
-from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.recording.settings import AcquisitionSettings
 from swesbi.virtual.generated import PHYSIOLOGY, Range, draw_context, volunteer_in
 from swesbi.virtual.volunteers import Volunteer, designed_scale, forward_model_of, with_own_lvesv
 

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from swesbi.context import Context
+from swesbi.parameters import ParameterPrior
 from swesbi.population.contexts import draw_one, is_plausible
 from swesbi.population.settings import PopulationSettings
-from swesbi.prior import ParameterPrior
-from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.recording.settings import AcquisitionSettings
 from swesbi.virtual.generated import PHYSIOLOGY, Range
 from swesbi.virtual.volunteers import COMMON
 

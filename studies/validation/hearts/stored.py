@@ -32,7 +32,7 @@ from swesbi.context import Context
 from swesbi.measurement.operator import passive_shape
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.recording.acquisition import TruthCurve
-from swesbi.recording.acquisition_settings import AcquisitionSettings
+from swesbi.recording.settings import AcquisitionSettings
 from swesbi.seeds import seed_sequence
 
 Stream = Literal["exam", "development", "filling"]

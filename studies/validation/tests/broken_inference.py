@@ -31,7 +31,7 @@ from swesbi.posterior.settings import asking
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import QUANTITIES
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.misfits import residuals_p_value, strip_ratios
+from swesbi.verdict.nulls import residuals_p_value, strip_ratios
 from swesbi.verdict.verdict import Status
 from swesbi.virtual.generated import Volunteer
 

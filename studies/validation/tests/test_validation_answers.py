@@ -21,7 +21,7 @@ from studies.validation.score import HeartAnswer, refusal
 from studies.validation.settings import ValidationSettings, answers_settings, table_settings
 from studies.validation.stages import FlowOfPopulation, validation, validation_answers
 from swesbi.__main__ import main
-from swesbi.answers.knowledge import Knowledge
+from swesbi.answers.answer import Knowledge
 from swesbi.artefacts import Provenance, UnfitError
 from swesbi.config.read import ConfigError, parse_section, read_merged, read_yaml
 from swesbi.config.study import Study, load_study
@@ -29,14 +29,14 @@ from swesbi.config.view import View
 from swesbi.draws import interval_levels
 from swesbi.networks.flow.trained import SHIPPED_NETWORK, TrainedFlow
 from swesbi.posterior.result import ExactPosterior
-from swesbi.recording.noise.folder import folder_noise
+from swesbi.recording.noise.cohort import folder_noise
 from swesbi.recording.noise.sweeps import SweepLevels
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
 from swesbi.study.job import run_stage
-from swesbi.study.results import OF_POPULATION, Results, population_files
+from swesbi.study.results import OF_POPULATION, population_files
 from swesbi.study.stage import plain_settings
 from swesbi.verdict.verdict import Verdict
 from swesbi.virtual.generated import PHYSIOLOGY
@@ -62,7 +62,7 @@ def test_a_heart_has_the_settings_of_the_answers_of_its_experiment(study: Study)
     parts = answers_settings(study, VALIDATION.experiment, "b", VALIDATION.stream, numbers)
     view = View(study, {"experiment": "amortised"})
     assert parts["train_population"] == plain_settings(OF_POPULATION, view)
-    assert parts | plain_settings("swesbi.answers.cohort:answer_of_population", view) == parts
+    assert parts | plain_settings("swesbi.answers.answer:answer_of_population", view) == parts
     assert (parts["generator"], parts["stream"], parts["first"], parts["hearts"]) == ("b", "exam", 195, 5)
     assert list(HeartAnswersSettings.from_plain(parts).numbers) == list(range(195, 200))
 
@@ -166,7 +166,7 @@ def test_a_heart_is_told_what_a_subject_outside_the_study_is_told(
     accepted = rejection(made.samples, settings.recording) == ACCEPTED
     # `infer` knows the noise of a folder of one from this recording and what is expected
     noise = folder_noise([SweepLevels.of(made.samples, accepted)], loaded.config.new_subjects.noise_prior)
-    knowledge = population_files(Results(finished.results), "amortised").knowledge()
+    knowledge = population_files(finished.results, "amortised").knowledge()
     found = Questioner(knowledge, noise.components, settings, seed).answer(0)
     check_answer(found, made, finished.config, tmp_path)
 

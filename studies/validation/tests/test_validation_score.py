@@ -15,6 +15,7 @@ from studies.validation.score import intervals, refusal, truths, width_at_fixed_
 from studies.validation.table import samplers_table, validation_table
 from swesbi.base.arrays import FloatArray
 from swesbi.heart.simulate import Beats
+from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.parameters import ISOMETRIC, THETA_NAMES
 from swesbi.report.tables.validation_outcomes import (
@@ -53,9 +54,10 @@ class Curves:
         return np.ones(len(phi)) if self.scale is None else self.scale
 
 
-def curves(scale: FloatArray | None = None, failed: int = 0) -> Curves:
+def curves(scale: FloatArray | None = None, failed: int = 0) -> SpeedModel:
     nothing = np.empty(0)
-    return Curves(SpeedRecording(CONTEXT, nothing, nothing, nothing, np.empty((0, 0))), scale, failed)
+    recording = SpeedRecording(CONTEXT, nothing, nothing, nothing, np.empty((0, 0)))
+    return cast(SpeedModel, Curves(recording, scale, failed))
 
 
 def test_intervals_are_quantiles_of_the_draws_that_have_a_beat() -> None:

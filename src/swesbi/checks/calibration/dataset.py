@@ -16,7 +16,7 @@ from swesbi.base.arrays import BoolArray, FloatArray, below_each_other
 from swesbi.checks.calibration.ranks import RankedRecordings
 from swesbi.context import Context
 from swesbi.recording.observation import context_values, contexts_of
-from swesbi.verdict.misfits import STRIP_LABELS, Misfits
+from swesbi.verdict.nulls import STRIP_LABELS, Misfits
 
 ALONG: Final = "recording"
 OF_CONTEXTS: Final = schema_of(Context, ALONG)["/"]

@@ -33,29 +33,30 @@ from swesbi.checks.settings import PushesSettings, RecordingsSettings
 from swesbi.draws import equal_weights, resampled_rows
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
 from swesbi.measurement.settings import MeasurementSettings
-from swesbi.networks.flow.flow import flow_proposal
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import TrainedFlow, flow_proposal
 from swesbi.population.recordings import (
     MODEL_NOISE,
     SAMPLE_BY_SAMPLE,
     STREAMS,
+    Acquisition,
     FreshSettings,
+    Synthetic,
+    acquired_recordings,
     fresh_subject,
+    own_recordings,
     record_fresh,
     record_pushes,
     recorded,
 )
-from swesbi.population.synthetic import Acquisition, Synthetic, acquired_recordings, own_recordings
 from swesbi.posterior.exact import weighted_posterior
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import ExactSettings
-from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import AcquisitionSettings, RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator, integer_seed
-from swesbi.verdict.misfits import misfits_of
+from swesbi.verdict.nulls import misfits_of
 
 LOGGER = logging.getLogger("swesbi")
 STREAM: Final = "calibration"

@@ -17,14 +17,18 @@ import pandas as pd
 from swesbi.artefacts.csv import Table
 from swesbi.base.arrays import BoolArray, FloatArray
 from swesbi.checks.calibration.dataset import TwoSamples
-from swesbi.checks.calibration.ranks import QUANTITY_NAMES, SAMPLERS, RankedRecordings, central_level
-from swesbi.checks.calibration.uniformity import uniformity
+from swesbi.checks.calibration.ranks import (
+    QUANTITY_NAMES,
+    SAMPLERS,
+    RankedRecordings,
+    central_level,
+    uniformity,
+)
 from swesbi.checks.settings import JudgementSettings, RecoverySettings
 from swesbi.draws import interval_levels
 from swesbi.parameters import THETA_NAMES
-from swesbi.verdict.misfits import TESTS as MISFIT_TESTS
-from swesbi.verdict.misfits import Misfits
-from swesbi.verdict.nulls import overall_p, p_values, single_level
+from swesbi.verdict.nulls import TESTS as MISFIT_TESTS
+from swesbi.verdict.nulls import Misfits, overall_p, p_values, single_level
 from swesbi.verdict.settings import RuleSettings
 from swesbi.verdict.verdict import Status
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Final
@@ -13,6 +12,7 @@ from swesbi import artefacts
 from swesbi.artefacts.schema import Schema
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.progress import LOGGER
 from swesbi.heart.prior_simulations import PriorSimulations, first_of
 from swesbi.measurement.likelihood import SpeedModel, draw_speeds
 from swesbi.measurement.settings import MeasurementSettings
@@ -20,8 +20,6 @@ from swesbi.measurement.speeds import WallPhases, wall_at_phases
 from swesbi.parameters import NUISANCE_COLUMNS, THETA_COLUMNS, THETA_NAMES
 from swesbi.prior import sample
 from swesbi.recording.observation import Observation
-
-LOGGER = logging.getLogger("swesbi")
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
-"""Training a flow by maximum likelihood (paper, Eq. 8) of rows that are made anew every epoch."""
+"""A flow's net, and its training by maximum likelihood of rows made anew every epoch (paper, Eq. 8)."""
 
 from __future__ import annotations
 
 import copy
-import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,33 +10,97 @@ from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 import torch
+import zuko
 from torch import Tensor
+from zuko.distributions import NormalizingFlow
+from zuko.flows.autoregressive import MaskedAutoregressiveTransform
+from zuko.nn import MLP, Linear, MaskedLinear
 
 from swesbi.base.arrays import FloatArray
+from swesbi.base.progress import LOGGER
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.measurement.settings import SummarySettings
-from swesbi.networks.affine_maf import SingleArray
-from swesbi.networks.determinism import reproducible
-from swesbi.networks.flow.cells import AnyConditioner
+from swesbi.networks.affine_maf import Layer, SingleArray
+from swesbi.networks.files import Standardisation, fit_standardisation
 from swesbi.networks.flow.conditioning import (
+    AnyConditioner,
     Conditioner,
     ConditioningSettings,
     conditioning_of,
     fit_conditioner,
     raw_features,
 )
-from swesbi.networks.flow.net import ConditionalFlow, arrays_of, build_net
 from swesbi.networks.flow.pool import SpeedPool, SubjectSimulations, noisy_speeds
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import FlowArrays, MaskedTransform, TrainedFlow
 from swesbi.networks.settings import FlowSettings
-from swesbi.networks.standardisation import Standardisation, fit_standardisation
-from swesbi.networks.training_tables import EpochRecord, FlowEpoch, TrainingTable, losses_table
+from swesbi.networks.training import EpochRecord, FlowEpoch, TrainingTable, losses_table, reproducible
 from swesbi.prior import SimulatedPrior, to_logit
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.seeds import generator, integer_seed
 
-LOGGER = logging.getLogger("swesbi")
+
+class ConditionalFlow(zuko.flows.Flow):  # type: ignore[misc]  # zuko is not typed
+    """A flow whose conditioning vector passes an embedding net, trained with it, which all transforms share.
+
+    The masks of an autoregressive net leave few units to each coordinate; what a recording says is worked out
+    before them. The vector itself goes along, so that an embedding only has to add to it.
+    """
+
+    def __init__(self, flow: zuko.flows.Flow, embedding: torch.nn.Module | None) -> None:
+        super().__init__(flow.transform, flow.base)
+        self.embedding = embedding
+
+    def embed(self, condition: Tensor) -> Tensor:
+        """Return what the transforms take of conditions (n, C); shape (n, C + outputs)."""
+        if self.embedding is None:
+            return condition
+        return torch.cat((condition, self.embedding(condition)), dim=-1)
+
+    def forward(self, c: Tensor) -> NormalizingFlow:
+        """Return the densities under conditions c (n, C)."""
+        return super().forward(self.embed(c))
+
+
+def build_net(settings: FlowSettings, parameters: int, components: int) -> ConditionalFlow:
+    """Build an untrained flow of so many parameters, conditioned on ``components`` numbers."""
+    embedding, outputs = None, 0
+    if settings.embedding is not None:
+        outputs = settings.embedding.outputs
+        hidden = (settings.embedding.hidden_features,) * settings.embedding.hidden_layers
+        embedding = MLP(components, outputs, hidden, activation=torch.nn.SiLU)
+    shape = {
+        "features": parameters,
+        "context": components + outputs,
+        "transforms": settings.transforms,
+        "hidden_features": (settings.hidden_features,) * settings.hidden_layers,
+    }
+    return ConditionalFlow(zuko.flows.MAF(**shape), embedding)
+
+
+def arrays_of(net: ConditionalFlow) -> FlowArrays:
+    """Return the net as arrays, copies of its weights."""
+    embedding = () if net.embedding is None else net.embedding.children()
+    return FlowArrays(
+        embedding=tuple(_layer(part, part.weight) for part in embedding if isinstance(part, Linear)),
+        transforms=tuple(_masked(transform) for transform in net.transform.transforms),
+    )
+
+
+def _masked(transform: MaskedAutoregressiveTransform) -> MaskedTransform:
+    layers = (layer for layer in transform.hyper if isinstance(layer, MaskedLinear))
+    order = transform.order.numpy().astype(np.int64)
+    return MaskedTransform(order, tuple(_layer(layer, layer.mask * layer.weight) for layer in layers))
+
+
+def _layer(layer: Linear | MaskedLinear, weight: Tensor) -> Layer:
+    return Layer(_single(weight), _single(layer.bias))
+
+
+def _single(values: Tensor) -> SingleArray:
+    return np.array(values.detach().numpy(), dtype=np.float32)
+
+
 Part = TypeVar("Part")
 """Simulations on one side of a split."""
 VALIDATION_COPIES: Final = 2  # recordings of each held-out theta; fixed over the epochs

@@ -1,8 +1,11 @@
-"""The trained density estimator q(theta | z) as arrays, after one epoch of its training or several."""
+"""The trained density estimator q(theta | z) as arrays, after one epoch or several: files, draws, losses.
+
+The points of the base space are those that sbi would draw.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Final
@@ -21,7 +24,10 @@ from swesbi.networks.affine_maf import (
     in_order_of_passes,
     log_normal,
 )
+from swesbi.networks.files import NetworkFile
+from swesbi.networks.training import reproducible
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
+from swesbi.prior import PriorSettings, in_bounds
 
 LABELS: Final = {"parameter": list(THETA_NAMES)}
 
@@ -63,6 +69,27 @@ class SbiFlow:
         FloatArray, artefacts.Variable("component", "1", "standard deviation of training rows")
     ]
 
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not make up one net."""
+        transforms, units, parameters = len(self.order), self.first.shape[-2], len(THETA_NAMES)
+        shapes = {
+            "context": (transforms, units, len(self.z_mean) + 1),
+            "first": (transforms, units, parameters + 1),
+            "hidden": (transforms, self.hidden.shape[-3], units, units + 1),
+            "last": (transforms, 2 * parameters, units + 1),
+            "order": (transforms, parameters),
+            "base": (parameters,),
+            "theta_mean": (parameters,),
+            "theta_scale": (parameters,),
+            "z_scale": self.z_mean.shape,
+        }
+        for name, shape in shapes.items():
+            if (found := getattr(self, name).shape) != shape:
+                raise ValueError(f"{name!r} has the shape {found}, its net takes {shape}")
+        for name, orders in (("order", self.order), ("base", self.base[None])):
+            if (np.sort(orders, axis=1) != np.arange(parameters)).any():
+                raise ValueError(f"{name!r} does not name each of {parameters} parameters once")
+
     def log_prob(self, theta: FloatArray, z: FloatArray) -> FloatArray:
         """Return log q(theta | z) of each row, shape (N,); theta (N, D), z (N, C)."""
         standardised = (theta - self.theta_mean) / self.theta_scale
@@ -100,7 +127,7 @@ class SbiFlow:
 
 
 @dataclass(frozen=True)
-class TrainedEstimator(artefacts.Artefact, kind="estimator"):
+class TrainedEstimator(NetworkFile, kind="estimator"):
     """The density estimator after one epoch of its training."""
 
     net: Annotated[SbiFlow, artefacts.Part()]
@@ -116,7 +143,7 @@ SCHEMA: Final = artefacts.schema_of(TrainedEstimator, along="checkpoint")["/"]
 
 
 @dataclass(frozen=True)
-class Checkpoints(artefacts.Artefact, kind="checkpoints"):
+class Checkpoints(NetworkFile, kind="checkpoints"):
     """The density estimator after several epochs of one training, the best and the last among them."""
 
     of_epochs: tuple[TrainedEstimator, ...]
@@ -146,3 +173,50 @@ class Checkpoints(artefacts.Artefact, kind="checkpoints"):
     def rebuilt(cls, groups: Mapping[str, artefacts.Group], made: artefacts.Provenance) -> Checkpoints:
         """Return what the group of a file holds."""
         return cls(tuple(artefacts.from_rows(TrainedEstimator, groups["/"], "checkpoint")))
+
+
+ROWS_PER_BATCH: Final = 10_000
+"""Bounds the memory; fixed, because the random numbers of a batch depend on its size."""
+
+
+def draw_candidates(estimator: TrainedEstimator, z: FloatArray, draws: int, seed: int) -> FloatArray:
+    """Draw theta ~ q(theta | z) for each z (B, C), inside the prior's bounds or not; (B, draws, 3).
+
+    sbi's own sampler rejects draws outside the prior until it has enough, which need never happen.
+    """
+    if z.ndim != 2 or z.shape[1] != len(estimator.components):
+        raise ValueError(f"z has shape {z.shape}, the estimator takes {len(estimator.components)} components")
+    with reproducible(seed):
+        return np.stack([np.concatenate(list(_batches(estimator, row, draws))) for row in z])
+
+
+def draw_until(
+    estimator: TrainedEstimator, z: FloatArray, enough: int, at_most: int, prior: PriorSettings, seed: int
+) -> FloatArray:
+    """Draw candidates for one z (C,) in whole batches until ``enough`` lie within the prior's bounds; (n, 3).
+
+    They are the first of those that ``draw_candidates`` gives for ``at_most`` draws under the same seed, so a
+    criterion of so many in-prior draws has the same outcome, sooner.
+    """
+    drawn: list[FloatArray] = []
+    inside = 0
+    with reproducible(seed):
+        for batch in _batches(estimator, z, at_most):
+            drawn.append(batch)
+            inside += int(in_bounds(batch, prior).sum())
+            if inside >= enough:
+                break
+    return np.concatenate(drawn)
+
+
+def losses(estimator: TrainedEstimator, theta: FloatArray, z: FloatArray) -> FloatArray:
+    """Return -log q(theta | z) of each row, as training counts it; theta (N, 3), z (N, C), result (N,)."""
+    return -estimator.net.log_prob(theta, z)
+
+
+def _batches(estimator: TrainedEstimator, z: FloatArray, draws: int) -> Iterator[FloatArray]:
+    import torch  # here alone: who reads a network's file need not wait for it
+
+    for start in range(0, draws, ROWS_PER_BATCH):
+        base = torch.randn(min(ROWS_PER_BATCH, draws - start), len(estimator.net.base))
+        yield estimator.net.at(base.numpy(), z)

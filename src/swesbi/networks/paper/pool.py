@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from swesbi import artefacts
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray, IntArray
+from swesbi.base.progress import LOGGER
 from swesbi.context import CONTEXT_NAMES, CONTEXT_UNITS, Context
 from swesbi.heart.prior_simulations import PriorSimulations, first_of
 from swesbi.measurement.likelihood import MeasuredSubject, measured_subjects
@@ -23,13 +23,11 @@ from swesbi.measurement.settings import (
     summary_names,
     summary_units,
 )
+from swesbi.networks.files import MIXED, Standardisation, fit_standardisation
 from swesbi.networks.settings import ObservationModelSettings
-from swesbi.networks.standardisation import MIXED, Standardisation, fit_standardisation
 from swesbi.parameters import THETA_COLUMNS, THETA_NAMES
 from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
-
-LOGGER = logging.getLogger("swesbi")
 
 
 def noise_sd(names: Sequence[str], feature_noise_sd: Mapping[str, float]) -> FloatArray:

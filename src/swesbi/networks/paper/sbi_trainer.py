@@ -18,7 +18,7 @@ from swesbi.networks.paper.estimator import SbiFlow
 from swesbi.networks.paper.weights import arrays_of
 from swesbi.networks.settings import EstimatorSettings
 from swesbi.networks.torch_prior import torch_prior
-from swesbi.networks.training_tables import EpochRecord
+from swesbi.networks.training import EpochRecord
 from swesbi.prior import PriorSettings
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import logging
 import warnings
 from collections.abc import Collection
 from typing import NamedTuple
@@ -15,16 +14,14 @@ from numpy.typing import NDArray
 from sbi.inference import NPE_C
 from torch import Tensor
 
-from swesbi.networks.determinism import reproducible
+from swesbi.base.progress import LOGGER
 from swesbi.networks.paper.estimator import Checkpoints, TrainedEstimator
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.paper.sbi_trainer import SbiTrainer
 from swesbi.networks.settings import EstimatorSettings, Procedure
-from swesbi.networks.training_tables import EpochRecord, TrainingTable, losses_table
+from swesbi.networks.training import EpochRecord, TrainingTable, losses_table, reproducible
 from swesbi.prior import PriorSettings
 from swesbi.seeds import integer_seed
-
-LOGGER = logging.getLogger("swesbi")
 
 
 class TrainedNetwork(NamedTuple):
@@ -119,7 +116,7 @@ def trainer_of(procedure: Procedure) -> type[SbiTrainer]:
     if procedure == "sbi":
         return SbiTrainer
     # Only here: sbi's own procedure must give the study without the derivatives written by hand.
-    from swesbi.networks.accelerated.trainer import FastTrainer
+    from swesbi.networks.paper.accelerated import FastTrainer
 
     return FastTrainer
 

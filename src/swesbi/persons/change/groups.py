@@ -1,4 +1,4 @@
-"""What has changed in groups of persons: mean and spread of the log ratio, and how groups differ in it.
+"""What has changed in groups of persons, and in words: the log ratio, and how groups differ in it.
 
 A person's joint posterior of two visits gives draws of the log ratio, made under the prior that two
 independent visits have. They are recycled as draws of theta are (``cohort.model``).
@@ -10,19 +10,26 @@ is good where these lie, and the division is needed where hardly any do.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
-from swesbi.draws import equal_weights
-from swesbi.parameters import OF_THETA
-from swesbi.persons.change.stored import StoredChange
+import numpy as np
+
+from swesbi.base.arrays import FloatArray
+from swesbi.draws import equal_weights, median_and_interval
+from swesbi.parameters import OF_THETA, THETA
+from swesbi.persons.change.stored import OF_QUANTITY, StoredChange, drawn_by
 from swesbi.persons.cohort.cohort import make_member
-from swesbi.persons.cohort.infer import CohortResult, infer_population, of_ratios
-from swesbi.persons.cohort.stored import CohortPosterior, stored_form
+from swesbi.persons.cohort.infer import CohortResult, infer_population, of_ratios, stored_form
+from swesbi.persons.cohort.stored import NOTE_SEPARATOR, CohortPosterior
 from swesbi.persons.settings import ChangeGroupsSettings, HierarchySettings
 from swesbi.prior import PriorSettings
 from swesbi.recording.observation import Observation
 from swesbi.verdict.verdict import STATUSES, Status
+
+SURE: Final = 0.95
+"""Probability from which a sentence calls a difference one."""
 
 
 def change_in_groups(
@@ -81,3 +88,48 @@ def doubts(changes: Sequence[StoredChange], inferred: CohortResult, least: float
         ],
     }
     return tuple(f"{what}{', '.join(persons)}" for what, persons in said.items() if persons)
+
+
+def group_lines(stored: CohortPosterior) -> list[str]:
+    """Return what has changed in each group, how groups differ, how reliable that is, who was left out."""
+    by, doubt = drawn_by(stored)
+    compared = f"Groups are compared with {stored.reference_group}, the reference."
+    return [
+        *(line for j in range(len(THETA)) for line in _of_parameter(stored, j)),
+        *([compared] if stored.groups else []),
+        f"by {by}, k-hat {stored.k_hat:.2f}, {stored.efficiency:.0%} of the weighted draws effective{doubt}",
+        *(f"{note[:1].upper()}{note[1:]}." for note in stored.notes.split(NOTE_SEPARATOR) if note),
+    ]
+
+
+def _of_parameter(stored: CohortPosterior, j: int) -> Iterator[str]:
+    spread = float(np.exp(np.median(stored.population.spread[0, :, j])))
+    names = stored.groups or (f"by {len(stored.member)} persons",)
+    ratios = [
+        f"{name} {_interval(stored.median_of(number)[:, j], stored.interval_mass)}"
+        for number, name in enumerate(names)
+    ]
+    yield (
+        f"{OF_QUANTITY[THETA[j].name]}: later over earlier, {'; '.join(ratios)}; two thirds of persons lie "
+        f"within a factor of {spread:.2f} of the middle one."
+    )
+    for number, name in enumerate(stored.compared_group):
+        draws = stored.population.group_factor[0, :, number, j]
+        yield f"  {_difference(name, stored.reference_group, draws, stored.interval_mass)}"
+
+
+def _difference(name: str, reference: str, draws: FloatArray, mass: float) -> str:
+    above = float((draws > 1.0).mean())
+    side, other, probability = ("more", "less", above) if above > 0.5 else ("less", "more", 1.0 - above)
+    told = f"{name} over {reference}: {_interval(draws, mass)}"
+    if probability < SURE:
+        return f"{told}; that they differ is not told (higher with a probability of {above:.0%})."
+    return (
+        f"{told}: {name} rose {side} than {reference}, or fell {other}, with a probability of "
+        f"{probability:.1%}."
+    )
+
+
+def _interval(draws: FloatArray, mass: float) -> str:
+    low, median, high = median_and_interval(draws, mass)
+    return f"{median:.2f} ({low:.2f} to {high:.2f})"

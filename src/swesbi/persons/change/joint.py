@@ -1,4 +1,4 @@
-"""The joint posterior of two visits of one person, and all that is reported of it.
+"""The joint posterior of two visits, whether they are of one person, and all that is reported of them.
 
 Its proposal is made in the space of both visits' networks, in which the posterior of both is near normal.
 A flow takes the posterior of one recording to about N(0, I), whatever its shape. In the product of the
@@ -11,6 +11,17 @@ the matrix of both forms the posterior of both has the precision and the linear 
     P = blockdiag(C_v^-1) + B^T H B,    h = (C_v^-1 m_v)_v - B^T H a,    H = G (I + S G)^-1,
 
 S being the covariance of what the regression leaves over: what measures the hearts is integrated out.
+
+Can two recordings be of one person? What they share is compared with what two visits of one would. In normal
+scores a recording's own posterior has mean m and covariance C under the prior N(0, I), and where all is
+normal m is by itself N(0, I - C). Of two visits of one person the means have the covariance
+
+    cov(m_1, m_2) = (I - C_1) diag(rho) (I - C_2),
+
+of two persons none. The log ratio of the two densities of (m_1, m_2) is the most powerful test of one person
+against two (Neyman and Pearson 1933). It is the normal approximation of the log Bayes factor
+log Z_12 - log Z_1 - log Z_2, which is reported beside it. Its null distribution is drawn: pairs of one person
+with these C and shares; the level is the share of them that the test takes for two.
 """
 
 from __future__ import annotations
@@ -23,23 +34,26 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from swesbi.base.arrays import FloatArray
+from swesbi.draws import equal_weights
 from swesbi.measurement.likelihood import SpeedModel
-from swesbi.persons.change.ratios import (
+from swesbi.measurement.shared_error import normal_log_density
+from swesbi.persons.change.stored import (
+    QUANTITIES,
+    SEPARATOR,
     OnePerson,
     Ratios,
-    judge_one_person,
+    StoredChange,
     log_ratios,
-    normal_visit,
     quantities_of,
     summarise_ratios,
 )
 from swesbi.persons.change.visits import Coupling, VisitsModel, visits_model
 from swesbi.persons.settings import ChangeSettings
 from swesbi.posterior.exact import exact_posterior
-from swesbi.posterior.fitted import FittedProposal
+from swesbi.posterior.fitted import RIDGE, WIDENING, FittedProposal, StudentProposal
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.space import ScoreSpace, Space, normal_scores
-from swesbi.posterior.student import RIDGE, WIDENING, StudentProposal
+from swesbi.prior import BoxPrior
 from swesbi.recording.observation import Observation
 from swesbi.seeds import generator
 
@@ -47,6 +61,9 @@ STREAM: Final = "change"
 FITTED = 2000  # draws behind the fit of each visit
 DEGREES_OF_FREEDOM = 25  # of thirty parameters: with 8 most draws lie too far out, and half as many count
 LEAST_PRECISION = 0.3  # of a direction of u: the prior of both is never much wider than those of each
+LEAST_VARIANCE = 1e-4  # of a normal score; nothing measured is known better
+LEAST_INFORMATION = 1e-3
+"""Share of a score's prior variance below which a recording says nothing of it."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +160,84 @@ def _added_precision(model: VisitsModel) -> FloatArray:
 
 
 @dataclass(frozen=True)
+class NormalVisit:
+    """What one recording says by itself, as a normal posterior N(m, C) of scores whose prior is N(0, I).
+
+    A recording adds no width, so eigenvalues of C are at most 1; shapes are (d,) and (d, d).
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    effective_draws: float
+
+
+def normal_visit(exact: ExactPosterior, prior: BoxPrior) -> NormalVisit:
+    """Return the normal approximation of a visit's own posterior."""
+    scores = normal_scores(exact.phi, prior)
+    weight = equal_weights(len(scores))
+    mean = weight @ scores
+    spread, axes = np.linalg.eigh((scores - mean).T @ ((scores - mean) * weight[:, None]))
+    covariance = (axes * np.clip(spread, LEAST_VARIANCE, 1.0)) @ axes.T
+    effective = exact.effective_draws.min() if exact.by_mcmc else exact.efficiency * len(exact.weighted.phi)
+    return NormalVisit(mean, covariance, float(min(effective, len(exact.phi))))
+
+
+def judge_one_person(
+    visits: Sequence[NormalVisit],
+    shares: FloatArray,
+    log_bayes_factor: float,
+    level: float,
+    draws: int,
+    rng: np.random.Generator,
+) -> OnePerson:
+    """Test that two recordings are of one person, by so many simulated pairs.
+
+    Where all shares (d,) are zero nothing can be told, and nothing is flagged. The Bayes factor is reported
+    only.
+    """
+    one, two = _covariances(visits, shares)
+    means = np.concatenate([visit.mean for visit in visits])
+    roots = [np.asarray(np.linalg.cholesky(covariance)) for covariance in (one, two)]
+    null = rng.standard_normal((draws, len(means))) @ roots[0].T
+    (observed,), simulated = (
+        _log_normal(x, roots[0]) - _log_normal(x, roots[1]) for x in (means[None], null)
+    )
+    tied = np.flatnonzero(shares)
+    p_value = (1.0 + (simulated <= observed).sum()) / (1.0 + draws) if len(tied) else 1.0
+    return OnePerson(float(log_bayes_factor), float(observed), float(p_value), level, _distance(visits, tied))
+
+
+def _distance(visits: Sequence[NormalVisit], tied: np.ndarray) -> float:
+    """Return the distance of two posteriors in the parameters ``tied``, in posterior standard deviations.
+
+    Mahalanobis's, by the sum of both covariances; 0 where nothing is tied.
+    """
+    if not len(tied):
+        return 0.0
+    apart = (visits[1].mean - visits[0].mean)[tied]
+    covariance = sum(visit.covariance[np.ix_(tied, tied)] for visit in visits)
+    return float(np.sqrt(apart @ np.linalg.solve(covariance, apart)))
+
+
+def _covariances(visits: Sequence[NormalVisit], shares: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the covariance of both means, of one person and of two; (2 d, 2 d) each."""
+    unit = np.eye(len(shares))
+    told = [unit - visit.covariance for visit in visits]
+    own = [
+        each + visit.covariance / visit.effective_draws + LEAST_INFORMATION * unit
+        for each, visit in zip(told, visits, strict=True)
+    ]
+    cross, nothing = told[0] @ np.diag(shares) @ told[1], np.zeros_like(told[0])
+    one = np.block([[own[0], cross], [cross.T, own[1]]])
+    return one, np.block([[own[0], nothing], [nothing, own[1]]])
+
+
+def _log_normal(values: FloatArray, root: FloatArray) -> FloatArray:
+    z = np.asarray(np.linalg.solve(root, values.T).T)
+    return np.asarray(normal_log_density(z, np.log(np.diag(root))).sum(axis=1))
+
+
+@dataclass(frozen=True)
 class Change:
     """What two visits of one person say together: joint draws, ratios, and whether it is one person.
 
@@ -210,4 +305,43 @@ def infer_change(
             rng,
         ),
         efficiency=efficiency,
+    )
+
+
+def stored_change(
+    change: Change,
+    person: str,
+    visits: tuple[str, str],
+    subjects: tuple[str, str],
+    verdicts: tuple[str, str],
+    settings: ChangeSettings,
+    parameters: tuple[str, ...],
+) -> StoredChange:
+    """Return what is kept of a change: whose, between which visits and recordings, of which verdicts."""
+    exact, shares = change.exact, settings.shares.model_dump()
+    return StoredChange(
+        visit=visits,
+        quantity=QUANTITIES,
+        parameter=parameters,
+        share=tuple(shares),
+        person=person,
+        subject=np.array(subjects),
+        verdict=np.array(verdicts),
+        phi=change.phi,
+        quantities=change.quantities,
+        shares=np.array(list(shares.values())),
+        ratios=change.ratios,
+        one_person=change.one_person,
+        sampler=exact.sampler,
+        converged=exact.converged,
+        reasons=SEPARATOR.join(exact.reasons),
+        k_hat=exact.k_hat,
+        k_hat_limit=exact.k_hat_limit,
+        efficiency=exact.efficiency,
+        weighted_draws=len(exact.weighted.phi),
+        log_evidence=exact.log_evidence,
+        log_evidence_se=exact.weighted.log_evidence_se,
+        interval_mass=settings.exact.interval,
+        threshold=settings.rule.threshold,
+        probability=settings.rule.probability,
     )

@@ -12,9 +12,8 @@ import numpy as np
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.draws import interval_levels, resampled_rows
-from swesbi.parameters import THETA_NAMES
+from swesbi.parameters import THETA_NAMES, ParameterPrior
 from swesbi.persons.settings import HyperpriorSettings, RatioHyperpriorSettings
-from swesbi.prior import ParameterPrior
 from swesbi.seeds import generator
 
 AGE, SEX, HEART_RATE = "age", "sex", "heart_rate"

@@ -1,24 +1,21 @@
-"""The posterior of a cohort: recycled draws, its exact posterior, draws anew where too few are left.
-
-A subject's posterior is drawn anew under a narrower prior of theta, near what the population says of it.
-Old and new draws together are then weighted to the posterior under the first prior: each counts as if it came
-from the mixture of all sets (balance heuristic, Veach and Guibas 1995). The sets differ in their priors
-alone, so all that is unknown of the mixture is the evidence under each, which the draws themselves give
-(Geyer's reverse logistic regression; Shirts and Chodera 2008, J Chem Phys 129:124105, Eq. 11).
-"""
+"""The posterior of a cohort: recycled draws, its exact posterior, draws anew where too few are left."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp
 
+from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
-from swesbi.measurement.likelihood import SpeedModel
-from swesbi.parameters import OF_THETA, THETA, THETA_NAMES
+from swesbi.base.progress import LOGGER, Progress
+from swesbi.base.settings import Settings
+from swesbi.draws import interval_levels
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.parameters import OF_THETA, THETA, ParameterPrior
 from swesbi.persons.cohort.cohort import (
     COVARIATES,
     Design,
@@ -27,16 +24,27 @@ from swesbi.persons.cohort.cohort import (
     design_of,
     hyperprior_of,
     in_rows,
+    make_member,
+    weighted_quantiles,
 )
 from swesbi.persons.cohort.model import (
     CohortModel,
+    DrawSet,
     PriorAlone,
     RatioPrior,
-    RecycledDraws,
     Shrinkage,
+    combined,
     log_density,
-    population_law,
     shrink,
+    shrunken_prior,
+)
+from swesbi.persons.cohort.stored import (
+    NOTE_SEPARATOR,
+    CohortPosterior,
+    Members,
+    Population,
+    hyperparameter_table,
+    subject_table,
 )
 from swesbi.persons.settings import HierarchySettings, HyperpriorSettings, RatioHyperpriorSettings
 from swesbi.posterior.adaptive import adapted
@@ -46,9 +54,12 @@ from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import resample
 from swesbi.posterior.result import MCMC, ExactPosterior
 from swesbi.posterior.settings import ExactSettings, asking
-from swesbi.posterior.space import LogitSpace, PlacedProposal
-from swesbi.prior import ParameterPrior, PriorSettings, bounds
+from swesbi.posterior.space import LogitSpace, PlacedProposal, log_posterior_of_logit
+from swesbi.prior import PriorSettings, to_logit
+from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.observation import Observation
 from swesbi.seeds import generator, integer_seed
+from swesbi.verdict.verdict import Verdict
 
 MANY: Final = 100
 """Subjects from which the way from the hyperprior is sought by a rough likelihood first, to save time."""
@@ -57,62 +68,6 @@ PILOT_DRAWS: Final = 400
 """Draws of the population, effective ones too, by which subjects are found that lack draws."""
 Redraw = Callable[[str, PriorSettings, int], FloatArray]
 """Draws theta (n, 3) anew of a subject's posterior under another prior of theta, by a seed."""
-ROUNDS: Final = 200
-SETTLED: Final = 1e-10
-WIDENING: Final = 1.5
-"""Of the prior that new draws are made under: draws of a narrower one have no tails."""
-
-
-@dataclass(frozen=True)
-class DrawSet:
-    """Equally weighted draws theta (n, 3) of one subject's posterior under one prior."""
-
-    theta: FloatArray
-    prior: PriorSettings | RatioPrior
-
-
-def shrunken_prior(model: CohortModel, eta: FloatArray, subject: int) -> PriorSettings:
-    """Return the prior of theta of one subject within the population, averaged over eta (m, k).
-
-    Each parameter is log-Gaussian with mean and variance of the average, a little wider.
-    """
-    if isinstance(model.theta_prior, RatioPrior):
-        raise ValueError("ratios of two visits are not drawn anew: only theta has a narrower prior")
-    mean, spread = population_law(np.log(in_rows(eta)), model.design[subject : subject + 1])
-    low, high = bounds(model.theta_prior)
-    narrow, wide = np.nextafter(low, high) * 1.0001, np.nextafter(high, low) / 1.0001
-    centre = np.clip(np.exp(mean[:, 0].mean(axis=0)), narrow, wide)
-    log_sd = WIDENING * np.sqrt((spread**2).mean(axis=0) + mean[:, 0].var(axis=0))
-    parameters = {
-        name: ParameterPrior(
-            centre=float(centre[j]), log_sd=float(log_sd[j]), low=float(low[j]), high=float(high[j])
-        )
-        for j, name in enumerate(THETA_NAMES)
-    }
-    return model.theta_prior.model_copy(update=parameters)
-
-
-def combined(sets: Sequence[DrawSet]) -> RecycledDraws:
-    """Return the draws of all sets, weighted to the posterior under the prior of the first.
-
-    A draw's weight is one over the density of the mixture of the sets relative to that posterior,
-    sum_s n_s r_s(theta) / c_s, with r_s the ratio of priors and c_s its mean over that posterior.
-    """
-    theta = np.concatenate([one.theta for one in sets])
-    log_first = log_density(theta, sets[0].prior)
-    log_ratio = np.stack([log_density(theta, one.prior) - log_first for one in sets])
-    log_count = np.log([len(one.theta) for one in sets])
-    log_mean = np.zeros(len(sets))
-    for _ in range(ROUNDS):
-        log_mixture = logsumexp(log_ratio + (log_count - log_mean)[:, None], axis=0)
-        found = logsumexp(log_ratio - log_mixture, axis=1)
-        found -= found[0]
-        settled = np.abs(found - log_mean).max() < SETTLED
-        log_mean = found
-        if settled:
-            break
-    log_weight = -logsumexp(log_ratio + (log_count - log_mean)[:, None], axis=0)
-    return RecycledDraws(theta, log_weight - logsumexp(log_weight))
 
 
 def weighted_draws(exact: ExactPosterior) -> tuple[FloatArray, FloatArray]:
@@ -253,3 +208,147 @@ def infer_population(
         shrinkage=shrink(model, eta, generator(seed, STREAM, "shrinkage")),
         refreshed=tuple(len(one) - 1 for one in sets),
     )
+
+
+def stored_form(inferred: CohortResult, notes: Sequence[str] = ()) -> CohortPosterior:
+    """Return what is stored of the posterior of a population; ``notes`` are put before its own."""
+    design, exact, prior = inferred.design, inferred.exact, inferred.prior
+    rows = in_rows(inferred.eta)[None]
+    first_group = 2 + len(design.covariates)
+    log_posterior = log_posterior_of_logit(inferred.model, to_logit(inferred.eta, prior))
+    return CohortPosterior(
+        member=tuple(member.subject for member in inferred.members),
+        verdict=tuple(member.status for member in inferred.members),
+        group=tuple(member.group for member in inferred.members),
+        unit=inferred.quantity.units,
+        covariate=design.covariates,
+        compared_group=design.groups[1:],
+        hyperparameter=prior.names,
+        reference_group=design.groups[0] if design.groups else "",
+        interval_mass=exact.interval_mass,
+        sampler=exact.sampler,
+        reasons=NOTE_SEPARATOR.join(exact.reasons),
+        converged=exact.converged,
+        k_hat=exact.k_hat,
+        efficiency=exact.efficiency,
+        effective_draws=exact.effective_draws,
+        notes=NOTE_SEPARATOR.join((*notes, *design.notes)),
+        hyperprior=np.array([[each.centre, each.log_sd, each.low, each.high] for each in prior.parameters]),
+        log_posterior=log_posterior[None],
+        design=design.matrix,
+        covariate_centre=design.centres,
+        population=Population(
+            median=rows[:, :, 0],
+            spread=rows[:, :, 1],
+            covariate_factor=rows[:, :, 2:first_group],
+            group_factor=rows[:, :, first_group:],
+            within=_drawn_within(inferred)[None],
+        ),
+        members=_members(inferred),
+        log_likelihood=inferred.shrinkage.log_likelihood[None],
+    )
+
+
+def _drawn_within(inferred: CohortResult) -> FloatArray:
+    """Return draws of each member's quantity within the population; shape (m, d, 3)."""
+    drawn = zip(inferred.model.recycled, inferred.shrinkage.rows.T, strict=True)
+    return np.stack([draws.theta[rows] for draws, rows in drawn], axis=1)
+
+
+def _members(inferred: CohortResult) -> Members:
+    levels, shrinkage = np.insert(interval_levels(inferred.exact.interval_mass), 1, 0.5), inferred.shrinkage
+    after = zip(inferred.model.recycled, shrinkage.weights, strict=True)
+    return Members(
+        before=np.stack([one.alone for one in inferred.members]),
+        after=np.stack([weighted_quantiles(draws.theta, weight, levels) for draws, weight in after]),
+        effective_draws=shrinkage.effective,
+        refreshed=np.array(inferred.refreshed),
+        outlier_prior=inferred.model.outlier,
+        outlier_posterior=shrinkage.outlier,
+    )
+
+
+class VisitSettings(Settings):
+    """Whose recording one is: name of the person, and of the person's group; empty where none is given."""
+
+    person: str
+    group: str
+
+
+NOBODY = VisitSettings(person="", group="")
+
+
+class OfCohort(NamedTuple):
+    """The posterior of a cohort, with a row a hyperparameter, and a row a subject and parameter."""
+
+    cohort_posterior: CohortPosterior
+    table: PlainTable
+    subjects: PlainTable
+
+
+def posterior_of_cohort(
+    posteriors: BySubject[ExactPosterior],
+    verdicts: BySubject[Verdict],
+    observations: BySubject[Observation],
+    noise: CohortNoise,
+    *,
+    model: SpeedModelSettings,
+    exact: ExactSettings,
+    cohort_posterior: HierarchySettings,
+    visits: dict[str, VisitSettings],
+    seed: int,
+) -> OfCohort:
+    """Infer medians, spreads, slopes and differences of groups from the posteriors of all subjects.
+
+    A person with several visits counts once, with the first of them in the table of subjects.
+
+    ``exact`` is of a posterior that is drawn anew. Raises ValueError where no subject has a posterior, or is
+    of the reference group.
+    """
+    first, notes = first_visits(list(posteriors), visits)
+    progress = Progress("posteriors of the cohort", len(first), unit="subject")
+    members = []
+    for subject in first:
+        phi, log_weight = weighted_draws(posteriors[subject])
+        members.append(
+            make_member(
+                observations[subject].context,
+                verdicts[subject].status,
+                visits.get(subject, NOBODY).group,
+                (phi[:, OF_THETA], np.exp(log_weight)),
+                (cohort_posterior.draws, cohort_posterior.exact.interval),
+                seed,
+            )
+        )
+        progress.step()
+
+    def redraw(subject: str, prior: PriorSettings, seed: int) -> FloatArray:
+        LOGGER.info("subject %s: too few recycled draws lie where the population does; drawn anew", subject)
+        recorded = speed_model(observations[subject], noise, model)
+        return redraw_theta(recorded, weighted_draws(posteriors[subject]), prior, exact, seed)
+
+    quantity = of_theta(model.prior.theta, cohort_posterior.hyperprior)
+    stored = stored_form(infer_population(members, quantity, cohort_posterior, redraw, seed), notes)
+    _report(stored)
+    return OfCohort(stored, hyperparameter_table(stored), subject_table(stored))
+
+
+def first_visits(
+    subjects: Sequence[str], visits: Mapping[str, VisitSettings]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the first recording of each person, in order, and what is to be said of those left out."""
+    of_person = {visits.get(subject, NOBODY).person or subject: subject for subject in reversed(subjects)}
+    first = tuple(subject for subject in subjects if subject in of_person.values())
+    later = [subject for subject in subjects if subject not in first]
+    note = f"a person counts once, with the first visit; left out as later visits: {', '.join(later)}"
+    return first, (note,) if later else ()
+
+
+def _report(posterior: CohortPosterior) -> None:
+    LOGGER.info(
+        "%d subjects: draws by %s; k-hat %.2f, efficiency %.0f %%; drawn anew: %d",
+        len(posterior.member), posterior.sampler, posterior.k_hat, 100.0 * posterior.efficiency,
+        int((posterior.members.refreshed > 0).sum()),
+    )  # fmt: skip
+    for sentence in filter(None, (posterior.notes, posterior.reasons)):
+        LOGGER.info("  %s", sentence)

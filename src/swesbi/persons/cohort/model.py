@@ -11,11 +11,17 @@ Nuisance parameters and passive stiffness keep their priors, which cancel. What 
 a subject is inferred alike, the ratio of both in the place of theta, with a prior of its own.
 With a probability given by its verdict a subject is none of the population: then its prior is pi, and the
 ratio is one.
+
+A subject's posterior is drawn anew under a narrower prior of theta, near what the population says of it.
+Old and new draws together are then weighted to the posterior under the first prior: each counts as if it came
+from the mixture of all sets (balance heuristic, Veach and Guibas 1995). The sets differ in their priors
+alone, so all that is unknown of the mixture is the evidence under each, which the draws themselves give
+(Geyer's reverse logistic regression; Shirts and Chodera 2008, J Chem Phys 129:124105, Eq. 11).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any, Final
@@ -26,14 +32,19 @@ from scipy.special import log_ndtr, logsumexp
 from threadpoolctl import ThreadpoolController
 
 from swesbi.base.arrays import FloatArray
+from swesbi.parameters import THETA_NAMES, ParameterPrior
 from swesbi.persons.cohort.cohort import in_rows
-from swesbi.prior import BoxPrior, ParameterPrior, PriorSettings, bounds, in_bounds
+from swesbi.prior import BoxPrior, PriorSettings, bounds, in_bounds
 from swesbi.prior import log_density as log_density_of_box
 
 BLOCK: Final = 256
 """Hyperdraws evaluated together: their matrix of log densities stays within the cache of a core."""
 ROOT_TWO: Final = float(np.sqrt(2.0))
 LOG_ROOT_TWO_PI: Final = 0.5 * float(np.log(2.0 * np.pi))
+ROUNDS: Final = 200
+SETTLED: Final = 1e-10
+WIDENING: Final = 1.5
+"""Of the prior that new draws are made under: draws of a narrower one have no tails."""
 
 
 @dataclass(frozen=True)
@@ -289,3 +300,55 @@ def _of_subject(
         p * np.exp(-largest[:, 0]) / total,
         largest[:, 0] + np.log(total),
     )
+
+
+@dataclass(frozen=True)
+class DrawSet:
+    """Equally weighted draws theta (n, 3) of one subject's posterior under one prior."""
+
+    theta: FloatArray
+    prior: PriorSettings | RatioPrior
+
+
+def shrunken_prior(model: CohortModel, eta: FloatArray, subject: int) -> PriorSettings:
+    """Return the prior of theta of one subject within the population, averaged over eta (m, k).
+
+    Each parameter is log-Gaussian with mean and variance of the average, a little wider.
+    """
+    if isinstance(model.theta_prior, RatioPrior):
+        raise ValueError("ratios of two visits are not drawn anew: only theta has a narrower prior")
+    mean, spread = population_law(np.log(in_rows(eta)), model.design[subject : subject + 1])
+    low, high = bounds(model.theta_prior)
+    narrow, wide = np.nextafter(low, high) * 1.0001, np.nextafter(high, low) / 1.0001
+    centre = np.clip(np.exp(mean[:, 0].mean(axis=0)), narrow, wide)
+    log_sd = WIDENING * np.sqrt((spread**2).mean(axis=0) + mean[:, 0].var(axis=0))
+    parameters = {
+        name: ParameterPrior(
+            centre=float(centre[j]), log_sd=float(log_sd[j]), low=float(low[j]), high=float(high[j])
+        )
+        for j, name in enumerate(THETA_NAMES)
+    }
+    return model.theta_prior.model_copy(update=parameters)
+
+
+def combined(sets: Sequence[DrawSet]) -> RecycledDraws:
+    """Return the draws of all sets, weighted to the posterior under the prior of the first.
+
+    A draw's weight is one over the density of the mixture of the sets relative to that posterior,
+    sum_s n_s r_s(theta) / c_s, with r_s the ratio of priors and c_s its mean over that posterior.
+    """
+    theta = np.concatenate([one.theta for one in sets])
+    log_first = log_density(theta, sets[0].prior)
+    log_ratio = np.stack([log_density(theta, one.prior) - log_first for one in sets])
+    log_count = np.log([len(one.theta) for one in sets])
+    log_mean = np.zeros(len(sets))
+    for _ in range(ROUNDS):
+        log_mixture = logsumexp(log_ratio + (log_count - log_mean)[:, None], axis=0)
+        found = logsumexp(log_ratio - log_mixture, axis=1)
+        found -= found[0]
+        settled = np.abs(found - log_mean).max() < SETTLED
+        log_mean = found
+        if settled:
+            break
+    log_weight = -logsumexp(log_ratio + (log_count - log_mean)[:, None], axis=0)
+    return RecycledDraws(theta, log_weight - logsumexp(log_weight))

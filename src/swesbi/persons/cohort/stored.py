@@ -18,12 +18,9 @@ from numpy.typing import NDArray
 
 from swesbi.artefacts import Artefact, Group, Labels, Part, Variable, to_groups
 from swesbi.base.arrays import FloatArray
-from swesbi.draws import interval_levels, median_and_interval
+from swesbi.draws import median_and_interval
 from swesbi.parameters import THETA_NAMES
-from swesbi.persons.cohort.cohort import AGE, HEART_RATE, SEX, in_rows, weighted_quantiles
-from swesbi.persons.cohort.infer import CohortResult
-from swesbi.posterior.space import log_posterior_of_logit
-from swesbi.prior import to_logit
+from swesbi.persons.cohort.cohort import AGE, HEART_RATE, SEX
 from swesbi.recording.cohort.visits import EVERYONE
 
 NOTE_SEPARATOR: Final = " | "
@@ -169,64 +166,6 @@ class CohortPosterior(Artefact, kind="cohort_posterior"):
     def to_groups(self) -> dict[str, Group]:
         """Return the groups of the file, with ArviZ's numbers of the only chain and of the draws."""
         return to_groups(self, {**self.labels, "chain": [0], "draw": np.arange(self.log_posterior.shape[1])})
-
-
-def stored_form(inferred: CohortResult, notes: Sequence[str] = ()) -> CohortPosterior:
-    """Return what is stored of the posterior of a population; ``notes`` are put before its own."""
-    design, exact, prior = inferred.design, inferred.exact, inferred.prior
-    rows = in_rows(inferred.eta)[None]
-    first_group = 2 + len(design.covariates)
-    log_posterior = log_posterior_of_logit(inferred.model, to_logit(inferred.eta, prior))
-    return CohortPosterior(
-        member=tuple(member.subject for member in inferred.members),
-        verdict=tuple(member.status for member in inferred.members),
-        group=tuple(member.group for member in inferred.members),
-        unit=inferred.quantity.units,
-        covariate=design.covariates,
-        compared_group=design.groups[1:],
-        hyperparameter=prior.names,
-        reference_group=design.groups[0] if design.groups else "",
-        interval_mass=exact.interval_mass,
-        sampler=exact.sampler,
-        reasons=NOTE_SEPARATOR.join(exact.reasons),
-        converged=exact.converged,
-        k_hat=exact.k_hat,
-        efficiency=exact.efficiency,
-        effective_draws=exact.effective_draws,
-        notes=NOTE_SEPARATOR.join((*notes, *design.notes)),
-        hyperprior=np.array([[each.centre, each.log_sd, each.low, each.high] for each in prior.parameters]),
-        log_posterior=log_posterior[None],
-        design=design.matrix,
-        covariate_centre=design.centres,
-        population=Population(
-            median=rows[:, :, 0],
-            spread=rows[:, :, 1],
-            covariate_factor=rows[:, :, 2:first_group],
-            group_factor=rows[:, :, first_group:],
-            within=_drawn_within(inferred)[None],
-        ),
-        members=_members(inferred),
-        log_likelihood=inferred.shrinkage.log_likelihood[None],
-    )
-
-
-def _drawn_within(inferred: CohortResult) -> FloatArray:
-    """Return draws of each member's quantity within the population; shape (m, d, 3)."""
-    drawn = zip(inferred.model.recycled, inferred.shrinkage.rows.T, strict=True)
-    return np.stack([draws.theta[rows] for draws, rows in drawn], axis=1)
-
-
-def _members(inferred: CohortResult) -> Members:
-    levels, shrinkage = np.insert(interval_levels(inferred.exact.interval_mass), 1, 0.5), inferred.shrinkage
-    after = zip(inferred.model.recycled, shrinkage.weights, strict=True)
-    return Members(
-        before=np.stack([one.alone for one in inferred.members]),
-        after=np.stack([weighted_quantiles(draws.theta, weight, levels) for draws, weight in after]),
-        effective_draws=shrinkage.effective,
-        refreshed=np.array(inferred.refreshed),
-        outlier_prior=inferred.model.outlier,
-        outlier_posterior=shrinkage.outlier,
-    )
 
 
 def hyperparameter_table(stored: CohortPosterior) -> pd.DataFrame:

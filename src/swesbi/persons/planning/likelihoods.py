@@ -38,8 +38,8 @@ from scipy.special import ndtr
 
 from swesbi.base.arrays import FloatArray, IntArray
 from swesbi.persons.cohort.model import thread_pools
-from swesbi.persons.planning.bank import ARMS, EFFECT, NONE, Bank
 from swesbi.persons.planning.effect import Effect, log_factor
+from swesbi.persons.planning.simulation import ARMS, EFFECT, NONE, Bank
 from swesbi.persons.settings import (
     PAIRED,
     ChangeGroupsSettings,

@@ -9,23 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from pydantic import Field, JsonValue
 
-from swesbi.base.arrays import FloatArray
-from swesbi.base.processes import WorkerKilledError, side_by_side
+from swesbi.artefacts import Artefact, Labels, Variable
+from swesbi.base.arrays import FloatArray, below_each_other, rows_of
 from swesbi.base.progress import LOGGER, Progress
 from swesbi.base.settings import Settings
+from swesbi.base.workers import WorkerKilledError, side_by_side
 from swesbi.context import Context
 from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.networks.flow.flow import FlowProposal, flow_proposal
-from swesbi.networks.flow.trained import TrainedFlow
+from swesbi.networks.flow.trained import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.parameters import OF_THETA, THETA_NAMES
 from swesbi.persons.change.joint import both_visits, infer_change
-from swesbi.persons.planning.bank import ARMS, Bank, bank_of
 from swesbi.persons.planning.effect import Effect
 from swesbi.persons.settings import PAIRED, ChangeSettings, Design, PlannedPersonsSettings
 from swesbi.population.contexts import draw_one
@@ -36,35 +35,80 @@ from swesbi.posterior.importance import NoLikelihoodError
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
 from swesbi.prior import sample
-from swesbi.recording.acquisition_settings import AcquisitionSettings
 from swesbi.recording.ingest import ingest
 from swesbi.recording.observation import Observation
-from swesbi.recording.settings import RecordingSettings
+from swesbi.recording.settings import AcquisitionSettings, RecordingSettings
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
-from swesbi.virtual.trial.persons import (
-    MAX_ATTEMPTS,
-    DrawnAgain,
-    at_visit,
-    check_bounds,
-    phi_at_visit,
-    record_visit,
-)
-from swesbi.virtual.trial.settings import (
+from swesbi.virtual.trial import (
     AFTER,
     BEFORE,
     CONTROL,
+    MAX_ATTEMPTS,
     MECHANICS,
+    DrawnAgain,
     TrialSettings,
     TrialSource,
+    at_visit,
+    check_bounds,
     narrowed,
     noisier,
+    phi_at_visit,
+    record_visit,
 )
 
+NONE: Final = "none"
+EFFECT: Final = "effect"
+ARMS: Final = (NONE, EFFECT)
+"""Without the effect and with it, of every person."""
 BATCH: Final = 4
 """Persons between two savings."""
-STREAM = "plan"
+STREAM: Final = "plan"
 Theta = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Bank(Artefact, kind="plan_bank"):
+    """Persons of a bank, N of them, in both arms.
+
+    What is inferred of a person is kept as a normal summary: mean and covariance of the logarithms of the
+    draws, of the ratio of both visits or of theta.
+    """
+
+    arm: Annotated[tuple[str, ...], Labels("arm")]
+    number: Annotated[FloatArray, Variable("person", "1", "number of the person")]
+    mean: Annotated[
+        FloatArray, Variable("person arm parameter", "1", "posterior mean of the logarithm of ratio or theta")
+    ]
+    covariance: Annotated[
+        FloatArray, Variable("person arm parameter other_parameter", "1", "its posterior covariance")
+    ]
+    truth: Annotated[FloatArray, Variable("person arm parameter", "as asked", "true ratio, or theta")]
+    risen: Annotated[
+        FloatArray,
+        Variable("person arm parameter", "1", "probability of a rise beyond the threshold; NaN of one visit"),
+    ]
+    fallen: Annotated[
+        FloatArray,
+        Variable("person arm parameter", "1", "probability of a fall beyond the threshold; NaN of one visit"),
+    ]
+    detectable: Annotated[
+        FloatArray,
+        Variable("person arm parameter", "1", "smallest change that can be detected; NaN of one visit"),
+    ]
+    efficiency: Annotated[FloatArray, Variable("person arm", "1", "effective share of the weighted draws")]
+    converged: Annotated[FloatArray, Variable("person arm", "1", "1 where draws are reliable, else 0")]
+    redrawn: Annotated[FloatArray, Variable("person", "1", "persons drawn before who did not take part")]
+
+    def before(self, number: int) -> Bank:
+        """Return the persons whose number is below this."""
+        return rows_of(self, self.number < number)
+
+
+def bank_of(parts: Sequence[Bank]) -> Bank:
+    """Return the persons of several banks, at least one, in the order of their numbers."""
+    whole = below_each_other(parts)
+    return rows_of(whole, np.argsort(whole.number, kind="stable"))
 
 
 @dataclass(frozen=True)

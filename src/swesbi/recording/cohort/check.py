@@ -12,7 +12,7 @@ from typing import Final, TypeVar
 import numpy as np
 
 from swesbi.recording.cohort.files import RECORDING_FILE, RECORDINGS, SUBJECTS, check_file
-from swesbi.recording.cohort.recording import UsableRecording, ingested, read_raw, twins_among
+from swesbi.recording.cohort.observed import UsableRecording, ingested, read_raw, twins_among
 from swesbi.recording.cohort.recording_file import (
     Description,
     RecordingFile,
@@ -28,9 +28,8 @@ from swesbi.recording.observation import SOURCES, Observation
 from swesbi.recording.problems import Problem, RecordingError
 from swesbi.recording.samples import CONFIGURED
 from swesbi.recording.settings import RecordingSettings, is_subject
-from swesbi.recording.tables.columns import SUBJECT
 from swesbi.recording.tables.files import SUFFIXES, open_table
-from swesbi.recording.tables.layout import TableLayout
+from swesbi.recording.tables.layout import SUBJECT, TableLayout
 
 Value = TypeVar("Value")
 HEADER: Final = (

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from swesbi.artefacts.atomic import folder_made_whole, typed
-from swesbi.base.ending import EXIT_REFUSED
+from swesbi.base.terminal import EXIT_REFUSED
 from swesbi.context import CONTEXT
 from swesbi.recording.cohort.clinical import CLINICAL
 from swesbi.recording.cohort.files import RECORDING_FILE, RECORDINGS, SUBJECTS

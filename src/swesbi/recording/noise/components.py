@@ -21,8 +21,7 @@ from scipy.special import chdtri
 
 from swesbi.artefacts import Variable
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray, below_each_other
-from swesbi.recording.groups import grouped
-from swesbi.recording.samples import Samples
+from swesbi.recording.samples import Samples, grouped
 from swesbi.recording.speed import NoiseComponents, phase_trend, repeat_means
 
 LARGEST_SD: Final = 2.0  # of a log speed, far beyond any measurement

@@ -29,13 +29,12 @@ from typing import ClassVar, Final, Self
 import numpy as np
 
 from swesbi.base.arrays import BoolArray, FloatArray, IntArray
-from swesbi.recording.groups import grouped
 from swesbi.recording.noise.components import LARGEST_SD, SMALLEST_SD, TOLERANCE, RepeatLevels
-from swesbi.recording.samples import Samples
+from swesbi.recording.samples import Samples, grouped
 from swesbi.recording.settings import Repeats
 from swesbi.recording.speed import NoiseComponents, repeat_means
 
-SAMPLE, SWEEP = 1, 2  # places among the components
+SAMPLE: Final = 1  # place among the components
 START: Final = (0.3, 1.0, 0.3)  # variances over that within repeats, where the search begins
 MAX_SEARCHES: Final = 10
 RELATIVE_RISE: Final = 1e-12  # what rounding may add to the likelihood
@@ -80,12 +79,21 @@ class SweepLevels(RepeatLevels):
         return bool(np.unique(sweeps, axis=1, return_counts=True)[1].max(initial=0) > 1)
 
     def log_likelihood(self, noise: NoiseComponents) -> float:
-        """Return the restricted log likelihood of components, but for a constant.
+        """Return the restricted log likelihood of components, but for a constant."""
+        return _likelihood(self, np.array(list(vars(noise).values())) ** 2)[0]
 
-        Without noise between sweeps it is that of separate repeats.
-        """
-        repeat, sample, sweep = vars(noise).values()
-        return _Model(self, (repeat**2, sample**2, sweep**2)).log_likelihood()
+    @cached_property
+    def place(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Recording, phase and sweep of each repeat, its place in the tables."""
+        first = np.full(int(self.recording.max()) + 1, self.cells)
+        np.minimum.at(first, self.recording, self.cell)
+        return self.recording, self.cell - first[self.recording], self.sweep
+
+    def table(self, values: FloatArray) -> FloatArray:
+        """Return values of the repeats as a table, zero where there is none; shape (n, P, K)."""
+        table = np.zeros([int(index.max()) + 1 for index in self.place])
+        table[self.place] = values
+        return table
 
     @cached_property
     def maximum(self) -> tuple[NoiseComponents, float]:
@@ -118,110 +126,44 @@ def levels_by(repeats: Repeats, samples: Samples, accepted: BoolArray) -> Repeat
     return kind.of(samples, accepted)
 
 
-@dataclass(frozen=True)
-class _Model:
-    """The restricted likelihood at given variances, over tables of n recordings, P phases and K sweeps.
+def _likelihood(levels: SweepLevels, variance: FloatArray) -> tuple[float, FloatArray]:
+    """Return the restricted log likelihood, but for a constant, and its derivatives by the variances; (3,).
 
-    The variances are of repeats, samples (above zero) and sweeps.
+    The variances (3,) are of repeats, samples (above zero) and sweeps; without noise between sweeps the
+    likelihood is that of separate repeats. Tables are of n recordings, P phases and K sweeps.
+
+    With P = V^-1 - V^-1 X (X^T V^-1 X)^-1 X^T V^-1 the derivative by a variance whose part of V is V_k is
+    -1/2 [tr(P V_k) - y^T P V_k P y] (Searle, Casella and McCulloch 1992, Sec. 6.6).
     """
+    repeat, sample, sweep = variance
+    scatter, freedom = levels.scatter.sum(), levels.samples - levels.repeats
+    precision = 1.0 / (repeat + sample / levels.size)
+    weight, mean = levels.table(precision), levels.table(levels.mean)  # (n, P, K)
+    total = weight.sum(axis=2, keepdims=True)
+    share = weight / np.where(total > 0.0, total, 1.0)
+    deviation = mean - (share * mean).sum(axis=2, keepdims=True)
+    diagonal = weight.sum(axis=1)[:, :, None] * np.eye(weight.shape[2])
+    information = diagonal - weight.transpose(0, 2, 1) @ share  # A, (n, K, K)
+    seen = (weight * deviation).sum(axis=1)  # b, (n, K)
+    inverse = np.linalg.inv(np.eye(seen.shape[1]) + sweep * information)
+    effect = (inverse @ seen[:, :, None])[:, :, 0]  # what a sweep is predicted to add, over s_swp^2
 
-    levels: SweepLevels
-    variance: tuple[float, float, float]
+    within = freedom * np.log(sample) + scatter / sample
+    separate = np.log(total[total > 0.0]).sum() - np.log(precision).sum()
+    separate += (weight * deviation**2).sum()
+    crossed = -np.linalg.slogdet(inverse)[1].sum() - sweep * (seen * effect).sum()
+    likelihood = -0.5 * float(within + separate + crossed)
 
-    @property
-    def freedom(self) -> int:
-        """Degrees of freedom within repeats."""
-        return self.levels.samples - self.levels.repeats
-
-    @cached_property
-    def place(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Recording, phase and sweep of each repeat, its place in the tables."""
-        recording, cell = self.levels.recording, self.levels.cell
-        first = np.full(int(recording.max()) + 1, self.levels.cells)
-        np.minimum.at(first, recording, cell)
-        return recording, cell - first[recording], self.levels.sweep
-
-    def table(self, values: FloatArray) -> FloatArray:
-        """Return values of the repeats as a table, zero where there is none; shape (n, P, K)."""
-        table = np.zeros([int(index.max()) + 1 for index in self.place])
-        table[self.place] = values
-        return table
-
-    @cached_property
-    def precision(self) -> FloatArray:
-        """Weight w of each repeat; shape (R,)."""
-        repeat, sample, _ = self.variance
-        return 1.0 / (repeat + sample / self.levels.size)
-
-    @cached_property
-    def weight(self) -> FloatArray:
-        """Weights w; shape (n, P, K)."""
-        return self.table(self.precision)
-
-    @cached_property
-    def share(self) -> FloatArray:
-        """Share of each repeat in its cell's mean; shape (n, P, K)."""
-        total = self.weight.sum(axis=2, keepdims=True)
-        return self.weight / np.where(total > 0.0, total, 1.0)
-
-    @cached_property
-    def deviation(self) -> FloatArray:
-        """m_ir - m_i; shape (n, P, K)."""
-        mean = self.table(self.levels.mean)
-        return np.asarray(mean - (self.share * mean).sum(axis=2, keepdims=True))
-
-    @cached_property
-    def information(self) -> FloatArray:
-        """A; shape (n, K, K)."""
-        diagonal = self.weight.sum(axis=1)[:, :, None] * np.eye(self.weight.shape[2])
-        return np.asarray(diagonal - self.weight.transpose(0, 2, 1) @ self.share)
-
-    @cached_property
-    def seen(self) -> FloatArray:
-        """b; shape (n, K)."""
-        return np.asarray((self.weight * self.deviation).sum(axis=1))
-
-    @cached_property
-    def inverse(self) -> FloatArray:
-        """(I + s_swp^2 A)^-1; shape (n, K, K)."""
-        whole = np.eye(self.seen.shape[1]) + self.variance[SWEEP] * self.information
-        return np.asarray(np.linalg.inv(whole), dtype=np.float64)
-
-    @cached_property
-    def effect(self) -> FloatArray:
-        """(I + s_swp^2 A)^-1 b, what a sweep is predicted to add, over s_swp^2; shape (n, K)."""
-        return np.asarray((self.inverse @ self.seen[:, :, None])[:, :, 0])
-
-    def log_likelihood(self) -> float:
-        """Return the restricted log likelihood, but for a constant; at s_swp = 0 that of separate repeats."""
-        total = self.weight.sum(axis=2)
-        within = self.freedom * np.log(self.variance[SAMPLE]) + (
-            self.levels.scatter.sum() / self.variance[SAMPLE]
-        )
-        separate = np.log(total[total > 0.0]).sum() - np.log(self.precision).sum()
-        separate += (self.weight * self.deviation**2).sum()
-        crossed = -np.linalg.slogdet(self.inverse)[1].sum()
-        crossed -= self.variance[SWEEP] * (self.seen * self.effect).sum()
-        return -0.5 * float(within + separate + crossed)
-
-    def slope(self) -> FloatArray:
-        """Return its derivatives by the variances; shape (3,).
-
-        With P = V^-1 - V^-1 X (X^T V^-1 X)^-1 X^T V^-1 the derivative by a variance whose part of V is V_k is
-        -1/2 [tr(P V_k) - y^T P V_k P y] (Searle, Casella and McCulloch 1992, Sec. 6.6).
-        """
-        sweep, sample = self.variance[SWEEP], self.variance[SAMPLE]
-        spread = self.share @ self.inverse
-        diagonal = np.diagonal(self.inverse, axis1=1, axis2=2)[:, None]
-        reduction = diagonal - 2.0 * spread + (spread * self.share).sum(axis=2, keepdims=True)
-        trace = (self.weight * (1.0 - self.share) - sweep * self.weight**2 * reduction)[self.place]
-        effect = self.effect[:, None] - (self.share * self.effect[:, None]).sum(axis=2, keepdims=True)
-        residual = (self.weight * (self.deviation - sweep * effect))[self.place]
-        by_repeat = -0.5 * (trace - residual**2)
-        within = -0.5 * (self.freedom / sample - self.levels.scatter.sum() / sample**2)
-        by_sweep = -0.5 * ((self.inverse * self.information).sum() - (self.effect**2).sum())
-        by_sample = float((by_repeat / self.levels.size).sum()) + within
-        return np.array([by_repeat.sum(), by_sample, by_sweep])
+    spread = share @ inverse
+    reduction = np.diagonal(inverse, axis1=1, axis2=2)[:, None] - 2.0 * spread
+    reduction = reduction + (spread * share).sum(axis=2, keepdims=True)
+    trace = (weight * (1.0 - share) - sweep * weight**2 * reduction)[levels.place]
+    own = effect[:, None] - (share * effect[:, None]).sum(axis=2, keepdims=True)
+    residual = (weight * (deviation - sweep * own))[levels.place]
+    by_repeat = -0.5 * (trace - residual**2)
+    by_sample = float((by_repeat / levels.size).sum()) - 0.5 * (freedom / sample - scatter / sample**2)
+    by_sweep = -0.5 * ((inverse * information).sum() - (effect**2).sum())
+    return likelihood, np.array([by_repeat.sum(), by_sample, by_sweep])
 
 
 def _bounds() -> FloatArray:
@@ -253,6 +195,5 @@ def _highest(levels: SweepLevels, start: FloatArray, bounds: FloatArray) -> tupl
 
 
 def _falling(levels: SweepLevels, unit: float, relative: FloatArray) -> tuple[float, FloatArray]:
-    repeat, sample, sweep = unit * relative
-    model = _Model(levels, (float(repeat), float(sample), float(sweep)))
-    return -model.log_likelihood(), -unit * model.slope()
+    likelihood, slope = _likelihood(levels, unit * relative)
+    return -likelihood, -unit * slope

@@ -14,7 +14,8 @@ from typing import Final
 
 from swesbi.base.terminal import printable
 from swesbi.recording.problems import refusal
-from swesbi.recording.tables.columns import (
+from swesbi.recording.tables.files import MATLAB, open_table, rows_as_they_stand
+from swesbi.recording.tables.layout import (
     COLUMNS,
     DELAY,
     EVERY_COLUMN,
@@ -31,7 +32,6 @@ from swesbi.recording.tables.columns import (
     UNITS,
     stated_unit,
 )
-from swesbi.recording.tables.files import MATLAB, open_table, rows_as_they_stand
 from swesbi.recording.tables.table import NUMBER, Row, in_one_line
 
 WORDS: Final[Mapping[str, tuple[str, ...]]] = {

@@ -16,11 +16,13 @@ import numpy as np
 
 from swesbi.base.arrays import IntArray, TextArray
 from swesbi.recording.problems import refusal
-from swesbi.recording.tables.columns import (
+from swesbi.recording.tables.layout import (
+    COUNTED,
     EVERY_COLUMN,
     MEASURED,
     MODULUS,
     MODULUS_UNITS,
+    OWN_FORM,
     PHASE,
     SHEAR_MODULUS,
     STANDARD_ERROR,
@@ -28,10 +30,10 @@ from swesbi.recording.tables.columns import (
     TEXTS,
     TIME,
     UNITS,
+    TableLayout,
     stated_unit,
     unit_in_words,
 )
-from swesbi.recording.tables.layout import COUNTED, OWN_FORM, TableLayout
 from swesbi.recording.tables.table import NUMBER, Place, Table, column_of, spelling
 
 THREE: Final = "3"  # E = 3 mu of an incompressible, isotropic tissue

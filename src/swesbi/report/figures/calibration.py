@@ -10,7 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from swesbi.checks.calibration.dataset import Calibration, Diagnostics
-from swesbi.checks.calibration.ranks import NETWORK, QUANTITY_NAMES, WEIGHTED, RankedRecordings
+from swesbi.checks.calibration.ranks import (
+    NETWORK,
+    QUANTITY_NAMES,
+    WEIGHTED,
+    RankedRecordings,
+    band,
+    points,
+    uniformity,
+)
 from swesbi.checks.calibration.table import (
     JOINT,
     LOCAL,
@@ -21,7 +29,6 @@ from swesbi.checks.calibration.table import (
     CalibrationTable,
     binomial_ends,
 )
-from swesbi.checks.calibration.uniformity import band, points, uniformity
 from swesbi.checks.settings import JudgementSettings
 from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, PHI_SYMBOLS
 from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE

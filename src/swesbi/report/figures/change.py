@@ -13,9 +13,14 @@ from matplotlib.figure import Figure
 
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.scores import Band
-from swesbi.persons.change.ratios import WORDS
-from swesbi.persons.change.stored import StoredChange
-from swesbi.persons.change.words import certificate_line, ratio_rows, shares_line, verdict_lines
+from swesbi.persons.change.stored import (
+    WORDS,
+    StoredChange,
+    certificate_line,
+    ratio_rows,
+    shares_line,
+    verdict_lines,
+)
 from swesbi.recording.observation import Observation
 from swesbi.report.figures.band import STIFFNESS, cycle_axis, draw_band, draw_points
 from swesbi.report.figures.forest import ENDS, Panel, Series, finish_panel, intervals, name_rows

@@ -11,8 +11,8 @@ from scipy.stats import gaussian_kde, norm
 
 from swesbi.base.arrays import FloatArray
 from swesbi.draws import median_and_interval
-from swesbi.parameters import PHI_LABELS
-from swesbi.prior import JointPriorSettings, ParameterPrior, PriorSettings, quantile
+from swesbi.parameters import PHI_LABELS, ParameterPrior
+from swesbi.prior import JointPriorSettings, PriorSettings, quantile
 from swesbi.report.figures.style import OBSERVED, PRIOR, few_ticks
 from swesbi.report.numbers import as_percent, digits
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from swesbi.artefacts.csv import PlainTable
 from swesbi.artefacts.typed import BySubject
-from swesbi.checks.identifiability.power_scaling import SENSITIVE
+from swesbi.checks.identifiability import SENSITIVE
 from swesbi.heart.model import isometric_share
 from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS
 from swesbi.posterior.result import ExactPosterior

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from swesbi.checks.scores import Band
-from swesbi.persons.planning.power import NINETY
-from swesbi.persons.planning.words import Plan
+from swesbi.persons.planning.power import NINETY, Plan
 from swesbi.report.figures.band import draw_band
 from swesbi.report.figures.style import (
     CMAES,

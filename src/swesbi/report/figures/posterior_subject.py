@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.parameters import PHI, THETA
-from swesbi.prior import JointPriorSettings, ParameterPrior, PriorSettings
+from swesbi.parameters import PHI, THETA, ParameterPrior
+from swesbi.prior import JointPriorSettings, PriorSettings
 from swesbi.report.figures import density
 from swesbi.report.figures.posterior import PosteriorPanel
 from swesbi.report.figures.style import (

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.recording.cohort.recording import UsableRecording
+from swesbi.recording.cohort.observed import UsableRecording
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import SOURCES
 from swesbi.recording.samples import ACCEPTED, REASONS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swesbi.networks.training_tables import TrainingTable
+from swesbi.networks.training import TrainingTable
 from swesbi.report.figures.style import (
     NETWORK,
     PRIOR,

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from swesbi.artefacts.typed import ByPlace, Place
 from swesbi.checks.predictive import PredictiveCheck
 from swesbi.networks.paper.pool import Pool
-from swesbi.networks.training_tables import TrainingTable
+from swesbi.networks.training import TrainingTable
 from swesbi.parameters import THETA
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import PriorSettings

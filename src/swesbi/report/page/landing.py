@@ -8,7 +8,7 @@ from typing import Final
 
 import pandas as pd
 
-from swesbi.checks.identifiability.power_scaling import SENSITIVE
+from swesbi.checks.identifiability import SENSITIVE
 from swesbi.context import Context
 from swesbi.report.columns import each_parameter, named
 from swesbi.report.numbers import (

@@ -23,7 +23,7 @@ from swesbi.report.paper.study_values import (
     spread,
 )
 from swesbi.report.paper.values import PaperNumber
-from swesbi.verdict.prior_support import support_numbers
+from swesbi.verdict.summary import support_numbers
 from swesbi.verdict.verdict import Verdict
 
 EXCLUDED_CASES: Final = {"first": 0, "second": -1}

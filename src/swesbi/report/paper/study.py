@@ -22,7 +22,7 @@ from swesbi.context import Context
 from swesbi.measurement.settings import SCALAR_NAMES
 from swesbi.networks.paper.pool import Pool
 from swesbi.networks.settings import EstimatorSettings, ObservationModelSettings
-from swesbi.networks.training_tables import TrainingTable
+from swesbi.networks.training import TrainingTable
 from swesbi.parameters import THETA_NAMES
 from swesbi.prior import PriorSettings
 from swesbi.recording.cohort.recording_file import read_recording_file

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from swesbi.checks.identifiability.power_scaling import SENSITIVE
+from swesbi.checks.identifiability import SENSITIVE
 from swesbi.draws import median_and_interval
 from swesbi.parameters import OF_INTEREST, PHI_NAMES
 from swesbi.recording.noise.cohort import GroupNoise

@@ -1,4 +1,4 @@
-"""Processes that share what this one has in memory, and that end with it."""
+"""Work side by side: in threads, none of which outlives its call, and in processes that end with this one."""
 
 from __future__ import annotations
 
@@ -11,24 +11,64 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import Context, copy_context
 from dataclasses import dataclass
+from itertools import repeat
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from swesbi.base.ending import ASKING_TO_END
-from swesbi.base.threads import LIMIT
+from swesbi.base.terminal import ASKING_TO_END
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+LIMIT: Final = "OMP_NUM_THREADS"
+"""The variable of the environment that says how many threads a process may use.
+
+Snakemake sets it for its jobs, and libraries of linear algebra obey it too.
+"""
 POLL_S: Final = 0.2
 CLEANING_S: Final = 2.0
 """How long a process that is asked to end may take to remove what it was making."""
 EXIT_ORPHAN: Final = 3
 EXIT_TERMINATED: Final = 128 + signal.SIGTERM
+
+
+def usable() -> int:
+    """Return how many threads may run at once: what ``LIMIT`` says, else every processor of this process."""
+    stated = os.environ.get(LIMIT, "")
+    if not stated:
+        # macOS does not bind a process to processors
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    outermost = stated.split(",")[0].strip()  # further numbers are for threads that start threads
+    if not (outermost.isdecimal() and int(outermost)):
+        raise ValueError(f"{LIMIT} = {stated!r}: is no number of threads; set it to 1 or more, or unset it")
+    return int(outermost)
+
+
+def in_threads(work: Callable[[Item], None], items: Sequence[Item]) -> None:
+    """Do the work for every item, side by side, and return when all is done.
+
+    It must not depend on the order. The threads end with this call, so that no process is forked beside one.
+    The first error of the work, in the order of the items, is raised here; what has not begun is left out
+    then, as it is when Ctrl-C comes.
+    """
+    count = min(usable(), len(items))
+    if count <= 1:
+        for item in items:
+            work(item)
+        return
+    contexts = [copy_context() for _ in items]  # to which numpy's handling of errors belongs
+    pool = ThreadPoolExecutor(count)
+    try:
+        for _ in pool.map(Context.run, contexts, repeat(work), items):
+            pass
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 class WorkerKilledError(RuntimeError):

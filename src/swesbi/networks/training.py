@@ -1,8 +1,9 @@
-"""Tables of trainings, epoch by epoch."""
+"""What trainings of both networks share: torch that repeats, a record of the epochs, tables of it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import Annotated, Final
 
@@ -10,6 +11,26 @@ import pandas as pd
 
 from swesbi.artefacts.csv import Table
 from swesbi.base.progress import Progress
+
+
+@contextmanager
+def reproducible(seed: int) -> Iterator[None]:
+    """Run the block under this seed on one thread.
+
+    Sums split over threads differ in the last bit, so another number of threads would train another
+    network; and these small networks run no faster on several.
+    """
+    import torch  # here alone: tables of trainings are read without it
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with torch.random.fork_rng():
+            torch.manual_seed(seed)
+            yield
+    finally:
+        torch.set_num_threads(threads)
+
 
 VALIDATION_LOSS: Final = "validation_loss"
 FRESH_LOSS: Final = "fresh_loss"

@@ -1,1 +1,0 @@
-"""The passes of sbi's training written out: equal up to rounding, faster; ``procedure: sbi`` does without."""
