@@ -11,8 +11,7 @@ import explorer_case
 import numpy as np
 import pytest
 import speed_case
-from accessibility import in_dark, serious
-from browser import Browser, until
+from browser import Browser, in_dark, serious, until
 
 from explorer.data import DRAWS, page_data, spread
 from explorer.page import LARGEST_BYTES, render_page

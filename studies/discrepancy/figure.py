@@ -15,7 +15,7 @@ from matplotlib.ticker import ScalarFormatter
 from scipy.stats import binom
 
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, in_percent, new_figure, style
+from swesbi.report.figures.style import PRIOR, TEXT_WIDTH_IN, drawing, in_percent
 from swesbi.report.numbers import as_percent
 
 HEIGHT_IN: Final = 4.2
@@ -26,8 +26,7 @@ EXPLANATION: Final = r"$\delta$: relative error of the speed; $\tau$: error in p
 
 def draw_discrepancy(table: pd.DataFrame, interval: float) -> Figure:
     """Draw evidence, chi-squared and the coverage of each parameter against delta, a line for each tau."""
-    with style():
-        figure = new_figure(TEXT_WIDTH_IN, HEIGHT_IN)
+    with drawing(TEXT_WIDTH_IN, HEIGHT_IN) as figure:
         shown = len(THETA_NAMES)
         grid = figure.add_gridspec(2, 2 * shown)
         evidence, misfit = figure.add_subplot(grid[0, :shown]), figure.add_subplot(grid[0, shown:])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swesbi.checks.settings import BASE
 from swesbi.parameters import THETA_NAMES, THETA_SYMBOLS
-from swesbi.report.figures.style import PRIOR, SERIES, TEXT_WIDTH_IN, new_figure, plain, style
+from swesbi.report.figures.style import PRIOR, SERIES, TEXT_WIDTH_IN, drawing, plain
 
 ROW_HEIGHT_IN: Final = 0.17
 FRAME_HEIGHT_IN: Final = 1.3
@@ -24,8 +24,7 @@ def draw_sensitivity(table: pd.DataFrame, cohort_title: str) -> Figure:
     """Draw shifts (above) and width ratios (below) of every variant, a column a parameter."""
     shown = table[table["variant"] != BASE]
     names = list(dict.fromkeys(shown["label"]))
-    with style():
-        figure = new_figure(TEXT_WIDTH_IN * 1.35, 2 * (ROW_HEIGHT_IN * len(names)) + FRAME_HEIGHT_IN)
+    with drawing(TEXT_WIDTH_IN * 1.35, 2 * (ROW_HEIGHT_IN * len(names)) + FRAME_HEIGHT_IN) as figure:
         axes = figure.subplots(2, len(THETA_NAMES), sharey=True)
         for column, (parameter, symbol) in enumerate(zip(THETA_NAMES, THETA_SYMBOLS, strict=True)):
             rows = shown[shown["parameter"] == parameter]

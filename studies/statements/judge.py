@@ -20,7 +20,7 @@ from swesbi.networks.paper.estimator import TrainedEstimator, draw_candidates, d
 from swesbi.networks.paper.pool import Pool, with_context
 from swesbi.population.recordings import features_under
 from swesbi.posterior.truncated import Posterior, summarise_posterior
-from swesbi.report.paper.study_values import Findings
+from swesbi.report.paper.values import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 from swesbi.seeds import integer_seed
 from swesbi.study.job import typed_settings

@@ -31,7 +31,7 @@ from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import AcquisitionSettings, RecordingSettings, Repeats
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.tables.validation_outcomes import QUANTITIES
+from swesbi.report.tables.validation import QUANTITIES
 from swesbi.verdict.summary import SEPARATOR, label_of_test
 from swesbi.verdict.verdict import Status
 

@@ -13,7 +13,7 @@ from swesbi.parameters import DERIVED, THETA_NAMES, THETA_SYMBOLS
 from swesbi.report.figures.forest import Panel, Series, forest
 from swesbi.report.figures.style import EXCLUDED_BACKGROUND, EXCLUDED_POSTERIOR, POSTERIOR, PRIOR
 from swesbi.report.numbers import as_percent
-from swesbi.report.tables.validation_outcomes import NOT_TESTED, OF_EVERY_GENERATOR, QUANTITIES, REACHED
+from swesbi.report.tables.validation import NOT_TESTED, OF_EVERY_GENERATOR, QUANTITIES, REACHED
 
 COLUMNS: Final = 5
 WIDEST: Final = 18  # characters of a title
@@ -58,7 +58,7 @@ def draw_validation(table: pd.DataFrame, interval: float) -> Figure:
         LOOKS,
         title="Hearts of other generators: share whose truth lies in the "
         f"{as_percent(interval)} interval (grey: to be reached by blue)",
-        order=generators,
+        names={name: name for name in generators},
         columns=COLUMNS,
         behind=behind,
     )

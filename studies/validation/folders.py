@@ -36,7 +36,7 @@ from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import measured_speeds
 from swesbi.parameters import THETA_NAMES
 from swesbi.recording.noise.cohort import FolderRecordings
-from swesbi.report.tables.validation_outcomes import QUANTITIES
+from swesbi.report.tables.validation import QUANTITIES
 from swesbi.study.results import population_files
 from swesbi.verdict.verdict import Status
 

@@ -45,7 +45,7 @@ from swesbi.recording.reader import samples_in
 from swesbi.recording.settings import NoiseDeclaration
 from swesbi.recording.tables.files import table_of_frame
 from swesbi.recording.tables.layout import SPEED
-from swesbi.report.tables.validation_outcomes import QUANTITIES
+from swesbi.report.tables.validation import QUANTITIES
 from swesbi.seeds import generator
 from swesbi.study.results import check_network, population_files
 from swesbi.verdict.summary import REFUSED

@@ -18,8 +18,7 @@ from typing import Final
 import pandas as pd
 
 from swesbi.artefacts.csv import read_csv, write_csv
-from swesbi.report.tables.validation import OF_ROUND, ROUNDS, VALIDATION, compared_width
-from swesbi.report.tables.validation_outcomes import in_brief
+from swesbi.report.tables.validation import OF_ROUND, ROUNDS, VALIDATION, compared_width, in_brief
 
 STORED: Final = Path(__file__).with_name("tables") / "rounds.csv"
 

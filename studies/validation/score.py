@@ -15,7 +15,7 @@ from swesbi.draws import interval_levels, median_and_interval
 from swesbi.measurement.derived import curve_quantities, derived, half_active_ms
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE, THETA_NAMES
-from swesbi.report.tables.validation_outcomes import QUANTITIES, SCORED
+from swesbi.report.tables.validation import QUANTITIES, SCORED
 from swesbi.verdict.summary import REFUSED
 from swesbi.verdict.verdict import Status
 

@@ -15,7 +15,7 @@ from scipy.stats import binomtest
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
 from swesbi.base.arrays import FloatArray
-from swesbi.report.tables.validation_outcomes import (
+from swesbi.report.tables.validation import (
     NOT_TESTED,
     POOLED_ALL,
     POOLED_TOGETHER,

@@ -26,7 +26,7 @@ TITLE = "virtual volunteers"
 LIGHT_RULES = (
     "predictive", "subject_figures", "cohort_figures", "tables", "workflow_figure", "paper_comparison",
     "predictive_speeds", "exact_subject_figures", "exact_figures", "truth", "report", "pressures_table",
-    "pressures_figure", "cohort_posterior_figure", "training_figure",
+    "pressures_figure", "cohort_posterior_figure", "training_figure", "pool", "posterior",
 )  # fmt: skip
 
 # what a subject has without a posterior
@@ -128,7 +128,7 @@ def test_posterior_table(tables: StudyTables) -> None:
 
 
 def test_readers_and_figures_leave_torch_and_pyplot_alone() -> None:
-    modules = sorted({PLACES[rule][0] for rule in LIGHT_RULES})
+    modules = sorted({PLACES[rule][0] for rule in LIGHT_RULES} | {"swesbi.population.recordings"})
     load = f"from importlib import import_module; [import_module(name) for name in {modules}]"
     code = f"{load}; import sys; print([m for m in ('torch', 'matplotlib.pyplot') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

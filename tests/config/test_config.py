@@ -77,6 +77,12 @@ def test_the_shipped_and_the_smoke_configuration_are_valid() -> None:
         ({"seed": None}, r"seed: .*add this key"),
         ({"seed": "1e-3"}, r"seed = '1e-3': .*write 1.0e-3 or 0.001"),
         ({"experiments__calibrated__estimator__transfroms": 8}, r"calibrated\.est.* mean 'transforms'"),
+        (
+            {"priors__paper__k0_kpa__low": "1e-3"},
+            r"priors\.paper\.k0_kpa\.low = '1e-3'.*YAML reads 1e-3 as text",
+        ),
+        ({"priors__paper__k0_kpa__log_sd": -0.5}, r"log_sd = -0\.5: .*greater than 0"),
+        ({"experiments__paper__estimator__model": "mfa"}, r"estimator\.model = 'mfa'"),
         ({"priors__paper__k0_kpa__low": 50.0}, r"priors\.paper\.k0_kpa: need low < centre < high, found 50"),
         ({"priors__wide__k_atp_per_s__high": 900.0}, r"priors\.wide\.k_atp_per_s: bounds 2 to 900 leave"),
         ({"experiments__paper__prior": "wider"}, r"paper\.prior names the prior 'wider'; known .*paper"),
@@ -97,6 +103,8 @@ def test_the_shipped_and_the_smoke_configuration_are_valid() -> None:
         ({"experiments__paper__subjects": ["A", "Z"]}, r"paper\.subjects: 'Z' has no row .*subjects: all"),
         ({"experiments__calibrated__subjects": {SHIPPED["cohort"]: ["Z"]}}, r"calibrated\.subjects: 'Z'"),
         ({"experiments__paper__subjects": []}, r"paper\.subjects = \[\]: name at least one subject"),
+        ({"experiments__paper__subjects": ["A", "A"]}, r"paper\.subjects = \['A', 'A'\]: .*each once"),
+        ({"experiments__paper__subjects": "A"}, r"experiments\.paper\.subjects"),
         ({"experiments__paper__subjects": None}, r"experiments\.paper\.subjects: .*add this key"),
         (
             {"subjects": ["G", "H"]},
@@ -110,6 +118,22 @@ def test_the_shipped_and_the_smoke_configuration_are_valid() -> None:
 def test_a_wrong_value_is_refused_with_key_value_and_remedy(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         load_study(changed(**changes))
+
+
+def test_every_problem_is_listed_at_once() -> None:
+    with pytest.raises(ConfigError, match="2 problem") as caught:
+        parse_config(changed(seed=None, gibberish=1))
+    assert len(str(caught.value).splitlines()) == 3
+
+
+def test_the_paper_s_experiment_has_the_paper_s_settings() -> None:
+    paper = parse_config(SHIPPED).experiments["paper"]
+    assert (paper.simulations_per_subject, paper.observation_model.augmentations) == (1000, 20)
+    assert list(paper.observation_model.feature_noise_sd.values()) == [1.0, 0.5, 0.5, 5.0, 0.03]
+    estimator, support = paper.estimator, paper.support
+    assert (estimator.transforms, estimator.hidden_features, estimator.blocks) == (5, 50, 2)
+    assert (estimator.batch_size, estimator.max_num_epochs) == (128, 100)
+    assert (support.max_abs_z, support.min_in_prior_draws, support.candidate_draws) == (3.0, 1000, 500_000)
 
 
 def test_a_wrong_key_is_named_with_the_last_file_that_has_it_and_its_line(tmp_path: Path) -> None:

@@ -1,5 +1,3 @@
-"""Atrial contraction: its pressure, the beat that it fills, and a heart whose atria do not contract."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""When the aortic valve is open, and the pressure behind it."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -45,12 +43,6 @@ def test_ejection_lasts_until_the_valve_closes_for_good(
     assert 1e3 * times.ejection_s[0] == pytest.approx(60.0)
     assert 1e3 * times.isovolumic_relaxation_s[0] == pytest.approx(10.0)
     assert 1e3 * times.isovolumic_contraction_s[0] == pytest.approx(contraction_ms)
-
-
-def test_an_ejection_without_interruption_is_the_share_of_the_cycle_with_flow() -> None:
-    share = np.mean(BEAT.aortic_flow_ml_s[0] > 0.0)
-    times = systolic_intervals(BEAT, COHORT["A"].period_s)
-    assert times.ejection_s[0] == pytest.approx(share * COHORT["A"].period_s)
 
 
 def test_a_valve_that_never_closes_ejects_all_the_time_and_one_that_never_opens_not_at_all() -> None:

@@ -63,23 +63,3 @@ def test_stiffness_follows_pressure(context: Context) -> None:
     print(f"{context.subject}: R2 of stiffness against pressure {r**2:.3f}")
     assert r > 0.0
     assert r**2 > 0.7
-
-
-def test_contractility_raises_the_peaks() -> None:
-    theta = np.array([[30.0, 5.0, 30.0], [45.0, 5.0, 30.0], [90.0, 5.0, 30.0]])
-    stiffness = simulate(theta, COHORT["A"], SETTINGS).active_stiffness_kpa.max(axis=1)
-    assert (np.diff(stiffness) > 0.0).all()
-    stronger = SETTINGS.model_copy(update={"sigma_0_pa": 1.2 * SETTINGS.sigma_0_pa})
-    pressure = [
-        simulate(CENTRE, COHORT["A"], s).ventricular_pressure_mmhg.max() for s in (SETTINGS, stronger)
-    ]
-    assert pressure[1] > pressure[0]
-    faster = simulate(np.array([[45.0, 5.0, 30.0], [45.0, 10.0, 30.0]]), COHORT["A"], SETTINGS)
-    half = 0.5 * faster.active_stiffness_kpa.max(axis=1, keepdims=True)
-    assert np.diff((faster.active_stiffness_kpa > half).argmax(axis=1))[0] < 0
-
-
-def test_relaxation_rate_sets_the_decay() -> None:
-    beats = simulate(np.array([[45.0, 5.0, 15.0], [45.0, 5.0, 45.0]]), COHORT["A"], SETTINGS)
-    late = beats.active_stiffness_kpa[:, int(0.6 * beats.cycle_phase.size)]
-    assert late[0] > 2.0 * late[1]

@@ -1,5 +1,3 @@
-"""Physiology by simulation: the same beats as with settings of those values, whatever runs beside them."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -9,16 +7,8 @@ import pytest
 from forward_model_cases import COHORT, RICHER, prior_draws
 from forward_model_cases import SETTINGS as SHIPPED
 
-from swesbi.heart.activation import activations
-from swesbi.heart.model import (
-    activation,
-    activation_duration_s,
-    build_model,
-    cavity_volume,
-    own_of,
-    total_volume,
-)
-from swesbi.heart.periodic import Status, advance, run_to_periodic
+from swesbi.heart.model import build_model, cavity_volume, own_of, total_volume
+from swesbi.heart.periodic import Status, run_to_periodic
 from swesbi.heart.physiology import NAMES, RANGES, Physiology
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate, simulate_active
@@ -186,52 +176,6 @@ def test_what_fails_at_the_step_of_the_settings_runs_finer_with_its_own_physiolo
         settings = changed_settings(coarse, "passive_wall_factor", own.passive_wall_factor[row])
         expected = simulate(theta[row : row + 1], COHORT["A"], settings).active_stiffness_kpa
         assert difference(beats.active_stiffness_kpa[row : row + 1], expected) <= CLOSE
-
-
-def test_blood_is_conserved_in_every_simulation() -> None:
-    theta, own = prior_draws(64, seed=17) * SI, drawn(64, seed=17)
-    model = build_model(COHORT["A"], SETTINGS)
-    x = np.repeat(model.start[None], 64, axis=0)
-    before = total_volume(x, model, own)
-    assert np.ptp(before) > 1e-5  # they have C_s of their own
-    for _ in range(20):
-        x, _ = advance(x, theta, model, own_of(own, model, SETTINGS))
-    drift_ml = 1e6 * np.abs(total_volume(x, model, own) - before).max()
-    print(f"drift over 20 beats: {drift_ml:.1e} mL")
-    assert drift_ml <= 1e-2
-
-
-def test_the_extrapolated_state_is_the_one_that_beats_lead_to() -> None:
-    tight = {"periodicity_tolerance": 1e-9, "maximum_beats": 300}
-    theta, own = prior_draws(64, seed=18), drawn(64, seed=18)
-    stiffness = [
-        simulate_active(
-            theta, COHORT["E"], SETTINGS.model_copy(update=tight | {"extrapolation_memory": memory}), own
-        ).active_stiffness_kpa
-        for memory in (0, 2)
-    ]
-    np.testing.assert_allclose(stiffness[0], stiffness[1], atol=1e-6)
-
-
-@pytest.mark.parametrize("subject", ["A", "F"])
-def test_activation_by_simulation_is_the_activation(subject: str) -> None:
-    context = COHORT[subject]
-    own = drawn(50, seed=19)
-    time_s = np.linspace(0.0, context.period_s, 801)
-    ratio = activation_duration_s(context.period_s, SETTINGS) / SETTINGS.activation_duration_s
-    window_s = own.activation_onset_s, ratio * own.activation_duration_s, own.activation_ramp_s
-    curves = activations(801, context.period_s, *window_s)
-    for row, curve in enumerate(curves):
-        names = ("activation_onset_s", "activation_duration_s", "activation_ramp_s")
-        settings = SETTINGS.model_copy(update={name: float(getattr(own, name)[row]) for name in names})
-        np.testing.assert_allclose(curve, activation(time_s, context.period_s, settings), atol=1e-13)
-
-
-def test_the_shipped_settings_lie_within_the_declared_ranges() -> None:
-    assert tuple(RANGES) == NAMES
-    own = Physiology.of_settings(SETTINGS, 2).checked(2)
-    assert own.sigma_0_pa.tolist() == [SETTINGS.sigma_0_pa] * 2
-    assert own.passive_wall_factor.tolist() == [1.0, 1.0]
 
 
 @pytest.mark.parametrize("run", [simulate, simulate_active], ids=["simulate", "simulate_active"])

@@ -8,12 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from forward_model_cases import COHORT, SETTINGS
-from references import (
-    SVZEROD_OPTIONS,
-    SVZEROD_PARAMETERS,
-    compare_with_physioblocks,
-    compare_with_svzerod,
-)
+from references import SVZEROD_OPTIONS, SVZEROD_PARAMETERS, compare_with_physioblocks, compare_with_svzerod
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from study_copy import ROOT

@@ -1,5 +1,3 @@
-"""The simulator's contract: shapes, statuses, errors, independence of draws."""
-
 from __future__ import annotations
 
 import dataclasses
@@ -9,19 +7,10 @@ import pytest
 from forward_model_cases import COHORT, SETTINGS, prior_draws
 from pydantic import ValidationError
 
-from swesbi.heart.periodic import Status
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import simulate
 
 CENTRE = np.array([[45.0, 5.0, 30.0]])
-
-
-def test_shapes_and_units() -> None:
-    beats = simulate(prior_draws(20, seed=7), COHORT["A"], SETTINGS)
-    assert beats.cycle_phase.shape == (SETTINGS.samples_per_beat,)
-    assert beats.active_stiffness_kpa.shape == beats.volume_ml.shape == (20, SETTINGS.samples_per_beat)
-    assert (beats.status == Status.PERIODIC).all()
-    assert np.isfinite(beats.ventricular_pressure_mmhg).all()
 
 
 def test_result_depends_on_own_theta_only() -> None:
@@ -31,13 +20,6 @@ def test_result_depends_on_own_theta_only() -> None:
     backwards = simulate(theta[::-1], COHORT["B"], SETTINGS).active_stiffness_kpa[::-1]
     np.testing.assert_array_equal(together, alone)
     np.testing.assert_array_equal(together, backwards)
-
-
-def test_not_periodic_rows_hold_nan() -> None:
-    settings = SETTINGS.model_copy(update={"maximum_beats": 2, "periodicity_tolerance": 1e-12})
-    beats = simulate(CENTRE, COHORT["A"], settings)
-    assert beats.status.tolist() == [Status.NOT_PERIODIC]
-    assert np.isnan(beats.volume_ml).all()
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from forward_model_cases import COHORT, SETTINGS
+from speed_case import shipped
 
 from swesbi.artefacts import ArtefactError, Provenance
 from swesbi.artefacts.typed import BySubject, read_as
@@ -10,14 +11,9 @@ from swesbi.config.view import shard_draws
 from swesbi.heart import prior_simulations as draw
 from swesbi.heart.periodic import Status
 from swesbi.heart.prior_simulations import PriorSimulations, SimulationFailure, draw_simulations
-from swesbi.parameters import ParameterPrior
-from swesbi.prior import PriorSettings, in_bounds
+from swesbi.prior import in_bounds
 
-PRIOR = PriorSettings(
-    k0_kpa=ParameterPrior(centre=45.0, log_sd=0.5, low=10.0, high=200.0),
-    k_atp_per_s=ParameterPrior(centre=5.0, log_sd=0.6, low=2.0, high=30.0),
-    k_sr_per_s=ParameterPrior(centre=30.0, log_sd=0.45, low=2.0, high=60.0),
-)
+PRIOR = shipped().priors["paper"]
 CONTEXT = COHORT["A"]
 
 

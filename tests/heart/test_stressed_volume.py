@@ -1,5 +1,3 @@
-"""The stressed volume by simulation: what the closed loop starts with is what its periodic beat has."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -40,8 +38,13 @@ def test_the_total_is_the_factor_times_that_of_the_settings(settings: ForwardMod
 
 
 def test_beats_keep_the_total() -> None:
-    theta, factors = prior_draws(32, seed=31) * [1e3, 1.0, 1.0], np.linspace(0.6, 1.8, 32)
-    own, model = with_factors(factors), build_model(COHORT["A"], SETTINGS)
+    """Whatever R_d and C_s each simulation has."""
+    theta, model = prior_draws(32, seed=31) * [1e3, 1.0, 1.0], build_model(COHORT["A"], SETTINGS)
+    own = replace(
+        with_factors(np.linspace(0.6, 1.8, 32)),
+        systemic_capacitance_m3_pa=np.geomspace(5e-9, 2e-8, 32),
+        distal_resistance_pa_s_m3=np.geomspace(2e8, 8e7, 32),
+    )
     x, total = starts(32, model, own)
     for _ in range(20):
         x, _ = advance(x, theta, model, own_of(own, model, SETTINGS))

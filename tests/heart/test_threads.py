@@ -1,5 +1,3 @@
-"""Threads that share the simulations of a call: the same bits, and one thread where processes share cores."""
-
 from __future__ import annotations
 
 import os

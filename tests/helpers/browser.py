@@ -10,8 +10,10 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import pytest
 import websocket
@@ -31,6 +33,11 @@ FLAGS = (
     "--remote-allow-origins=*",
 )
 PATIENCE_S = 240.0  # axe-core takes a minute for a page of 16,000 elements beside other tests
+SERIOUS = ("serious", "critical")
+AXE = files("axe_core_python").joinpath("axe.min.js").read_text(encoding="utf-8")
+RUN = """axe.run(document, {resultTypes: ['violations'], preload: false})
+    .then(found => found.violations.map(one => [one.impact, one.id, one.nodes[0].html]))"""
+OPEN = "document.querySelectorAll('details').forEach(part => part.open = true)"
 
 
 class Browser:
@@ -109,6 +116,22 @@ def until(page: Browser, condition: str, patience_s: float = PATIENCE_S) -> None
         time.sleep(0.05)
 
 
+def serious(page: Browser) -> list[list[str]]:
+    """What keeps people from using the open page, all of it unfolded: impact, rule, first element."""
+    page.evaluate(OPEN)
+    page.settle()
+    # the page's own policy forbids it to run code from elsewhere, which this is not
+    page.evaluate(f"{AXE}; 0")
+    found: list[list[str]] = page.evaluate(RUN)
+    return [one for one in found if one[0] in SERIOUS]
+
+
+def in_dark(page: Browser, *, dark: bool) -> None:
+    """Let the page believe that its reader prefers dark colours, or not."""
+    features: list[dict[str, Any]] = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+    page.call("Emulation.setEmulatedMedia", features=features)
+
+
 def find_browser(names: Sequence[str] = NAMES) -> str:
     """Return the browser's program; skip the test where there is none, but fail in CI."""
     for name in names:
@@ -145,17 +168,8 @@ def _page_address(file: Path, process: subprocess.Popen[bytes]) -> str:
     limit = time.monotonic() + PATIENCE_S
     while time.monotonic() < limit and process.poll() is None:
         if file.is_file() and len(lines := file.read_text().splitlines()) == 2:
-            return _first_page(int(lines[0]), lines[1])
+            with urlopen(f"http://127.0.0.1:{lines[0]}/json/list", timeout=PATIENCE_S) as told:
+                pages = [target for target in json.load(told) if target["type"] == "page"]
+            return str(pages[0]["webSocketDebuggerUrl"])
         time.sleep(0.05)
     raise AssertionError(f"the browser did not start within {PATIENCE_S:g} s (exit code {process.poll()})")
-
-
-def _first_page(port: int, path: str) -> str:
-    """Ask the browser for its open page."""
-    root = f"ws://127.0.0.1:{port}"
-    connection = websocket.create_connection(f"{root}{path}", timeout=PATIENCE_S)
-    connection.send(json.dumps({"id": 1, "method": "Target.getTargets"}))
-    targets = json.loads(connection.recv())["result"]["targetInfos"]
-    connection.close()
-    page = next(target for target in targets if target["type"] == "page")
-    return f"{root}/devtools/page/{page['targetId']}"

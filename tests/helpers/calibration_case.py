@@ -38,8 +38,6 @@ MIXING = np.array(
         [0.5, 0.5, 0.5, 0.5],
     ]
 )
-
-
 REACH = np.exp(6.0 * LOG_SD)
 PARTS = {"centre": CENTRE, "log_sd": LOG_SD, "low": CENTRE / REACH, "high": CENTRE * REACH}
 K_0, K_ATP, K_SR, PASSIVE = ({name: float(part[j]) for name, part in PARTS.items()} for j in range(4))

@@ -10,14 +10,8 @@ from swesbi.parameters import REPORTED_NAMES, THETA_NAMES
 from swesbi.verdict.summary import AnswerSummary, cohort_table
 
 TITLE = "virtual volunteers"
-
-
 REASON = "ivsd_cm = 1.5 is outside [0.4, 1.4]"
-
-
 VERDICTS = (("not contradicted", ""), ("doubtful", "χ²"), ("contradicted", "χ²; mass at a bound"))
-
-
 MEDIANS = {"k0_kpa": 40.0, "k_atp_per_s": 6.0, "k_sr_per_s": 25.0, "passive_stiffness_kpa": 2.0}
 STRATA = ("all", "sex F", "age_years below 18", "hr_bpm 67 to 80", "relative_se 0.0351 and more")
 

@@ -21,7 +21,7 @@ from swesbi.recording.observation import Observation
 from swesbi.recording.samples import REASONS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.paper.study import fits_of_study, pool_sizes, recordings_of_study, settings_of_study
-from swesbi.report.paper.study_values import Findings
+from swesbi.report.paper.values import Findings
 from swesbi.report.study_tables import Case, features_table, posterior_table, ppc_table
 
 CONFIG = read_merged(ROOT / "config.yaml")

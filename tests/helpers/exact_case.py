@@ -69,6 +69,19 @@ SETTINGS = ExactSettings(
     interval=0.9,
     mcmc=MCMC,
 )
+SMALL = SETTINGS.model_copy(
+    update={
+        "first_draws": 500,
+        "round_draws": 500,
+        "max_rounds": 4,
+        "effective_draws": 100,
+        "min_effective_draws": 50,
+        "draws": 800,
+        "mcmc": SETTINGS.mcmc.model_copy(
+            update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
+        ),
+    }
+)
 
 
 def weigh(

@@ -68,7 +68,7 @@ def result(subject: str, n: int = 800) -> ExactPosterior:
 def panel(subject: str, truth: bool = True) -> PosteriorPanel:
     fit = evaluation_cases.fit(subject).theta
     true = np.array(evaluation_cases.TRUE_THETA[subject], float) if truth else None
-    return PosteriorPanel.of_speeds(subject, result(subject), verdict(subject), fit, true)
+    return PosteriorPanel.of(subject, result(subject), verdict(subject), fit, true)
 
 
 def check(subject: str) -> PredictiveCheck:

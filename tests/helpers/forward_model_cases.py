@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from study_copy import ROOT
+import speed_case
 
-from swesbi.config.read import read_merged
 from swesbi.context import Context
-from swesbi.heart.settings import ForwardModelSettings
 
-CONFIG = ROOT / "config.yaml"
-SETTINGS = ForwardModelSettings.from_plain(read_merged(CONFIG)["forward_model"])
+SETTINGS = speed_case.shipped().forward_model
 COHORT = {
     "A": Context("A", "M", 24, 1.88, 57, 118, 45, 0.88),
     "B": Context("B", "F", 27, 1.68, 64, 84, 31, 0.74),

@@ -6,13 +6,14 @@ and its evidence a product of normal probabilities.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import exact_case
 import numpy as np
 import speed_case
+from scipy.special import softmax
 from scipy.stats import norm, truncnorm
 
 from swesbi.base.arrays import FloatArray
@@ -22,7 +23,7 @@ from swesbi.persons.cohort.cohort import Design, Hyperprior, Member, hyperprior_
 from swesbi.persons.cohort.infer import CohortResult, Redraw, infer_population, of_theta
 from swesbi.persons.cohort.model import RecycledDraws, log_normal_mass, population_law
 from swesbi.persons.settings import HierarchySettings, HyperpriorSettings, OutlierSettings
-from swesbi.prior import BoxPrior, PriorSettings, bounds
+from swesbi.prior import BoxPrior, PriorSettings, bounds, draw_prior
 
 THETA_PRIOR = speed_case.shipped().priors["paper"]
 ERROR_SD = np.array([0.12, 0.25, 0.3])
@@ -57,6 +58,12 @@ SETTINGS = HierarchySettings(
     hyperprior=HYPERPRIOR,
     exact=EXACT,
 )
+
+Evidence = Callable[[int, FloatArray, FloatArray], FloatArray]
+"""Log evidence (m, d) of each person's data on a parameter, by its number, mean (m, d) and spread (m,)."""
+PROPOSED = 100_000
+LEAST_EFFECTIVE = 500
+POPULATION_DRAWS = 2000
 
 
 class Priors(NamedTuple):
@@ -187,3 +194,39 @@ def infer(
 ) -> CohortResult:
     """Infer the population of some subjects."""
     return infer_population(members, of_theta(THETA_PRIOR, settings.hyperprior), settings, redraw, seed)
+
+
+def draw_eta(prior: Hyperprior, design: Design, evidence: Evidence, rng: np.random.Generator) -> FloatArray:
+    """Draw hyperparameters (POPULATION_DRAWS, k) without recycling, where nobody is an outlier.
+
+    Each parameter of theta has its own median, spread and factors, so few hyperparameters at a time are drawn
+    from the hyperprior and weighted by an evidence that is known.
+    """
+    rows = in_rows(draw_prior(prior, PROPOSED, rng))
+    mean, spread = population_law(np.log(rows), design.matrix)
+    eta = np.empty((POPULATION_DRAWS, *rows.shape[1:]))
+    for j in range(3):
+        weight = softmax(evidence(j, mean[..., j], spread[:, j]).sum(axis=1))
+        assert 1.0 / (weight**2).sum() > LEAST_EFFECTIVE
+        eta[..., j] = rows[rng.choice(PROPOSED, POPULATION_DRAWS, p=weight), :, j]
+    return eta.reshape(POPULATION_DRAWS, -1)
+
+
+def closed_form(measured: Measured) -> Evidence:
+    """The evidence of a measured log theta."""
+
+    def evidence(j: int, mean: FloatArray, spread: FloatArray) -> FloatArray:
+        one = Measured(measured.log_theta[:, j : j + 1], measured.error_sd[:, j : j + 1])
+        alone = Priors((THETA_PRIOR.parameters[j],))
+        return one.log_evidence(mean[..., None], spread[:, None], alone)
+
+    return evidence
+
+
+def draw_theta(eta: FloatArray, design: Design, measured: Measured, rng: np.random.Generator) -> FloatArray:
+    """Draw theta (n, d, 3) of measured persons, of a population of eta (n, k) each."""
+    mean, spread = population_law(np.log(in_rows(eta)), design.matrix)
+    own, error = 1.0 / spread[:, None] ** 2, 1.0 / measured.error_sd**2
+    middle = (mean * own + measured.log_theta * error) / (own + error)
+    _, _, low, high = law_of(THETA_PRIOR)
+    return np.exp(truncated(middle, 1.0 / np.sqrt(own + error), low, high, rng))

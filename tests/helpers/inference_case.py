@@ -9,6 +9,7 @@ from functools import cache
 
 import numpy as np
 import speed_case
+from forward_model_cases import COHORT
 from numpy.typing import NDArray
 
 from swesbi.artefacts import values_of
@@ -41,10 +42,7 @@ PAPER_PRIOR = speed_case.shipped().priors["paper"]
 OBSERVATION_MODEL = ObservationModelSettings(
     feature_noise_sd=dict(zip(FEATURES, NOISE_SD, strict=True)), augmentations=2
 )
-CONTEXTS = (
-    Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88),
-    Context("B", "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74),
-)
+CONTEXTS = (COHORT["A"], COHORT["B"])
 
 
 @dataclass(frozen=True)

@@ -274,6 +274,19 @@ def matlab(write: Callable[[Path, pd.DataFrame], object]) -> Break:
     return broken
 
 
+def pushes_as(write: Callable[[Path, dict[str, object]], object]) -> Break:
+    """Put a .mat file in the place of the train, of which the vectors of accepted pushes are given."""
+
+    def broken(cohort: Path) -> None:
+        accepted = pd.read_csv(cohort / TRAIN).dropna().drop(columns="status")
+        (cohort / TRAIN).unlink()
+        write(
+            (cohort / TRAIN).with_suffix(".mat"), {str(name): accepted[name].to_numpy() for name in accepted}
+        )
+
+    return broken
+
+
 def vectors(**changed: object) -> Break:
     """Save S-1 as vectors, some of them others."""
     return matlab(lambda path, table: savemat(path, columns(table) | changed))
@@ -357,6 +370,10 @@ SUBJECT_TABLE: Kinds = [
     (swapped(SUBJECTS, "s_2x", "s-1"), "row 3.*'s-1' differs .* in case, zeros"),
     (swapped(SUBJECTS, FIRST, FIRST[:-4]), "row 2: has 7 cells, the header has 8; .*complete"),
     (swapped(SUBJECTS, "90,34", "14,5.4"), r"'lvedv_ml': '14' .*over bsa_m2 \(1.7\) is 8.24 mL/m2, expected"),
+    (
+        swapped(SUBJECTS, "90,34", "34,90"),
+        "row 2, column 'lvesv_ml': '90' .*must be below lvedv_ml .34.*swapped",
+    ),
     (swapped(SUBJECTS, "lvesv_ml", "lvef_percent"), r"lacks the columns lvesv_ml; it has [^()]*; name them"),
     (
         content(SUBJECTS, (HEADER + ",größe\n").encode("latin-1")),
@@ -390,8 +407,14 @@ GATED_TABLE: Kinds = [
     (failed(8, 9, 10), "no phase was measured for 0.200 of the cycle after 0.375, limit"),
     (failed(16, 17), "1 phases were measured in late diastole, .0.8, 0.97. .* needs 2"),
     (failed(*range(20)), "no sample is acceptable .no_wave .*, motion .*; record again"),
-    (gated(lambda _: recording(phases=12)), "its 12 phases fill the cycle, but .* is 20: .*if 12 were"),
-    (gated(lambda _: recording(phases=24)), "'20' is outside .0, 19.; .*by --phases or"),
+    (
+        gated(lambda _: recording(phases=12)),
+        "its 12 phases fill the cycle, but recording.phases in config.yaml is 20: .*if 12 were",
+    ),
+    (
+        gated(lambda _: recording(phases=24)),
+        "'20' is outside .0, 19.; recording.phases in config.yaml is 20, .*by --phases or",
+    ),
     (renamed("rr_ms", "RR_ms", GATED), "lacks the columns rr_ms; .*'RR_ms' should"),
     (swapped(GATED, "sample", "rr_ms"), "S-1.csv, row 1: names a column twice: rr_ms"),
     (content(GATED, ""), "S-1.csv: is empty|S-1.csv, row 1: lacks"),
@@ -399,7 +422,10 @@ GATED_TABLE: Kinds = [
     (gated(lambda f: f.assign(youngs_modulus_kpa=5.0)), "has both of|has .* and youngs_modulus_kpa; name"),
     (gated(lambda f: f.assign(youngs_modulus_kpa=3e3 * f.pop(SPEED) ** 2)), "outside .0.0075, 2700.; .*kPa"),
     (swapped(SUBJECTS, "1.7,60", "1.7,95"), r"RR interval is 1000 ms .* of S-1 .* is 95 \(632"),
-    (gated(lambda f: pd.concat([f, f[4:5]])), "row 722, .*'4' repeats the phase_index, repeat, .*; keep one"),
+    (
+        gated(lambda f: pd.concat([f, f[4:5]])),
+        "row 722, column 'sample': '4' repeats the phase_index, repeat, sample of .*; keep one",
+    ),
     (
         copied("phase_index == 4 & repeat == 0", "phase_index == 4 & repeat == 2"),
         "repeat 2 .* as repeat 0 of",
@@ -440,7 +466,10 @@ TRAIN_TABLE: Kinds = [
     (push("status", "good"), "row 2, column 'status': 'good' is none of ok"),
     (push("status", "ok\u200b"), r"'status': 'ok.u200b' \(with U\+200B\) is none of ok"),
     (scaled("time_ms", 0.001), "column 'time_ms': the latest push is 1 ms after its R peak; check the unit"),
-    (scaled(SPEED, 0.1), "median shear.wave speed"),
+    (
+        scaled(SPEED, 0.1),
+        "S-3.csv, .*median shear-wave speed is 0.195 m/s, expected 0.5 to 10; check the unit",
+    ),
     (with_errors(0), "row 3, column 'se_m_s': '0' is no standard error"),
     (with_errors(-0.2), r"column 'se_m_s': '-0.2' is outside \[0, 30\]"),
     (with_errors(9), "row 3, column 'se_m_s': '9' is not smaller than the speed"),
@@ -450,10 +479,12 @@ TRAIN_TABLE: Kinds = [
     (renamed("rr_ms", "rr"), "'rr' should be 'rr_ms'"),
     (renamed("status", "rr_ms"), "names a column twice: rr_ms"),
     (renamed("time_ms", "\u200btime_ms"), r"'.u200btime_ms' should be 'time_ms' \(with U\+200B\)"),
+    (renamed("rr_ms", "rr\u00ad_ms"), r"should be 'rr_ms' \(with U\+00AD\)"),
     (renamed(SPEED, "speed"), "S-3.csv.* has none of the columns"),
     (beats(1000, 990, 1010, 995, 650), OK + "S-3: 1 of 5 beats are left out: their RR .* over 20% from"),
     (beats(1000, 990, 1010, 700, 650), OK + "S-3: the rhythm varies: .* every beat for one of 990 ms"),
     (beats(1250, 750, 1250, 750), "median, 1000 ms, as in bigeminy; keep the rows of"),
+    (text(lambda t: t.replace(",", "|")), "lacks the columns .*; separate the columns by commas, semicolons"),
     (text(lambda t: t.replace(",", " ")), "lacks the columns .*; separate the columns by commas, semicolons"),
     (
         both(frame(lambda f: f.assign(remark="late")), text(lambda t: '"late'.join(t.rsplit("late", 2)))),
@@ -493,10 +524,13 @@ TRAIN_TABLE: Kinds = [
     (frame(lambda f: f.assign(status="no_wave")), "0 pushes are acceptable of 62 .no_wave 62."),
     (frame(lambda f: f[:0]), "S-3.csv: holds no data row"),
     (frame(lambda f: f.assign(event="mvc")), "'event': says what set off each wave"),
-    (frame(lambda f: f.assign(phase_index=0)), "S-3.csv, row 1: lacks"),
+    (
+        frame(lambda f: f.assign(phase_index=0)),
+        "S-3.csv, row 1: lacks the columns trigger_delay_ms, .*; name them in",
+    ),
     (frame(lambda f: f.assign(fit_r2=90)), r"'fit_r2': '90' is outside \[-1, 1\]"),
     (frame(lambda f: f.assign(**{SPEED: f[SPEED].clip(upper=3.0)})), OK + "S-3: .*, 3 m/s: they seem"),
-    (added(TRAIN, "1,2"), "row 64"),
+    (added(TRAIN, "1,2"), "S-3.csv, row 64: has 2 cells, the header has 5; .*complete the row"),
 ]
 
 WORKBOOKS: Kinds = [
@@ -539,7 +573,7 @@ WORKBOOKS: Kinds = [
         book(lambda sheet: sheet.parent.copy_worksheet(sheet)),
         "has 2 sheets with rows: Sheet1, Sheet1 Copy; name",
     ),
-    (book(lambda sheet: sheet.delete_rows(1, 99)), "S-3.xlsx"),
+    (book(lambda sheet: sheet.delete_rows(1, 99)), "S-3.xlsx: has 0 sheets with rows: none; name the one"),
     (as_book(b"\xd0\xcf\x11\xe0" + b"\0" * 600), "of the old form, or one that a password protects; save it"),
     (as_book(b"PK\x03\x04 no"), "cannot be read as a workbook"),
 ]
@@ -564,11 +598,16 @@ MATLAB: Kinds = [
     ),
     (hdf5(shape=(1, 720), external=[("/dev/zero", 0, 8 * 720)]), "'rr_ms': .* in another file; save"),
     (hdf5(shape=(4_000_000, 400), chunks=(1000, 400)), "'rr_ms': has more values than a recording"),
+    (pushes_as(lambda path, found: savemat(path, found | {"prf": 30.0, "image": np.ones((9, 9))})), OK),
+    (pushes_as(lambda path, found: h5py.File(path, "w").update(found)), OK),
     (matlab(lambda path, f: write_v5(path, f.assign(rr_ms=1.0))), "element 1, column 'rr_ms': '1' is outs"),
 ]
 
 FILES: Kinds = [
-    (replaced(lambda _: None), r"swe: there is no file S-1.csv, .*S-1.xlsm; put it there"),
+    (
+        replaced(lambda _: None),
+        r"swe: there is no file S-1.csv, .*S-1.xlsm; put it there, or take the subject out",
+    ),
     (moved(TRAIN, "swe/S-3.CSV"), OK),
     (moved(TRAIN, "swe/s-3.csv"), "but there is s-3.csv; call the subject s-3, or the file S-3"),
     (moved(TRAIN, "swe/S-03.csv"), "but there is S-03.csv; call the subject S-03, or the"),
@@ -622,7 +661,10 @@ DESCRIPTIONS: Kinds = [
     (said("noise: { cv_fraction: 0.1 }\n"), "S-3.yaml.*belong together"),
     (said("noise: { fit_points: 12, cv_fraction: 0.1, cv_log_sd: 0.3 }\n"), "S-3.yaml.*keep one"),
     (said("noise: { fit_points: 2 }\n"), "`noise.fit_points`"),
-    (said("noise: { fit_points: 12 }\n"), "S-3.csv.*fit_r2"),
+    (
+        said("noise: { fit_points: 12 }\n"),
+        "S-3.csv, column 'fit_r2': '' of the push at time_ms 58.82 .*; give it",
+    ),
     (said("noise: { cv_fraction: 5, cv_log_sd: 0.3 }\n"), "`noise.cv_fraction`"),
     (said("columns: { speed: x }\n"), "`columns.speed`: is none of subject, phase_index"),
     (said("columns: { shear_wave_speed_se_m_s: x }\n"), "means with standard errors of"),
@@ -657,7 +699,10 @@ DESCRIPTIONS: Kinds = [
         ),
         OK,
     ),
-    (both(lambda cohort: (cohort / OWN).unlink(), lambda c: (c / OWN).mkdir()), "S-3.yaml"),
+    (
+        both(lambda cohort: (cohort / OWN).unlink(), lambda c: (c / OWN).mkdir()),
+        "S-3.yaml: is no regular file; put the",
+    ),
 ]
 
 KINDS = {

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swesbi.context import Context
-from swesbi.recording.samples import Samples
+from swesbi.recording.noise.components import RepeatLevels
+from swesbi.recording.quality import rejection
+from swesbi.recording.samples import ACCEPTED, Samples
 from swesbi.recording.settings import RecordingSettings
 
 CONTEXT = Context("T", "F", 25.0, 1.7, 60.0, 90.0, 34.0, 0.8)
@@ -64,3 +66,7 @@ def make_samples(
         fit_r2=np.full(phase.shape, 0.95),
         status=np.full(phase.shape, "ok", dtype="<U9"),
     )
+
+
+def levels_of(samples: Samples) -> RepeatLevels:
+    return RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)

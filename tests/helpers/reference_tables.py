@@ -221,15 +221,14 @@ def verdict(*names: str) -> Callable[[Path], Numbers]:
 
     def read(path: Path) -> Numbers:
         content = json.loads(path.read_text(encoding="utf-8"))
-        yield from (Found(name, content.get(name)) for name in names)
+        for name in names:
+            value = content.get(name)
+            if isinstance(value, dict):
+                yield from (Found(f"{name}[{key}]", one) for key, one in value.items())
+            else:
+                yield Found(name, value)
 
     return read
-
-
-def network_medians(path: Path) -> Numbers:
-    """Yield the medians of the network's draws."""
-    medians = json.loads(path.read_text(encoding="utf-8"))["unfiltered_median"].items()
-    yield from (Found(f"unfiltered_median[{name}]", value) for name, value in medians)
 
 
 def tests_without_draws(path: Path) -> Numbers:
@@ -253,6 +252,7 @@ ENDS: Final = {"low": 0.05, "median": 0.5, "high": 0.95}
 WITHOUT_DRAWS: Final = {"noise", "context_leave_one_out", "context_ranges"}
 COVERED: Final = {"": TRAINED, "posterior/phases_coverage": SHARE, "posterior/coverage": SHARE}
 SUBJECT: Final = "{experiment}/subjects/{subject}"
+OF_FEATURES: Final = ("status", "unfiltered_median", "max_abs_z", "worst_component")
 VERDICT: Final = f"{SUBJECT}/verdict.json"
 PREDICTIVE: Final = f"{SUBJECT}/predictive.h5"
 RECORDING: Final = datasets(
@@ -273,11 +273,9 @@ SOURCES: Final = (
     Source(EVERY, "{experiment}/training.csv", last_epoch, {"": LOSS}),
     Source(FEATURES, f"{SUBJECT}/posterior.h5", POSTERIOR, {"": TRAINED}),
     Source(SPEEDS, f"{SUBJECT}/posterior.h5", exact_draws, {"": TRAINED}, KNOWN),
-    Source(FEATURES, VERDICT, verdict("status"), {"": TRAINED}),
     Source(SPEEDS, VERDICT, verdict("status"), {"": TRAINED}, KNOWN),
-    Source(FEATURES, VERDICT, network_medians, {"": TRAINED}),
-    # of speeds it is told at one draw of a sampler
-    Source(FEATURES, VERDICT, verdict("max_abs_z", "worst_component"), {"": TRAINED}),
+    # of speeds all but the status is told at one draw of a sampler
+    Source(FEATURES, VERDICT, verdict(*OF_FEATURES), {"": TRAINED}),
     Source(EVERY, VERDICT, tests_without_draws, {"": TRAINED, "in_prior_draws": COUNTED, "p_value": SHARE}),
     Source(EVERY, PREDICTIVE, datasets(*SCORES, *CHECKED, group="prior"), {"": ROUNDED}),
     Source(FEATURES, PREDICTIVE, datasets(*SCORES, *CHECKED, group="posterior"), COVERED),

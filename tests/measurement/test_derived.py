@@ -1,5 +1,3 @@
-"""Quantities of the stiffness curve against closed forms, and what is told of a simulated heart."""
-
 from __future__ import annotations
 
 from dataclasses import replace

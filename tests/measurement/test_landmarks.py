@@ -31,10 +31,6 @@ def scalars(curves: NDArray[np.float64], settings: SummarySettings) -> dict[str,
     return dict(zip(SCALAR_NAMES, features.T, strict=False))
 
 
-def test_the_default_is_the_paper_s() -> None:
-    assert PAPER.landmarks == "paper"
-
-
 def test_both_variants_agree_on_a_smooth_curve() -> None:
     paper, robust = (scalars(bell(GRID)[None], settings) for settings in (PAPER, ROBUST))
     for name in SCALAR_NAMES:

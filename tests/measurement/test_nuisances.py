@@ -1,5 +1,3 @@
-"""Nuisance parameters: where they stand in phi, what each sets, and that fixed ones change nothing."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -13,7 +11,7 @@ from swesbi.heart.model import activation_duration_s
 from swesbi.heart.simulate import simulate
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.parameters import NUISANCES, OF_THETA, PHI_NAMES, NuisanceSettings
-from swesbi.prior import PriorSettings, draw_prior, log_density, quantile
+from swesbi.prior import PriorSettings, draw_prior, quantile
 
 KNOWN = tuple(parameter.name for parameter in NUISANCES)
 
@@ -39,13 +37,6 @@ def test_the_shipped_table_frees_all_and_the_prior_of_the_paper_none() -> None:
     assert prior.names == (*PHI_NAMES, *KNOWN)
     assert prior.nuisance_names == KNOWN
     assert speed_case.settings().prior.nuisance_names == ()
-
-
-def test_each_is_fixed_by_leaving_its_line_out() -> None:
-    made = model_with("destruction_alpha", "speed_scale")
-    assert made.settings.prior.names == (*PHI_NAMES, "destruction_alpha", "speed_scale")
-    phi = draw_prior(made.settings.prior, 5, np.random.default_rng(1))
-    assert phi.shape == (5, 6) and np.isfinite(log_density(phi, made.settings.prior)).all()
 
 
 def test_at_the_settings_own_values_nothing_changes() -> None:

@@ -1,5 +1,3 @@
-"""Errors that the phases of a recording share: closed forms, draws, and what it costs to ignore them."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -8,14 +6,8 @@ import comparison_case
 import numpy as np
 import pytest
 import speed_case
-from scipy.stats import kstest, multivariate_normal, norm
+from scipy.stats import kstest, multivariate_normal
 
-from swesbi.checks.identifiability import log_gradient
-from swesbi.checks.information import (
-    prior_precision,
-    simulated_stencil,
-    speed_derivatives,
-)
 from swesbi.measurement.likelihood import draw_speeds, log_likelihood, log_speed_sd, residuals
 from swesbi.measurement.shared_error import draw_shared, innovations, normal_log_density
 from swesbi.measurement.speeds import PredictedSpeeds, SpeedRecording, measured_speeds
@@ -142,35 +134,3 @@ def _ignoring(recording: SpeedRecording) -> SpeedRecording:
     """Return the recording as a likelihood sees it that takes all of its errors for independent."""
     alone = MeanErrors.separate(recording.errors.total)
     return replace(recording, relative_se=alone.own, shared=alone.shared)
-
-
-def _covered(known: SpeedRecording, count: int) -> tuple[float, float]:
-    """Return how often the 90 % intervals of k_0 and of the isometric stiffness contain the truth.
-
-    Hearts are linear in log phi about ``PHI``, phi is from the normal prior, and recordings are of sweeps.
-    The posterior by the errors that are ``known`` is normal, with precision Lambda + A' C^-1 A.
-    """
-    model, rng = speed_case.model_of_sweeps(), np.random.default_rng(6)
-    discrepancy = model.settings.discrepancy
-    at = speed_derivatives(model, simulated_stencil(model, PHI[None], 0.02))
-    centre, rows = model.predict(PHI[None]), at.log_speed_by[0].T
-    prior = prior_precision(model.settings.prior)
-    phi = rng.multivariate_normal(np.zeros(4), np.linalg.inv(prior), count)
-    made = PredictedSpeeds(centre.log_speed + phi @ rows.T, np.repeat(centre.slope, count, axis=0))
-    speeds = draw_speeds(made, model.recording.errors, discrepancy, rng)
-    sd = log_speed_sd(centre, known.relative_se, discrepancy)
-    whole = np.linalg.inv(covariances(sd, known.shared)[0])
-    covariance = np.linalg.inv(prior + rows.T @ whole @ rows)
-    mean = (np.log(speeds) - centre.log_speed) @ whole @ rows @ covariance
-    gradient = log_gradient(model, PHI[None])[0, [0, 4]]
-    sd = np.sqrt(np.einsum("qj,jk,qk->q", gradient, covariance, gradient))
-    held = np.abs((mean - phi) @ gradient.T) <= norm.ppf(0.95) * sd
-    return float(held[:, 0].mean()), float(held[:, 1].mean())
-
-
-def test_a_likelihood_that_ignores_what_phases_share_is_overconfident() -> None:
-    recording = speed_case.model_of_sweeps().recording
-    right, wrong = _covered(recording, 10_000), _covered(_ignoring(recording), 10_000)
-    print("coverage of k_0 and of the isometric stiffness:", right, "; shared errors ignored:", wrong)
-    assert min(right) > 0.885 and max(right) < 0.915
-    assert wrong[1] < 0.84

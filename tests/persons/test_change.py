@@ -1,5 +1,3 @@
-"""What is told of two visits: ratios, the smallest detectable change, whether both are of one person."""
-
 from __future__ import annotations
 
 import numpy as np
@@ -9,11 +7,7 @@ from scipy.special import ndtr
 
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.change.joint import JoinedSpace, NormalVisit, judge_one_person
-from swesbi.persons.change.stored import (
-    log_ratios,
-    smallest_detectable,
-    summarise_ratios,
-)
+from swesbi.persons.change.stored import log_ratios, smallest_detectable, summarise_ratios
 from swesbi.persons.change.visits import Coupling
 from swesbi.persons.settings import ChangeRuleSettings
 from swesbi.posterior.space import LogitSpace

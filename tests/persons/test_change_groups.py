@@ -25,7 +25,7 @@ from swesbi.persons.change.stored import OnePerson, StoredChange
 from swesbi.persons.cohort import model as population_model
 from swesbi.persons.cohort.cohort import design_of, hyperprior_of
 from swesbi.persons.cohort.infer import CohortResult, of_ratios, stored_form
-from swesbi.persons.cohort.model import CohortModel, RatioPrior, log_density
+from swesbi.persons.cohort.model import CohortModel, RatioPrior, log_density, shrunken_prior
 from swesbi.persons.cohort.stored import (
     DIFFERENCE,
     RATIO,
@@ -245,3 +245,8 @@ def test_all_of_it_is_inferred_written_and_said(tmp_path: Path, caplog: pytest.L
     outliers = [case.OUTLIERS.not_contradicted, case.OUTLIERS.contradicted]
     assert found.members.outlier_prior[[0, -1]].tolist() == outliers
     assert "both recordings are not of one person: P7" in "\n".join(caplog.messages)
+
+
+def test_ratios_are_not_drawn_anew(inferred: CohortResult) -> None:
+    with pytest.raises(ValueError, match="ratios of two visits are not drawn anew"):
+        shrunken_prior(inferred.model, inferred.eta, 0)

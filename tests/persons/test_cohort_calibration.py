@@ -8,7 +8,6 @@ from functools import cache
 import hierarchy_case as case
 import numpy as np
 import pytest
-import separable_case as separable
 from scipy.stats import binom, ks_2samp, kstest
 
 from swesbi.base.arrays import FloatArray
@@ -21,10 +20,7 @@ from swesbi.prior import draw_prior
 COHORTS = 40
 PERSONS = 12
 ALL_NOT_CONTRADICTED = case.SETTINGS.model_copy(
-    update={
-        "outliers": case.OUTLIERS.model_copy(update={"not_contradicted": 0.0}),
-        "least_effective": 250.0,
-    }
+    update={"outliers": case.OUTLIERS.model_copy(update={"not_contradicted": 0.0}), "least_effective": 250.0}
 )
 """Nobody is an outlier, so that parameters are apart; some persons are drawn anew."""
 AWAY = np.r_[[25.0, 9.0, 16.0], [0.2] * 3, [1.0] * 9]
@@ -41,9 +37,9 @@ def known() -> tuple[case.Measured, FloatArray, FloatArray]:
     rng = np.random.default_rng(1)
     design = design_of(case.blank(case.contexts(PERSONS, rng)))
     measured = case.draw_members(AWAY, design, np.zeros(PERSONS), rng)
-    evidence, rng = separable.closed_form(measured), np.random.default_rng(2)
-    eta = separable.draw_eta(case.hyperprior(design), design, evidence, rng)
-    return measured, eta, separable.draw_theta(eta, design, measured, rng)
+    evidence, rng = case.closed_form(measured), np.random.default_rng(2)
+    eta = case.draw_eta(case.hyperprior(design), design, evidence, rng)
+    return measured, eta, case.draw_theta(eta, design, measured, rng)
 
 
 def distances() -> tuple[float, float]:

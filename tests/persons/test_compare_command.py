@@ -1,5 +1,3 @@
-"""The command `compare`: whose visits, what is refused, what is written and what is not."""
-
 from __future__ import annotations
 
 import re
@@ -36,7 +34,7 @@ from swesbi.persons.change.stored import (
     change_lines,
     change_table,
 )
-from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
+from swesbi.report.figures.change import ShownVisit, draw_change
 from swesbi.study import compare as command
 from swesbi.study.answerer import Answerer
 from swesbi.study.compare import pairs_of, visit_pair
@@ -78,7 +76,9 @@ def test_the_network_of_the_package_compares_where_no_study_has_been_run(tmp_pat
     assert command.experiment_with_network(study, None) == "calibrated"
 
 
-def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(trial: Study) -> None:
+def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(
+    trial: Study, cohort: Path
+) -> None:
     pair = visit_pair(trial, "P01")
     assert (pair.visits, pair.subjects) == (("before", "after"), ("P01-before", "P01-after"))
     assert visit_pair(trial, "P01", "after", "before").subjects == ("P01-after", "P01-before")
@@ -86,14 +86,10 @@ def test_the_first_and_the_last_visit_are_compared_unless_others_are_named(trial
         visit_pair(trial, "P01", "never")
     with pytest.raises(ConfigError, match="visit = 'after': given as both visits of 'P01'"):
         visit_pair(trial, "P01", "after")
-
-
-def test_a_person_who_came_once_has_not_changed(trial: Study, cohort: Path) -> None:
     table = subjects(cohort)
     keep(table[table["subject"] != "P02-after"], cohort)
-    study = load_study(trial.config.to_plain(), new_cohort=cohort)
     with pytest.raises(ConfigError, match="has one visit in .*, 'before', and a change needs two"):
-        visit_pair(study, "P02")
+        visit_pair(load_study(trial.config.to_plain(), new_cohort=cohort), "P02")
 
 
 @pytest.fixture
@@ -335,8 +331,8 @@ def test_names_with_dollar_signs_are_drawn_as_they_are() -> None:
     verdict: Any = SimpleNamespace(reasons=())
     visit = ShownVisit(observed, verdict, at, Band(at, at, at))
     named = replace(stored(), person=r"$\person$", visit=(r"_$\first$", r"$\second$"))
-    for draw in (draw_change, draw_change_sheet):
-        figure = draw(named, [visit, visit], r"$\title$")
+    for page in (False, True):
+        figure = draw_change(named, [visit, visit], r"$\title$", page=page)
         assert_text_apart(figure)
         shown = [text.get_text() for text in figure.findobj(Text)]
         assert any(text.startswith(r" _\$\first\$: median") for text in shown)

@@ -1,5 +1,3 @@
-"""What is asked of `plan`: read, and refused where it is no effect or cannot be recorded."""
-
 from __future__ import annotations
 
 from pathlib import Path

@@ -29,7 +29,7 @@ from swesbi.persons.planning.power import (
 from swesbi.persons.planning.simulation import ARMS, EFFECT, Bank
 from swesbi.persons.settings import GROUPS, PAIRED
 from swesbi.prior import even_quantiles
-from swesbi.report.figures.plan import draw_plan
+from swesbi.report.figures.change import draw_plan
 
 RULE = (0.95, 0.8)
 PERSONS = 40

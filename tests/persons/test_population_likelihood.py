@@ -7,6 +7,7 @@ from dataclasses import replace
 import hierarchy_case as case
 import numpy as np
 import pytest
+from mpmath import log, mp, mpf, ncdf
 
 from swesbi.base.arrays import FloatArray
 from swesbi.persons.cohort.cohort import design_of, in_rows
@@ -17,8 +18,11 @@ SUBJECTS = 6
 DRAWS = 40_000
 
 
+Cohort = tuple[CohortModel, FloatArray, FloatArray]
+
+
 @pytest.fixture(scope="module")
-def cohort() -> tuple[CohortModel, FloatArray, FloatArray]:
+def cohort() -> Cohort:
     """A model, eta about what the subjects are like, where recycled draws are many, and its closed form."""
     rng = np.random.default_rng(3)
     design = design_of(case.blank(case.contexts(SUBJECTS, rng)))
@@ -39,16 +43,12 @@ def cohort() -> tuple[CohortModel, FloatArray, FloatArray]:
     return model, rows.reshape(eta.shape), right - alone
 
 
-def test_recycled_draws_give_the_evidence_in_closed_form(
-    cohort: tuple[CohortModel, FloatArray, FloatArray],
-) -> None:
+def test_recycled_draws_give_the_evidence_in_closed_form(cohort: Cohort) -> None:
     model, eta, right = cohort
     assert model.by_subject(eta) == pytest.approx(right, abs=0.1)
 
 
-def test_an_outlier_tells_nothing_of_the_population(
-    cohort: tuple[CohortModel, FloatArray, FloatArray],
-) -> None:
+def test_an_outlier_tells_nothing_of_the_population(cohort: Cohort) -> None:
     model, eta, _ = cohort
     p = np.array([0.0, 0.02, 0.2, 0.5, 0.9, 0.999999])
     plain, mixed = model.by_subject(eta[:5]), replace(model, outlier=p).by_subject(eta[:5])
@@ -56,7 +56,7 @@ def test_an_outlier_tells_nothing_of_the_population(
     assert np.abs(mixed[:, -1]).max() < 1e-2
 
 
-def test_blocks_and_subjects_do_not_matter(cohort: tuple[CohortModel, FloatArray, FloatArray]) -> None:
+def test_blocks_and_subjects_do_not_matter(cohort: Cohort) -> None:
     model, few, _ = cohort
     small = replace(model, recycled=case.equal_draws([draws.theta[:100] for draws in model.recycled]))
     eta = np.tile(few, (15, 1))
@@ -66,8 +66,6 @@ def test_blocks_and_subjects_do_not_matter(cohort: tuple[CohortModel, FloatArray
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 2.0), (-40.0, -39.0), (39.0, 40.0), (-50.0, 50.0)])
 def test_the_mass_between_limits_holds_in_both_tails(low: float, high: float) -> None:
-    from mpmath import log, mp, mpf, ncdf
-
     mp.dps = 800
     expected = float(log(ncdf(mpf(high)) - ncdf(mpf(low))))
     assert float(log_normal_mass(np.array(low), np.array(high))) == pytest.approx(

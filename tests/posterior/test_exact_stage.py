@@ -5,11 +5,12 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-import exact_study
+import flow_case
 import numpy as np
 import pytest
 import speed_case
-from exact_case import fitted, weigh
+from exact_case import SMALL, fitted, weigh
+from recordings import RECORDING, levels_of, make_samples
 
 from swesbi.artefacts import Provenance
 from swesbi.measurement.likelihood import speed_model
@@ -19,7 +20,8 @@ from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import in_bounds
-from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.ingest import ingest
+from swesbi.recording.noise.cohort import CohortNoise, fit_cohort
 from swesbi.recording.observation import Observation
 
 Inputs = tuple[Observation, CohortNoise, TrainedFlow]
@@ -27,11 +29,15 @@ Inputs = tuple[Observation, CohortNoise, TrainedFlow]
 
 @pytest.fixture(scope="module")
 def inputs() -> Inputs:
-    return exact_study.inputs()
+    """The observation of one subject, its noise and the smallest network."""
+    speeds = speed_case.model().recording.speed_m_s
+    samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=1)
+    observed = ingest(samples, speed_case.CONTEXT, RECORDING, 100)
+    return observed, fit_cohort({"T": levels_of(samples)}, {}), flow_case.trained(epochs=30).estimator
 
 
 def posterior(inputs: Inputs, seed: int = 1) -> ExactPosterior:
-    return posterior_of_subject(*inputs, model=speed_case.settings(), exact=exact_study.EXACT, seed=seed)
+    return posterior_of_subject(*inputs, model=speed_case.settings(), exact=SMALL, seed=seed)
 
 
 def test_the_networks_density_weights_as_a_known_proposal_does(inputs: Inputs) -> None:
@@ -57,7 +63,7 @@ def test_the_stage_writes_a_posterior_and_says_what_gave_it(
     exact = ExactPosterior.read(path)
     assert f"draws by {exact.sampler}" in caplog.text
     assert all(reason in caplog.text for reason in exact.reasons)
-    assert exact.phi.shape == (exact_study.EXACT.draws, 4)
+    assert exact.phi.shape == (SMALL.draws, 4)
     assert in_bounds(exact.phi, speed_case.settings().prior).all()
     common, (observed, noise, flow) = Posterior.read(path), inputs
     model = speed_model(observed, noise, speed_case.settings())

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from recordings import CONTEXT, RECORDING, make_samples
+from recordings import CONTEXT, RECORDING, levels_of, make_samples
 from statsmodels.regression.mixed_linear_model import MixedLM
 
 from swesbi.artefacts import Provenance
@@ -13,21 +13,13 @@ from swesbi.measurement.speeds import measured_speeds
 from swesbi.recording.acquisition import acquire
 from swesbi.recording.ingest import ingest
 from swesbi.recording.noise.cohort import CohortNoise, fit_cohort, fit_noise
-from swesbi.recording.noise.components import (
-    RepeatLevels,
-)
-from swesbi.recording.quality import rejection
-from swesbi.recording.samples import ACCEPTED, Samples
+from swesbi.recording.noise.components import RepeatLevels
 from swesbi.recording.settings import OTHERS
 from swesbi.recording.speed import NoiseComponents
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import VOLUNTEERS, simulate_truth
 
 TRUE = NoiseComponents(0.04, 0.08)
-
-
-def levels_of(samples: Samples) -> RepeatLevels:
-    return RepeatLevels.of(samples, rejection(samples, RECORDING) == ACCEPTED)
 
 
 def unbalanced(

@@ -1,5 +1,3 @@
-"""The comparison with the paper: complete, computed, and read by honest rules."""
-
 from __future__ import annotations
 
 import re
@@ -18,8 +16,17 @@ from swesbi.report.paper.comparison import (
     read_difference,
     statements_table,
 )
-from swesbi.report.paper.study_values import Findings, StudyValue, differ, shown, spread
-from swesbi.report.paper.values import PaperNumber, PaperRow, numbers, read_paper
+from swesbi.report.paper.values import (
+    Findings,
+    PaperNumber,
+    PaperRow,
+    StudyValue,
+    differ,
+    numbers,
+    read_paper,
+    shown,
+    spread,
+)
 
 PRINTED = (
     "12.61 5.55 1.14 0.38 89.7 4.2 2.16 69.7 3.14 178.6 0.996 0.001 4.84 0.76 84.2 0.020 0.60 0.99 "
@@ -58,6 +65,11 @@ def test_every_number_of_the_paper_has_a_row() -> None:
     prints = " ".join(part.printed for part in read_paper())
     for number in PRINTED.split():
         assert re.search(rf"(?<![\d.]){re.escape(number)}(?![\d]|\.\d)", prints), number
+
+
+def test_a_row_of_nothing_that_the_paper_prints_is_refused() -> None:
+    with pytest.raises(ValueError, match="give `paper` or `cases`"):
+        printed(paper="")
 
 
 def test_table_1_is_complete_and_its_means_are_those_of_its_cases() -> None:

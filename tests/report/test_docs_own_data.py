@@ -1,5 +1,3 @@
-"""The page on one's own recordings: its mapping, its settings, and the files that it says are written."""
-
 from __future__ import annotations
 
 import re

@@ -1,5 +1,3 @@
-"""Figures show the numbers they are given: no text on text, ticks on every axis, the excluded marked."""
-
 from __future__ import annotations
 
 from functools import cache
@@ -22,14 +20,25 @@ from PIL import Image
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.scores import Band
 from swesbi.networks.training import TRAINING
-from swesbi.report.figures.band import draw_band, draw_points
-from swesbi.report.figures.density import log_density_of_draws, log_density_of_prior, prior_band
+from swesbi.report.figures.calibration import draw_training
 from swesbi.report.figures.forest import Panel, Series, forest, intervals
-from swesbi.report.figures.posterior import PosteriorPanel, draw_posteriors
-from swesbi.report.figures.posterior_subject import draw_corner
+from swesbi.report.figures.posterior import (
+    PosteriorPanel,
+    draw_corner,
+    draw_posteriors,
+    log_density_of_draws,
+    log_density_of_prior,
+    prior_band,
+)
 from swesbi.report.figures.predictive import PredictivePanel, draw_cohort_checks, draw_subject_check
-from swesbi.report.figures.style import EXCLUDED_BACKGROUND, in_percent, plain_decades, save_figure
-from swesbi.report.figures.training import draw_training
+from swesbi.report.figures.style import (
+    EXCLUDED_BACKGROUND,
+    draw_band,
+    draw_points,
+    in_percent,
+    plain_decades,
+    save_figure,
+)
 
 MANY = [f"patient-{number:03d}" for number in range(14)]
 LOOK = {"own": Series("#000000", "its own"), "other": Series("#8C8C8C", "the other's")}
@@ -144,7 +153,7 @@ def test_series_of_a_row_stand_apart_unless_they_share_a_lane() -> None:
 
 def test_a_forest_names_its_rows_and_leaves_out_a_series_without_numbers() -> None:
     panels = {"k": Panel("$k$ (kPa)", "stiffness", "log", mark=2.0)}
-    figure = forest(rows(), panels, LOOK, title="Some", names={"A": "first"})
+    figure = forest(rows(), panels, LOOK, title="Some", names={"A": "first", "B": "B"})
     (axes,) = figure.axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["first", "B"]
     assert (axes.get_title("left"), axes.get_xlabel(), axes.get_xscale()) == ("$k$ (kPa)", "stiffness", "log")

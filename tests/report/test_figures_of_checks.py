@@ -1,5 +1,3 @@
-"""The workflow, tests of misspecification and identifiability as drawn: real values, no text on another."""
-
 from __future__ import annotations
 
 from types import SimpleNamespace
@@ -17,8 +15,8 @@ from matplotlib.figure import Figure
 from swesbi.artefacts.typed import Place
 from swesbi.checks.calibration.table import ALARM_COLUMNS, ALARMS
 from swesbi.checks.identifiability import QUANTITY_NAMES
+from swesbi.report.figures.calibration import misspecification_figure
 from swesbi.report.figures.identifiability import draw_identifiability
-from swesbi.report.figures.misspecification import misspecification_figure
 from swesbi.report.figures.workflow import SHOWN_CURVES, shown_subject, workflow_figure
 from swesbi.verdict.nulls import TESTS
 from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest

@@ -13,8 +13,8 @@ from comparison_case import cases
 from evaluation_cases import TITLE
 from study_copy import StudyCopy
 
-from swesbi.report.latex import posterior_latex, ppc_latex, text
-from swesbi.report.study_tables import posterior_table, ppc_table
+from swesbi.report.study_tables import posterior_latex, posterior_table, ppc_latex, ppc_table
+from swesbi.report.table import text
 
 EXPERIMENTS = ("paper", "wide_prior")
 PREAMBLE = r"\documentclass{article}\usepackage{booktabs,graphicx,longtable}\begin{document}"

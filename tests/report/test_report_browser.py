@@ -10,8 +10,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from accessibility import in_dark, serious
-from browser import Browser, browser, find_browser
+from browser import Browser, browser, find_browser, in_dark, serious
 from study_copy import StudyCopy, duplicate
 
 from swesbi.report.page.names import FURTHER

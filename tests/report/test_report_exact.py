@@ -1,5 +1,3 @@
-"""The page's section on experiments on speeds: numbers, verdicts, truth."""
-
 from __future__ import annotations
 
 from dataclasses import replace

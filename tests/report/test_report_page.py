@@ -1,5 +1,3 @@
-"""The pages of the results: numbers, tables, the landing page, and what stands when nothing is supported."""
-
 from __future__ import annotations
 
 import math
@@ -25,12 +23,10 @@ from swesbi.report.figures import registry
 from swesbi.report.figures.registry import FIGURES, ON_PAGE, FigureSpec, on_page
 from swesbi.report.figures.style import save_figure
 from swesbi.report.numbers import estimate, fixed, mean_sd, percent, significant, span, with_symbols
-from swesbi.report.page.files import figure
-from swesbi.report.page.forest import LEFT, panel
-from swesbi.report.page.landing import level_kept, make_landing
+from swesbi.report.page.landing import LEFT, level_kept, make_landing, panel
 from swesbi.report.page.names import FURTHER
-from swesbi.report.page.page import study_figures
-from swesbi.report.page.sections import caution
+from swesbi.report.page.sections import caution, figure
+from swesbi.report.page.study import study_figures
 from swesbi.report.paper.comparison import COMPARISON
 from swesbi.report.results import Results
 from swesbi.report.table import MUTED, Column, words

@@ -1,5 +1,3 @@
-"""Experiments over a population: tables and overview of the cohort, strata, and what cuff pressures add."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -18,12 +16,10 @@ from swesbi.checks.pressures import COLUMNS, RESISTANCE
 from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
 from swesbi.parameters import PEAK_ACTIVE, PHI_NAMES
 from swesbi.posterior.result import ExactPosterior
-from swesbi.report.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort
-from swesbi.report.figures.pressures import draw_pressures
-from swesbi.report.figures.strata import draw_strata
+from swesbi.report.figures.calibration import draw_strata
+from swesbi.report.figures.cohort import OUTSIDE, Overview, counted_reasons, draw_cohort, draw_pressures
 from swesbi.report.page.sections import make_population_section
-from swesbi.report.tables.population import PopulationSection, cohort_table, strata_table
-from swesbi.report.tables.pressures import pressures_table
+from swesbi.report.tables.population import PopulationSection, cohort_table, pressures_table, strata_table
 from swesbi.verdict import summary
 
 RANGES = {"hr_bpm": [40, 130], "lvedv_ml": [35, 200], "ivsd_cm": [0.4, 1.4], "relative_thickness": [0.1, 0.7]}

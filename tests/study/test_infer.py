@@ -26,7 +26,7 @@ from swesbi.parameters import REPORTED_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import Observation
 from swesbi.study import results
-from swesbi.verdict.context import nearest_known, outside
+from swesbi.verdict.context import nearest_known, outside, refusal
 
 A = Context("A", "M", 24.0, 1.88, 57.0, 118.0, 45.0, 0.88)
 B = Context("B", "F", 27.0, 1.68, 64.0, 84.0, 31.0, 0.74)
@@ -48,6 +48,13 @@ def test_a_value_beyond_those_trained_on_is_named_with_what_is_accepted(
     changes: dict[str, float], words: tuple[str, ...]
 ) -> None:
     assert outside(replace(A, **changes), [A, B], MARGIN) == words
+
+
+def test_a_refusal_lists_every_value_with_who_was_trained_on_and_what_to_do() -> None:
+    said = refusal(replace(A, lvedv_ml=180.0, hr_bpm=130.0), [A, B], MARGIN)
+    assert "trained on the contexts of A, B, and" in said
+    assert "\n  - hr_bpm = 130 lies outside 51.3 to 70.4" in said and "\n  - lvedv_ml = 180 lies" in said
+    assert "rerun it, which trains a network" in said
 
 
 def test_what_only_steers_the_network_is_shown_to_it_as_the_nearest_value_that_it_knows() -> None:
@@ -96,7 +103,7 @@ def test_mistakes_are_told_before_anything_runs_and_nothing_is_written(
         ((str(shipped), "--subject", "Z"), "subject = 'Z'"),
         (
             (str(tmp_path / "none"), "--subject", "C"),
-            "none: there is no such file or folder; a recording lies",
+            "none: there is no such file or folder; a recording lies in FOLDER/swe/",
         ),
         ((str(tmp_path / "alone.csv"),), "no subjects.csv stands above it"),
         ((str(cohort), "--subject", "C"), "this one:\n  - ivsd_cm = 1.4 lies outside 0.576 to 0.968"),
@@ -228,7 +235,9 @@ def check_gated(out: Path, said: str) -> None:
     names = {test["name"] for test in verdict["tests"]}
     assert {"noise", "residuals", "context_ranges", "context_leave_one_out"} <= names
     assert said.startswith(f"C: {verdict['sentence']}")
-    assert "certificate: draws by" in said
+    assert "certificate: draws by" in said and "k_atp_per_s" in said
+    for name in ("ppc.png", "posterior.png"):
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
     assert "with cuff pressures 130 / 90 mmHg (by " in said
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -89,10 +87,3 @@ def test_inputs_that_do_not_belong_together_are_refused(results: Results, inputs
     pool = make_pool(inputs, summary=SUMMARY.model_copy(update={"use_trajectory": False}))
     with pytest.raises(UnfitError, match="estimator: takes the components"):
         judged_posterior(pool, results.trained.estimator, subject="A", **POSTERIOR)
-
-
-def test_readers_do_not_import_torch() -> None:
-    names = ("networks.settings", "networks.paper.pool", "posterior.truncated", "verdict.prior_support")
-    modules = [f"swesbi.{name}" for name in (*names, "population.recordings")]
-    code = f"import sys, {', '.join(modules)}; sys.exit('torch' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -139,6 +140,8 @@ def test_a_file_names_its_own_subject_alone(study: Study, cohort: Path) -> None:
     shared = load_study(read_merged(ROOT / "config.yaml"), new_cohort=cohort)
     assert subjects_of(shared, [cohort / "all.csv"], None) == ()
     assert subjects_of(shared, [cohort / "all.csv"], GOOD) == (GOOD,)
+    with pytest.raises(ConfigError, match="is nobody's recording"):
+        subjects_of(shared, files[:1], None)
 
 
 def test_a_heart_that_the_cohort_s_network_does_not_know_is_the_population_s_or_the_prior_s(
@@ -198,6 +201,7 @@ def test_the_table_has_a_row_each_no_formula_and_the_same_bytes_at_any_time(
     write_answers(table, tmp_path)
     read = pd.read_csv(tmp_path / "answers.csv")
     assert list(read) == list(explanations())
+    assert read["columns_version"].tolist() == [1, 1]
     assert read["duration_ms_median"].tolist()[0] == 10.0
     assert read["reason"].tolist()[1] == "two lines"
     assert pd.read_csv(tmp_path / "answers_columns.csv")["column"].tolist() == list(explanations())
@@ -208,6 +212,13 @@ def test_the_table_has_a_row_each_no_formula_and_the_same_bytes_at_any_time(
     with zipfile.ZipFile(tmp_path / "answers.xlsx") as archive:
         assert {member.date_time[0] for member in archive.infolist()} == {1980}
         assert b"1980-01-01" in archive.read("docProps/core.xml")
+
+
+def test_the_page_of_results_names_every_column() -> None:
+    page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    section = page.partition("### Columns of answers.csv")[2].partition("\n## ")[0]
+    names = {re.sub("_(median|low|high)$", "", name) for name in explanations()}
+    assert {*re.findall("`([a-z0-9_]+)`", section)} - {"refused"} == names
 
 
 def test_a_table_of_another_folder_of_the_same_name_is_not_written_over(tmp_path: Path) -> None:
@@ -248,3 +259,5 @@ def test_commands_work_from_any_folder(
     assert main(["validate", "clinic", "--config", str(ROOT / "config.yaml")]) == 2
     assert "2 recordings can be used as they are: P01-before, P02-before" in capsys.readouterr().err
     assert Path.cwd() == tmp_path
+    assert main(["validate", "clinic", "--config", "nowhere.yaml"]) == 2
+    assert "nowhere.yaml: there is no such file; correct the path" in capsys.readouterr().err

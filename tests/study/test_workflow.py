@@ -127,6 +127,12 @@ def test_every_experiment_is_made_of_its_own_subjects(tmp_path: Path) -> None:
         assert sum(job.is_of("G") for job in of_rule(jobs, rule)) == 1
 
 
+def test_a_subject_that_an_experiment_does_not_have_is_refused_by_name(tmp_path: Path) -> None:
+    done = copy_study(tmp_path).snakemake("--dry-run", f"{RESULTS}/paper/subjects/G/ppc.png")
+    assert done.returncode != 0
+    assert "'G': not one of the experiment 'paper', which has A, F" in done.stdout + done.stderr
+
+
 EXPLORER = """
 if SPEED_EXPERIMENTS:
 

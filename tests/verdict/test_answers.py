@@ -1,16 +1,17 @@
-"""Answers over a population: calibrated parts join, strata partition, batches answer as single jobs do."""
-
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import population_case as case
 import pytest
-from exact_case import SETTINGS
-from observed_cohort import write_observed_cohort
+import speed_case
+from exact_case import SMALL
+from recordings import RECORDING, levels_of, make_samples
 
 from swesbi.answers.answer import AnswerOfPopulation, answer_of_population
 from swesbi.artefacts import ArtefactError, Provenance
@@ -23,7 +24,8 @@ from swesbi.context import Context
 from swesbi.networks.flow.conditioning import CellConditioner
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.population.recordings import MODEL_NOISE, SAMPLE_BY_SAMPLE, fresh_subject, record_fresh, recorded
-from swesbi.recording.noise.cohort import CohortNoise
+from swesbi.recording.ingest import ingest
+from swesbi.recording.noise.cohort import CohortNoise, fit_cohort
 from swesbi.recording.observation import Observation
 from swesbi.verdict.context import declared_refusal
 from swesbi.verdict.contraction import CONTRACTION
@@ -31,19 +33,7 @@ from swesbi.verdict.null_recordings import NullRecordings, null_recordings
 from swesbi.verdict.settings import UninformativeSettings
 
 BASE = case.CONFIG.speed_experiments[case.EXPERIMENT.base]
-EXACT = SETTINGS.model_copy(
-    update={
-        "first_draws": 500,
-        "round_draws": 500,
-        "max_rounds": 4,
-        "effective_draws": 100,
-        "min_effective_draws": 50,
-        "draws": 400,
-        "mcmc": SETTINGS.mcmc.model_copy(
-            update={"walkers": 16, "steps": 24, "max_steps": 24, "max_r_hat": 9.0, "min_effective_draws": 1}
-        ),
-    }
-)
+EXACT = SMALL.model_copy(update={"draws": 400})
 SIZES = RecordingsSettings(
     model_noise=1, sample_by_sample=1, network_draws=49, effective_draws=20, misfit_draws=20
 )
@@ -102,9 +92,12 @@ def test_parts_of_the_calibration_join_to_what_one_part_would_be(tmp_path: Path)
 
 
 def test_strata_of_a_value_are_a_partition_with_the_cuts_where_they_are_said() -> None:
+    """Hypertrophied and dilated hearts are strata of their own."""
     ages = [8.0, 17.9, 18.0, 39.0, 40.0, 70.0]
+    hearts = [(90.0, 0.8), (100.0, 1.5), (220.0, 0.9)] * 2
     contexts = [
-        Context("T", "F" if n % 2 else "M", age, 1.7, 66.0, 90.0, 34.0, 0.8) for n, age in enumerate(ages)
+        Context("T", "F" if n % 2 else "M", age, 1.7, 66.0, lvedv, 0.4 * lvedv, ivsd)
+        for n, (age, (lvedv, ivsd)) in enumerate(zip(ages, hearts, strict=True))
     ]
     found = strata_of(contexts, np.full(6, 0.03), case.EXPERIMENT.calibration.strata)
     by_age = {name: part for name, part in found.items() if name.startswith("age")}
@@ -112,14 +105,8 @@ def test_strata_of_a_value_are_a_partition_with_the_cuts_where_they_are_said() -
     assert by_age["age_years below 18"].tolist() == [True, True, False, False, False, False]
     assert by_age["age_years 63 and more"].tolist() == [False] * 5 + [True]
     assert found["sex F"].sum() == 3
-
-
-def test_hypertrophied_and_dilated_hearts_are_strata_of_their_own() -> None:
-    hearts = [(90.0, 0.8), (100.0, 1.5), (220.0, 0.9)]
-    contexts = [Context("T", "F", 50.0, 1.7, 66.0, lvedv, 0.4 * lvedv, ivsd) for lvedv, ivsd in hearts]
-    found = strata_of(contexts, np.full(3, 0.03), case.EXPERIMENT.calibration.strata)
-    assert found["ivsd_cm 1.2 and more"].tolist() == [False, True, False]
-    assert found["lvedv_ml 160 and more"].tolist() == [False, False, True]
+    assert found["ivsd_cm 1.2 and more"].tolist() == [False, True, False] * 2
+    assert found["lvedv_ml 160 and more"].tolist() == [False, False, True] * 2
 
 
 def drawn_nulls(gated: int, pushes: int) -> NullRecordings:
@@ -170,6 +157,19 @@ def answer(folder: Path, subject: str) -> AnswerOfPopulation:
         uninformative=UninformativeSettings(sd_ratio=0.9, shift=0.25),
         seed=1,
     )
+
+
+def write_observed_cohort(folder: Path, subjects: Sequence[str]) -> None:
+    """Write ``<subject>.h5`` of each subject, recorded with noise of its own, and ``noise.h5``."""
+    speeds = speed_case.model().recording.speed_m_s
+    levels = {}
+    for seed, subject in enumerate(subjects):
+        samples = make_samples(speeds, repeat_sd=0.04, sample_sd=0.08, seed=seed)
+        context = replace(speed_case.CONTEXT, subject=subject)
+        observed = ingest(samples, context, RECORDING, 100)
+        observed.write(folder / f"{subject}.h5", Provenance("", subject, 1, {}, "c"))
+        levels[subject] = levels_of(samples)
+    fit_cohort(levels, {}).write(folder / "noise.h5", Provenance("", "", 1, {}, "c"))
 
 
 @pytest.mark.slow

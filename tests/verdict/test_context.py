@@ -1,5 +1,3 @@
-"""The test of the context: a subject beside the others, and beside those of the null recordings."""
-
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""What a recording has told: nothing where the posterior is the prior, something where it differs."""
-
 from __future__ import annotations
 
 import numpy as np

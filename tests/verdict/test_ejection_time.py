@@ -1,5 +1,3 @@
-"""Predicted ejection time beside the measured one: the cohort passes, 80 ms are found, alarms are rare."""
-
 from __future__ import annotations
 
 from dataclasses import replace

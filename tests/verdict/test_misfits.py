@@ -1,5 +1,3 @@
-"""What the tests look at: residuals of the true model are a chi-squared, every face of the box is seen."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""Two modes are found where they are, and chance makes none."""
-
 from __future__ import annotations
 
 import numpy as np

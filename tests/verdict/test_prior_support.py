@@ -22,17 +22,10 @@ NAMES = ("maximum_kpa", "max_up_slope_kpa_per_cycle", "age_years")
 Z_OBS = np.array([0.5, -1.2, 2.16])
 SETTINGS = SupportSettings(max_abs_z=3.0, min_in_prior_draws=1000, candidate_draws=500_000)
 KEPT = PosteriorSettings(draws=400, unfiltered_draws=300, interval=0.9)
-KEYS = [
-    "status",
-    "sentence",
-    "reasons",
-    "max_abs_z",
-    "worst_component",
-    "in_prior_draws",
-    "candidate_draws",
-    "acceptance",
-    "unfiltered_median",
-]
+KEYS = (
+    "status sentence reasons max_abs_z worst_component in_prior_draws candidate_draws acceptance "
+    "unfiltered_median sha256"
+)
 
 
 def candidates(inside: int, outside: int) -> np.ndarray:
@@ -92,7 +85,7 @@ def test_nan_never_counts_as_support() -> None:
 def test_the_file_has_the_fixed_keys_and_reads_back(tmp_path: Path) -> None:
     verdict, path = judged(1, 5000), tmp_path / "verdict.json"
     verdict.write(path, Provenance(""))
-    assert list(json.loads(path.read_text())) == [*KEYS, "sha256"]
+    assert list(json.loads(path.read_text())) == KEYS.split()
     assert Verdict.read(path) == verdict
     path.write_text("{}")
     with pytest.raises(ArtefactError, match=r"verdict\.json"):

@@ -1,5 +1,3 @@
-"""Every status passes through all that tells statuses apart: files, populations, figures, tables, pages."""
-
 from __future__ import annotations
 
 import re

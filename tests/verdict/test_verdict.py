@@ -1,5 +1,3 @@
-"""Verdicts: well-specified recordings pass at the level, planted misfits are flagged by their tests."""
-
 from __future__ import annotations
 
 import re
@@ -9,14 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import speed_case
-from misspecification_case import Bank
 from posterior_case import exact_of
 from scipy.stats import kstest
 
 from swesbi.artefacts import ArtefactError, Provenance
+from swesbi.base.arrays import FloatArray, below_each_other
+from swesbi.measurement.likelihood import draw_speeds, log_likelihood
+from swesbi.measurement.speeds import PredictedSpeeds
 from swesbi.parameters import REPORTED_NAMES
+from swesbi.prior import quantile
 from swesbi.recording.observation import Contexts
-from swesbi.verdict.nulls import TESTS, Grade, Misfits, overall_p, p_values, single_level
+from swesbi.verdict.nulls import TESTS, Grade, Misfits, misfits_of, overall_p, p_values, single_level
 from swesbi.verdict.recording import grade, make_verdict, others_than
 from swesbi.verdict.summary import verdict_numbers, weights_in_words
 from swesbi.verdict.verdict import Status, Verdict, VerdictTest
@@ -24,6 +25,49 @@ from swesbi.verdict.verdict import Status, Verdict, VerdictTest
 RULE = speed_case.rule()
 NULL_RECORDINGS = 400
 TOLD = {name: np.array([1.0, 2.0, np.nan, 3.0]) for name in REPORTED_NAMES}
+
+BANK = 6000
+DRAWS = 200
+RELATIVE_SE = 0.12
+
+
+class Bank:
+    """Prior simulations, simulated once, weighted to the posterior of any recording.
+
+    The recordings are noisier than real ones, so that many simulations share the posterior.
+    """
+
+    def __init__(self) -> None:
+        quiet = speed_case.model()
+        recording = replace(quiet.recording, relative_se=np.full(len(quiet.recording.phase), RELATIVE_SE))
+        self.model = replace(quiet, recording=recording)
+        self.phi, self.predicted = self._simulate(BANK, 1)
+
+    def clean(self, count: int, seed: int) -> PredictedSpeeds:
+        """Return noiseless speeds of phi from the prior that are not in the bank."""
+        return self._simulate(count, seed)[1]
+
+    def recordings(self, count: int, seed: int, noise: float = 1.0) -> FloatArray:
+        """Draw speeds (count, p) of recordings, well-specified if ``noise`` is one."""
+        clean, rng = self.clean(count, seed), np.random.default_rng(seed + 1)
+        noisy = draw_speeds(clean, self.model.recording.errors, self.model.settings.discrepancy, rng)
+        return np.asarray(np.exp(clean.log_speed + noise * (np.log(noisy) - clean.log_speed)))
+
+    def _simulate(self, count: int, seed: int) -> tuple[FloatArray, PredictedSpeeds]:
+        phi = quantile(np.random.default_rng(seed).random((count, 4)), self.model.settings.prior)
+        return phi, self.model.predict(phi)
+
+    def check(self, speeds: FloatArray, seed: int) -> Misfits:
+        """Check recordings (n, p) under posteriors from all simulations, weighted by the exact likelihood."""
+        return below_each_other([self._check(row, seed + i) for i, row in enumerate(speeds)])
+
+    def _check(self, speeds: FloatArray, seed: int) -> Misfits:
+        model = replace(self.model, recording=replace(self.model.recording, speed_m_s=speeds))
+        log_weight = log_likelihood(self.predicted, model.recording, model.settings.discrepancy)
+        weight = np.exp(log_weight - log_weight.max())
+        rows = np.random.default_rng(seed).choice(len(weight), DRAWS, p=weight / weight.sum())
+        weights, rng = np.full(DRAWS, 1 / DRAWS), np.random.default_rng(seed)
+        return misfits_of(model, self.phi[rows], weights, self.predicted.rows(rows), rng)
 
 
 @pytest.fixture(scope="module")
@@ -108,23 +152,6 @@ def test_the_file_holds_a_graded_verdict(tmp_path: Path) -> None:
     assert verdict.reasons[-1] == "MCMC has not converged"
     assert verdict.sentence.startswith("doubtful: residuals: posterior predictive p-value")
     assert not make_verdict(Grade.CONTRADICTED, 0.0, (test,), MADE, FARTHEST, TOLD).may_be_read
-
-
-def test_the_file_of_an_experiment_on_features_has_no_grading(tmp_path: Path) -> None:
-    old = Verdict(2.0, "maximum_kpa", 900, 1000, {"k0_kpa": 50.0}, "prior-supported", "so it is", ())
-    assert list(old.to_json()) == [
-        "status",
-        "sentence",
-        "reasons",
-        "max_abs_z",
-        "worst_component",
-        "in_prior_draws",
-        "candidate_draws",
-        "acceptance",
-        "unfiltered_median",
-    ]
-    old.write(tmp_path / "verdict.json", Provenance(""))
-    assert Verdict.read(tmp_path / "verdict.json") == old
 
 
 def test_a_subject_is_compared_with_the_others_of_the_cohort() -> None:

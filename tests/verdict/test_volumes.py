@@ -1,5 +1,3 @@
-"""Predicted volumes beside the measured ones: the cohort as its truth says, and false alarms."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -49,13 +47,6 @@ def true_lvesv(volunteer: Volunteer) -> float:
 
 def named(volunteer: Volunteer) -> str:
     return volunteer.context.subject
-
-
-def test_a_distance_is_counted_in_standard_deviations_of_posterior_model_and_measurement() -> None:
-    predicted = np.random.default_rng(9).normal(40.0, 3.0, 40_000)
-    volume = BeatQuantity(predicted, 4.0, 27.0, 12.0)
-    assert volume.sd == pytest.approx(13.0, rel=0.01)
-    assert volume.z == pytest.approx(1.0, rel=0.01)
 
 
 @pytest.mark.parametrize("volunteer", VOLUNTEERS, ids=named)

@@ -1,5 +1,3 @@
-"""What a clinic measures of the virtual volunteers: the true beat, with errors of stated size."""
-
 from __future__ import annotations
 
 from dataclasses import astuple

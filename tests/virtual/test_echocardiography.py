@@ -1,5 +1,3 @@
-"""What is measured of virtual hearts: the listed end-systolic volume, and recordings that are noisier."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""Generated subjects: hearts of their own, recorded as a cohort is, none of them of the study."""
-
 from __future__ import annotations
 
 from functools import cache

@@ -1,5 +1,3 @@
-"""The shipped push trains are made again to the byte, and are what their README says."""
-
 from __future__ import annotations
 
 from pathlib import Path

@@ -16,12 +16,7 @@ from swesbi.recording.ingest import ingest
 from swesbi.recording.problems import RecordingError
 from swesbi.recording.reader import read_samples
 from swesbi.recording.samples import Samples
-from swesbi.recording.settings import (
-    ACQUISITION,
-    ACQUISITION_SEED,
-    AcquisitionSettings,
-    EctopicBeat,
-)
+from swesbi.recording.settings import ACQUISITION, ACQUISITION_SEED, AcquisitionSettings
 from swesbi.recording.tables.layout import FAILED_STATUSES
 from swesbi.seeds import generator
 from swesbi.virtual.volunteers import VOLUNTEERS, Truth, simulate_truth
@@ -160,17 +155,6 @@ def test_failures_and_outliers_come_as_often_as_they_should() -> None:
     assert {str(status) for one in samples for status in np.unique(one.status)} == {"ok", *FAILED_STATUSES}
     far = np.abs(np.log(speed[~failed] / 2.0)) > 0.42
     np.testing.assert_allclose(far.sum() / len(speed), 0.03, atol=0.004)
-
-
-def test_missing_phases_and_premature_beats_appear_where_they_are_asked_for() -> None:
-    beat = EctopicBeat(phase_index=6, repeat=1, rr_ratio=0.6)
-    settings = ACQUISITION.model_copy(update={"missing_phases": (3,), "ectopic_beats": (beat,)})
-    samples = many(settings, 1)[0]
-    assert np.isnan(samples.speed_m_s[samples.phase_index == 3]).all()
-    premature = samples.rr_ms < 700
-    assert premature.sum() == 12
-    assert set(samples.phase_index[premature]) == {6}
-    assert set(samples.repeat[premature]) == {1}
 
 
 def test_two_neighbouring_phases_may_be_missing_however_the_beats_fall_and_three_may_not() -> None:

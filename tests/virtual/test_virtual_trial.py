@@ -1,5 +1,3 @@
-"""The shipped virtual trial: what its files say, and that they are drawn as they say."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -17,8 +17,15 @@ from swesbi.config.study import Study
 from swesbi.draws import median_and_interval
 from swesbi.parameters import THETA
 from swesbi.posterior.truncated import Posterior
-from swesbi.report.figures.band import cycle_axis, draw_band, draw_points
-from swesbi.report.figures.style import POSTERIOR, TRUTH, new_figure, shared_legend, style
+from swesbi.report.figures.style import (
+    POSTERIOR,
+    TRUTH,
+    cycle_axis,
+    draw_band,
+    draw_points,
+    drawing,
+    shared_legend,
+)
 from swesbi.report.numbers import as_percent, digits
 
 SUBJECT: Final = "G"
@@ -32,8 +39,7 @@ def first_figure(study: Study) -> Figure:
     folder = Path(study.config.results) / EXPERIMENT / "subjects" / SUBJECT
     check, posterior = PredictiveCheck.read(folder / "predictive.h5"), Posterior.read(folder / "posterior.h5")
     true = pd.read_csv(study.cohort.folder / "truth.csv", index_col="subject").loc[[SUBJECT]]
-    with style():
-        figure = new_figure(7.0, 3.9)
+    with drawing(7.0, 3.9) as figure:
         above: Any = [["recording"] * len(THETA), [parameter.name for parameter in THETA]]
         axes = figure.subplot_mosaic(above, height_ratios=(1.3, 1.0))
         _draw_recording(axes["recording"], check)

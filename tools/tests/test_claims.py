@@ -108,10 +108,12 @@ def test_a_project_that_is_as_it_says(project: Path, capsys: pytest.CaptureFixtu
         ("docs/page.md", "| c | 0 |", "| c | 1 |", "docs/page.md:1", "| c | 1 |", "| c | 0 |"),
         ("docs/tables/model_versions.csv", f"\nhearts,{MODEL_VERSION}", "\nhearts,1",
          "docs/tables/hearts.csv", f"version {MODEL_VERSION}", "version 1"),
+        ("docs/tables/model_versions.csv", f"\nhearts,{MODEL_VERSION}", "",
+         "docs/tables/hearts.csv", f"version {MODEL_VERSION}", "no version"),
         ("docs/tables/hearts.csv", "d,1", "d,0", "README.md:1", "3", "2"),
         ("docs/tables/hearts.csv", "c,0", "e,0", "docs/page.md:1", "| c | 0 |", "| e | 0 |"),
     ],
-    ids=["number", "new number", "words", "cell", "older version", "its value", "its table"],
+    ids=["number", "new number", "words", "cell", "older version", "no version", "its value", "its table"],
 )  # fmt: skip
 def test_one_change_turns_verify_red(
     project: Path, capsys: pytest.CaptureFixture[str], file: str, old: str, new: str, where: str,
@@ -178,6 +180,7 @@ def test_a_source_that_gives_no_value_fails_and_says_why(project: Path, table: s
         ("{ of: hearts, value: covered, where", "{ of: heart, value: covered, where", "no source is called"),
         ("sources: {", "sources: { other: x.csv,", "no claim asks the source 'other'"),
         ("the true value in {} of\n", "the true value in 3 of\n", "has 0 holes and 1 values"),
+        ("covered, by: count }", "covered, by: most }", r"by\b"),
     ],
 )
 def test_a_manifest_that_is_wrong_is_refused(project: Path, old: str, new: str, said: str) -> None:

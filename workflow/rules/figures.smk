@@ -89,7 +89,7 @@ rule training_figure:
     log:
         "<results>/logs/training_figure/{experiment}.log",
     params:
-        **stage("swesbi.report.figures.training:draw_training"),
+        **stage("swesbi.report.figures.calibration:draw_training"),
     script:
         "../scripts/stage.py"
 

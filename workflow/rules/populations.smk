@@ -188,7 +188,7 @@ rule strata_figure:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.report.figures.strata:draw_strata"),
+        **stage("swesbi.report.figures.calibration:draw_strata"),
     script:
         "../scripts/stage.py"
 

@@ -51,6 +51,6 @@ rule pressures_figure:
     wildcard_constraints:
         experiment=OVER_POPULATION,
     params:
-        **stage("swesbi.report.figures.pressures:draw_pressures"),
+        **stage("swesbi.report.figures.cohort:draw_pressures"),
     script:
         "../scripts/stage.py"

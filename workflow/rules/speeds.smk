@@ -90,7 +90,7 @@ rule misspecification_figure:
     wildcard_constraints:
         experiment=SPEEDS,
     params:
-        **stage("swesbi.report.figures.misspecification:misspecification_figure"),
+        **stage("swesbi.report.figures.calibration:misspecification_figure"),
     script:
         "../scripts/stage.py"
 

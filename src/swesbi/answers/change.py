@@ -24,7 +24,7 @@ from swesbi.persons.change.stored import StoredChange, change_table
 from swesbi.persons.settings import ChangeSettings
 from swesbi.recording.observation import Observation
 from swesbi.recording.speed import youngs_modulus_kpa
-from swesbi.report.figures.change import ShownVisit, draw_change, draw_change_sheet
+from swesbi.report.figures.change import ShownVisit, draw_change
 from swesbi.report.figures.style import save_figure
 from swesbi.verdict.verdict import Verdict
 
@@ -78,7 +78,7 @@ def save_change(
     ]
     title = settings.cohort_title
     save_figure(draw_change(stored, shown, title), folder / "change.pdf", folder / "change.png")
-    save_figure(draw_change_sheet(stored, shown, title), folder / "sheet.pdf")
+    save_figure(draw_change(stored, shown, title, page=True), folder / "sheet.pdf")
     _report(stored, found.efficiency)
     return stored
 

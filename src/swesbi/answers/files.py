@@ -22,8 +22,7 @@ from swesbi.checks.information import MoreRepeats, more_repeats
 from swesbi.checks.predictive import FreePredictiveCheck
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.observation import SOURCES, Observation, same_recording
-from swesbi.report.figures.posterior import NETWORK_ALONE, PosteriorPanel
-from swesbi.report.figures.posterior_subject import draw_corner
+from swesbi.report.figures.posterior import NETWORK_ALONE, PosteriorPanel, draw_corner
 from swesbi.report.figures.predictive import PredictivePanel, draw_free_check, draw_subject_check
 from swesbi.report.figures.sheet import draw_sheet
 from swesbi.report.figures.style import save_figure
@@ -128,7 +127,7 @@ class RecordingRequest:
         check.write(folder / "predictive.h5", self.made)
         save_figure(draw_check(answer, check, title), folder / "ppc.png")
         began = "prior, from which it began" if self.knowledge.flow is None else NETWORK_ALONE
-        panel = PosteriorPanel.of_speeds(self.made.subject, exact, answer.verdict, None, None, began)
+        panel = PosteriorPanel.of(self.made.subject, exact, answer.verdict, start=began)
         save_figure(draw_corner(panel, settings.joint_prior, title), folder / "posterior.png")
         page = sheet_of(answer, self.knowledge, check, settings)
         save_figure(draw_sheet(page), folder / "sheet.pdf")

@@ -16,7 +16,7 @@ from swesbi.artefacts.csv import write_csv
 from swesbi.draws import median_and_interval
 from swesbi.parameters import PHI_NAMES, ParameterPrior
 from swesbi.posterior.result import ExactPosterior
-from swesbi.report.workbook import write_workbook
+from swesbi.report.table import write_workbook
 from swesbi.verdict.answer_lines import ANSWER_LINES, IN_WORDS
 from swesbi.verdict.summary import (
     LIMITS,

@@ -60,18 +60,6 @@ def _origin(origin: str) -> str:
     return f"{DESIGN_MARK} {origin}" if origin.startswith(DESIGNED) else origin
 
 
-def _hyperparameter(name: str, of: str) -> str:
-    return name if of == "all" else f"{name}: {of.replace('_', ' ')}"
-
-
-def _hyperparameter_unit(name: str, of: str) -> str:
-    return "" if of == "1" else PARAMETER_UNITS[name]
-
-
-def _draws_behind(draws: float, refreshed: bool) -> str:
-    return f"{draws:.0f}{'*' if refreshed else ''}"
-
-
 def _correlated(name: str, correlation: float) -> str:
     return f"{MEANINGS.get(name) or quantity(name)} ({fixed(correlation, 2)})"
 
@@ -214,10 +202,21 @@ _OF_SEVERAL: Final = {
     "coverage_acquired": Column(
         tuple(f"{name}{ACQUIRED}" for name in COVERAGE), "Coverage, acquisition noise", "% (interval)", "1%"
     ),
-    "hyperparameter": words(("quantity", "of"), "Quantity", _hyperparameter),
+    "hyperparameter": words(
+        ("quantity", "of"),
+        "Quantity",
+        lambda name, of: name if of == "all" else f"{name}: {of.replace('_', ' ')}",
+    ),
     "hyperparameter_interval": Column(LIMITS, "Interval", "", interval),
-    "hyperparameter_unit": words(("parameter", "unit"), "Unit", _hyperparameter_unit),
-    "draws_behind": Column(("effective_draws", "refreshed"), "Draws", "", _draws_behind),
+    "hyperparameter_unit": words(
+        ("parameter", "unit"), "Unit", lambda name, unit: "" if unit == "1" else PARAMETER_UNITS[name]
+    ),
+    "draws_behind": Column(
+        ("effective_draws", "refreshed"),
+        "Draws",
+        "",
+        lambda draws, refreshed: f"{draws:.0f}*" if refreshed else f"{draws:.0f}",
+    ),
     "checked": Column("n", "n", "", "d"),
     "correlated": Column(("correlated_with", "correlation"), "Correlated most with", "", _correlated),
     "cuff": Column(("sbp_mmhg", "dbp_mmhg"), "Cuff", "mmHg", "{:.0f} / {:.0f}".format),

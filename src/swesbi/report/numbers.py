@@ -90,6 +90,13 @@ def with_symbols(text: str) -> Markup:
     return Markup(SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", str(escape(text))))
 
 
+def svg_symbols(text: str) -> Markup:
+    """Return plain text as content of an SVG text, with k_0, k_ATP, k_SR and D_T set as symbols."""
+    lowered = r'<tspan font-size="10" dy="3">\2</tspan><tspan dy="-3">&#8203;</tspan>'
+    symbol = rf'<tspan font-style="italic">\1</tspan>{lowered}'
+    return Markup(SYMBOL.sub(symbol, str(escape(text))))
+
+
 def fixed(value: float, decimals: int) -> str:
     """Return a number with so many decimals: -0.8432 with two as "−0.84"."""
     return MISSING if math.isnan(value) else _signed(f"{value:.{decimals}f}")

@@ -135,8 +135,3 @@ def wide(table: pd.DataFrame, rows: Sequence[str], by: str) -> pd.DataFrame:
 def columns_of(prefix: str, names: Iterable[str] = LIMITS) -> tuple[str, ...]:
     """Return columns of :func:`wide`: "k0_kpa" as "k0_kpa_median", "k0_kpa_low", "k0_kpa_high"."""
     return tuple(f"{prefix}_{name}" for name in names)
-
-
-def is_true(value: object) -> bool:
-    """Tell whether a cell of a table read from CSV says so: a column with gaps holds texts, others truths."""
-    return str(value) == "True"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -18,13 +18,26 @@ from swesbi.checks.scores import band, reduction_percent
 from swesbi.checks.truths import Truths
 from swesbi.parameters import THETA, THETA_NAMES
 from swesbi.posterior.truncated import Posterior
-from swesbi.report.latex import posterior_latex, ppc_latex
+from swesbi.report.columns import named
+from swesbi.report.results import PASSED
+from swesbi.report.table import GROUP, Table, latex
+from swesbi.report.tables.subjects import (
+    DERIVED,
+    POSTERIOR,
+    SCORES,
+    derived_of,
+    parameters_of,
+    with_mean,
+)
+from swesbi.verdict.summary import verdict_numbers
 from swesbi.verdict.verdict import Verdict
 
 LOGGER = logging.getLogger("swesbi")
 TRUTH_COLUMNS: Final = (
     "experiment", "subject", "status", "parameter", "truth", "median", "low", "high", "inside",
 )  # fmt: skip
+Verdicts = Mapping[tuple[str, str], Verdict]
+"""By (experiment, subject)."""
 
 
 @dataclass(frozen=True)
@@ -214,3 +227,51 @@ def _derived(case: Case) -> Iterator[dict[str, Any]]:
         found = band(values[:, None], case.posterior.interval_mass)
         limits = case.limits(found.median[0], found.low[0], found.high[0])
         yield {**case.whose, "parameter": name, "unit": unit, **limits, "measured": measured}
+
+
+def ppc_latex(scores: pd.DataFrame, verdicts: Verdicts, cohort_title: str) -> str:
+    """Return table 1 of every experiment; scores are as ``ppc_table`` returns them."""
+    parts = []
+    for experiment, part in scores.groupby("experiment", sort=False):
+        passed = [verdicts[str(experiment), subject].status in PASSED for subject in part["subject"]]
+        parts.append(with_mean(part, part[passed]).assign(**{GROUP: experiment}))
+    table = Table(
+        f"Posterior predictive performance ({cohort_title}).",
+        pd.concat(parts),
+        named("subject", *SCORES),
+        "Coverage: share of the observed curve in the band of noiseless curves, or in the interval of new "
+        "observations. The prior's band and envelope are the ceiling of the first. Mean and standard "
+        f"deviation: of subjects whose answers may be read without care. {_excluded(verdicts)}",
+    )
+    return latex(table, "ppc")
+
+
+def posterior_latex(posterior: pd.DataFrame, verdicts: Verdicts, cohort_title: str) -> str:
+    """Return the posteriors of every experiment: the parameters, then what follows from them.
+
+    ``posterior`` is as ``posterior_table`` returns it.
+    """
+    table = posterior.assign(**{GROUP: posterior["experiment"]})
+    parameters = Table(
+        f"Posteriors of the parameters ({cohort_title}).",
+        parameters_of(table),
+        named("subject", "parameter", "unit", *POSTERIOR),
+        _excluded(verdicts),
+    )
+    derived = Table(
+        f"What follows from the posteriors in the simulated beat ({cohort_title}).",
+        derived_of(table),
+        named(*DERIVED),
+        "Measured volumes are those of the subject's context; none of them is fitted.",
+    )
+    return latex(parameters, "posterior") + "\n" + latex(derived, "derived")
+
+
+def _excluded(verdicts: Verdicts) -> str:
+    """Return who is excluded, and why."""
+    excluded = [
+        f"{experiment} {subject} ({', '.join(verdict_numbers(verdict))})"
+        for (experiment, subject), verdict in verdicts.items()
+        if not verdict.may_be_read
+    ]
+    return f"Excluded: {'; '.join(excluded)}." if excluded else ""

@@ -177,7 +177,7 @@ def _planned(study: Study, experiment: str, asked: PlanRequest, banks: Mapping[i
 def _written(planned: Plan, folder: Path) -> str:
     """Write table, text and figure; return what is printed."""
     # matplotlib takes a second to import; what is refused above should not wait for it
-    from swesbi.report.figures.plan import draw_plan
+    from swesbi.report.figures.change import draw_plan
     from swesbi.report.figures.style import save_figure
 
     text = "\n".join(plan_lines(planned))

@@ -29,7 +29,7 @@ from swesbi.posterior.adaptive import AdaptedDraws, adapted
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.settings import asking
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.tables.validation_outcomes import QUANTITIES
+from swesbi.report.tables.validation import QUANTITIES
 from swesbi.seeds import generator, integer_seed
 from swesbi.verdict.nulls import residuals_p_value, strip_ratios
 from swesbi.verdict.verdict import Status

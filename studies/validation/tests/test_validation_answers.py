@@ -34,7 +34,7 @@ from swesbi.recording.noise.sweeps import SweepLevels
 from swesbi.recording.quality import rejection
 from swesbi.recording.samples import ACCEPTED
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.tables.validation_outcomes import POOLED_ALL, QUANTITIES
+from swesbi.report.tables.validation import POOLED_ALL, QUANTITIES
 from swesbi.study.job import run_stage
 from swesbi.study.results import OF_POPULATION, population_files
 from swesbi.study.stage import plain_settings

@@ -8,7 +8,7 @@ import pytest
 from broken_inference import DOUBTFUL, NOISE, Hearts, answers, asked, at_bounds, covered, not_contradicted
 
 from swesbi.measurement.speeds import measured_speeds
-from swesbi.report.tables.validation_outcomes import K_SR, OF_EVERY_GENERATOR
+from swesbi.report.tables.validation import K_SR, OF_EVERY_GENERATOR
 
 SHOWN: Final = OF_EVERY_GENERATOR[0]
 ORDINARY: Final[Hearts] = [(letter, number) for letter in "ab" for number in range(6)]

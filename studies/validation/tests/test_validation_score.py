@@ -18,7 +18,7 @@ from swesbi.heart.simulate import Beats
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.parameters import ISOMETRIC, THETA_NAMES
-from swesbi.report.tables.validation_outcomes import (
+from swesbi.report.tables.validation import (
     NOT_TESTED,
     POOLED_ALL,
     POOLED_TOGETHER,

@@ -12,8 +12,14 @@ from studies.validation.figure import draw_validation
 from studies.validation.rounds import STORED
 from studies.validation.score import HeartAnswer
 from studies.validation.table import validation_table as table_of
-from swesbi.report.tables.validation import ROUNDS, shown_validation
-from swesbi.report.tables.validation_outcomes import BY_CHANCE, CONFIDENCE, QUANTITIES, in_brief
+from swesbi.report.tables.validation import (
+    BY_CHANCE,
+    CONFIDENCE,
+    QUANTITIES,
+    ROUNDS,
+    in_brief,
+    shown_validation,
+)
 
 TITLES: Final = {"a": "own", "c": "length", "d": "spring", "e": "blocks", "f": "bonds", "h": "other"}
 

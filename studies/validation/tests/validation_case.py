@@ -17,7 +17,7 @@ from studies.validation.settings import configured
 from swesbi.base.arrays import FloatArray
 from swesbi.context import Context
 from swesbi.recording.acquisition import TruthCurve
-from swesbi.report.tables.validation_outcomes import QUANTITIES
+from swesbi.report.tables.validation import QUANTITIES
 
 CONFIG = speed_case.shipped()
 SEED: Final = 3

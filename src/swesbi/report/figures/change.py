@@ -1,4 +1,4 @@
-"""Two visits of one person: both curves with bands, ratios as intervals, and a page of the person."""
+"""Changes of persons: both visits of one with their ratios, and the power of a planned study to find any."""
 
 from __future__ import annotations
 
@@ -21,23 +21,33 @@ from swesbi.persons.change.stored import (
     shares_line,
     verdict_lines,
 )
+from swesbi.persons.planning.power import NINETY, Plan
 from swesbi.recording.observation import Observation
-from swesbi.report.figures.band import STIFFNESS, cycle_axis, draw_band, draw_points
-from swesbi.report.figures.forest import ENDS, Panel, Series, finish_panel, intervals, name_rows
+from swesbi.report.figures.forest import ENDS, Panel, Series, draw_rows
 from swesbi.report.figures.sheet import PAGE_IN, write_lines, write_table
 from swesbi.report.figures.style import (
     CMAES,
+    DOUBTFUL,
     EXCLUDED_BACKGROUND,
+    NETWORK,
     POSTERIOR,
+    PRIOR,
+    STIFFNESS,
     TEXT_WIDTH_IN,
+    TRUTH,
+    cycle_axis,
+    draw_band,
+    draw_points,
     drawing,
+    in_percent,
     plain,
+    shared_legend,
     titled,
 )
 from swesbi.verdict.verdict import Verdict
 
-COLOURS: Final = (POSTERIOR, CMAES)
-"""Of the earlier visit and of the later."""
+COLOURS: Final = (POSTERIOR, CMAES, TRUTH, NETWORK, DOUBTFUL)
+"""Of the earlier visit and of the later, or of numbers of repeats."""
 WIDTH_IN, HEIGHT_IN = 1.4 * TEXT_WIDTH_IN, 4.4
 HEIGHTS: Final = (3.0, 1.6)
 LINE: Final = 150
@@ -62,33 +72,24 @@ class ShownVisit:
     band: Band
 
 
-def draw_change(change: StoredChange, visits: Sequence[ShownVisit], cohort_title: str) -> Figure:
-    """Draw both curves with bands, and the posterior of each ratio."""
-    return _drawn(change, visits, cohort_title, (WIDTH_IN, HEIGHT_IN), HEIGHTS)
-
-
-def draw_change_sheet(change: StoredChange, visits: Sequence[ShownVisit], cohort_title: str) -> Figure:
-    """Draw one page of the person: verdicts, recordings, ratios in a table, what all is conditional on."""
-    return _drawn(change, visits, cohort_title, PAGE_IN, (1.3, *HEIGHTS, 1.7, 1.8))
-
-
-def _drawn(
-    change: StoredChange,
-    visits: Sequence[ShownVisit],
-    cohort_title: str,
-    size_in: tuple[float, float],
-    heights: Sequence[float],
+def draw_change(
+    change: StoredChange, visits: Sequence[ShownVisit], cohort_title: str, *, page: bool = False
 ) -> Figure:
-    """Draw curves and ratios, in parts of these relative heights; on a page with texts and a table."""
+    """Draw both curves with bands, and the posterior of each ratio.
+
+    A page of the person also has verdicts, recordings, ratios in a table, and what all is conditional on.
+    """
+    heights = (1.3, *HEIGHTS, 1.7, 1.8) if page else HEIGHTS
+    size_in = PAGE_IN if page else (WIDTH_IN, HEIGHT_IN)
     change = replace(change, person=plain(change.person), visit=tuple(map(plain, change.visit)))
     title = titled(f"{change.person}, {' to '.join(change.visit)}", cohort_title)
     with drawing(*size_in, title, "large") as figure:
         parts = list(np.ravel(np.asarray(figure.subfigures(len(heights), 1, height_ratios=heights))))
-        curves, ratios = parts if len(parts) == len(HEIGHTS) else parts[1:3]
+        curves, ratios = parts[1:3] if page else parts
         draw_curves(curves.subplots(), change, visits)
         curves.legend(loc="outside lower center", ncols=2)
         draw_ratios(ratios.subplots(), change)
-        if len(parts) > len(HEIGHTS):
+        if page:
             _write_page(change, visits, *(parts[part].subplots() for part in (0, 3, 4)))
     return figure
 
@@ -106,7 +107,7 @@ def _write_page(
 
 def draw_curves(axes: Axes, change: StoredChange, visits: Sequence[ShownVisit]) -> None:
     """Draw the measured phases and the band of each visit."""
-    for name, visit, colour in zip(change.visit, visits, COLOURS, strict=True):
+    for name, visit, colour in zip(change.visit, visits, COLOURS[:2], strict=True):
         observed = visit.observed
         of_band = f"{name}: median and {change.interval_mass:.0%} interval"
         draw_band(axes, visit.phase, visit.band, colour, of_band)
@@ -121,12 +122,11 @@ def draw_ratios(axes: Axes, change: StoredChange) -> None:
     """Draw median and interval of each ratio over what counts as no change."""
     ends = pd.DataFrame({end: getattr(change.ratios, end) for end in ENDS})
     axes.axvspan(1.0 / (1.0 + change.threshold), 1.0 + change.threshold, color=EXCLUDED_BACKGROUND, zorder=0)
-    intervals(axes, ends.assign(row=ends.index, series="ratio"), {"ratio": Series(POSTERIOR, "")})
     label = (
         f"later / earlier, {change.interval_mass:.0%} intervals; grey: less than {change.threshold:.0%} apart"
     )
-    finish_panel(axes, Panel("", label, "log", mark=1.0))
-    name_rows(axes, WORDS)
+    rows, names = ends.assign(row=WORDS, series="ratio"), {word: word for word in WORDS}
+    draw_rows(axes, rows, {"ratio": Series(POSTERIOR, "")}, Panel("", label, "log", mark=1.0), names)
 
 
 def _recordings(change: StoredChange, visits: Sequence[ShownVisit]) -> Iterator[str]:
@@ -139,3 +139,31 @@ def _recordings(change: StoredChange, visits: Sequence[ShownVisit]) -> Iterator[
             f"{name}: {context.hr_bpm:g} bpm, {observed.measured.sum()} of {len(observed.phase)} phases "
             f"measured, {accepted} samples accepted, {rejected} rejected{reasons}"
         )
+
+
+def draw_plan(planned: Plan) -> Figure:
+    """Draw power with its Monte Carlo band, what is found without an effect, and the persons needed."""
+    with drawing(TEXT_WIDTH_IN, 3.4) as figure:
+        axes = figure.subplots()
+        for number, curve in enumerate(planned.curves):
+            color, name, needed = COLOURS[number % len(COLOURS)], f"{curve.repeats} repeats", curve.needed[0]
+            ends = (np.clip(curve.power + side * NINETY * curve.power_se, 0.0, 1.0) for side in (-1.0, 1.0))
+            reached = f"{needed} needed" if needed is not None else "not reached"
+            sizes, label = curve.sizes.astype(float), f"{name}, 90 % band: {reached}"
+            draw_band(axes, sizes, Band(curve.power, *ends), color, label)
+            axes.plot(sizes, curve.power, "o", color=color, ms=2.5)
+            axes.plot(sizes, curve.false_positive, ":", color=color, label=f"{name}, no effect")
+            if needed is not None:
+                axes.axvline(needed, color=color, lw=0.6)
+        axes.axhline(planned.power, color=PRIOR, lw=0.7, ls="--", label="power asked for")
+        level = 1.0 - planned.settings.probability
+        axes.axhline(level, color=PRIOR, lw=0.5, ls=":", label="false alarms of the rule")
+        axes.set(
+            xlabel=planned.unit,
+            ylabel="share of studies that find it",
+            ylim=(0.0, 1.02),
+            title=f"{planned.effect.words}, {planned.design}, errors of a repeat {planned.noise:.1%}",
+        )
+        in_percent(axes.yaxis)
+        shared_legend(figure, [axes], 2)
+    return figure

@@ -1,4 +1,4 @@
-"""A cohort of any size in one figure: every answer, what it goes with, verdicts, weights, known truth."""
+"""A whole cohort in one figure: every answer and what it goes with, and what the pressures of a cuff add."""
 
 from __future__ import annotations
 
@@ -13,16 +13,22 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from swesbi.artefacts import UnfitError
 from swesbi.artefacts.typed import BySubject
 from swesbi.base.arrays import FloatArray
+from swesbi.checks.pressures import RESISTANCE, PressuresTable
 from swesbi.checks.truths import Truths
-from swesbi.parameters import PHI_LABELS, PHI_NAMES, THETA_NAMES
+from swesbi.heart.physiology import TIME_CONSTANT, VOLUME_FACTOR
+from swesbi.heart.simulate import PA_PER_MMHG
+from swesbi.parameters import PEAK_ACTIVE, PHI, PHI_LABELS, PHI_NAMES, THETA_NAMES
 from swesbi.prior import JointPriorSettings
 from swesbi.recording.settings import ContextRow
-from swesbi.report.figures.density import prior_band
-from swesbi.report.figures.forest import ENDS, Series, intervals
+from swesbi.report.figures.forest import ENDS, MOST_ROWS, Panel, Series, forest, intervals
+from swesbi.report.figures.posterior import prior_band
 from swesbi.report.figures.style import (
+    EXCLUDED_POSTERIOR,
     OBSERVED,
+    POSTERIOR,
     PRIOR,
     REFUSED_COLOR,
     STATUS_COLORS,
@@ -51,6 +57,20 @@ MOST_NAMED: Final = 24
 LONGEST_LEVEL_NAME: Final = 3
 MARGIN: Final = 1.15  # of a logarithmic axis, as a factor
 OUTSIDE: Final = "outside the declared range"
+TITLES: Final = {
+    **{parameter.name: parameter.label for parameter in PHI},
+    PEAK_ACTIVE.name: "peak active stiffness (kPa)",
+    RESISTANCE: "resistance $R_d$ (mmHg s/mL)",
+    TIME_CONSTANT: "time constant $R_d C_s$ (s)",
+    VOLUME_FACTOR: "stressed volume factor $f_V$",
+}
+"""Quantities of the table of pressures with a panel each, row by row."""
+SCALE: Final = {RESISTANCE: 1e-6 / PA_PER_MMHG}
+"""From the unit of the table to that of the figure: Pa s/m3 to mmHg s/mL."""
+PRESSURES_LOOK: Final = {
+    "without": Series(EXCLUDED_POSTERIOR, "speeds alone"),
+    "with": Series(POSTERIOR, "speeds and cuff pressures", marker="s"),
+}
 
 
 @dataclass(frozen=True)
@@ -194,6 +214,33 @@ def _draw_against_truth(axes: Axes, overview: Overview, j: int, limits: tuple[fl
     axes.plot(limits, limits, color=OBSERVED, lw=0.6, ls="--", label="answer = truth")
     plain_decades(axes.xaxis)
     axes.set_xlim(*limits)
+
+
+def draw_pressures(table: PressuresTable, *, experiment: str, cohort_title: str) -> Drawing:
+    """Draw medians and intervals without and with pressures, a panel a quantity and a row a subject."""
+    table = table[table["experiment"] == experiment]
+    if table.empty:
+        raise UnfitError("table", f"holds no {experiment}; delete it and rerun")
+    subjects = list(dict.fromkeys(table["subject"]))[:MOST_ROWS]
+    shown = table[table["subject"].isin(subjects)]
+    factor = shown["quantity"].map(SCALE).fillna(1.0)
+    rows = pd.concat(
+        shown.assign(
+            row=shown["subject"], panel=shown["quantity"], series=which,
+            **{end: shown[f"{which}_{end}"] * factor for end in ENDS},
+        )
+        for which in PRESSURES_LOOK
+    )  # fmt: skip
+    ratios = shown.groupby("quantity")["width_ratio"].median()
+    panels = {
+        name: Panel(
+            title,
+            label=f"width {ratios[name]:.2f} of that without" if np.isfinite(ratios[name]) else "",
+            mark=1.0 if name == VOLUME_FACTOR else None,
+        )
+        for name, title in TITLES.items()
+    }
+    return forest(rows, panels, PRESSURES_LOOK, title=titled("Without and with cuff pressures", cohort_title))
 
 
 def counted_reasons(table: pd.DataFrame) -> dict[str, int]:

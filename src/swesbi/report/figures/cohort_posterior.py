@@ -85,13 +85,14 @@ def _drawn(
         grid = figure.subplots(len(names), len(panels), height_ratios=heights, squeeze=False)
         for j, (column, panel) in enumerate(zip(grid.T, panels, strict=True)):
             _bands(column[0], stored, order, j)
-            intervals(column[0], _member_rows(stored, order, truth, j), _look(stored))
-            finish_panel(column[0], panel)
-            below = (replace(panel, title=""), Panel("", "ratio of groups", "log", mark=1.0))
-            for axes, ratio, finished in zip(column[1:], (False, True), below, strict=False):
-                intervals(axes, _group_rows(stored, truth, j, ratio=ratio), _look(stored))
+            shown = (
+                (panel, _member_rows(stored, order, truth, j)),
+                (replace(panel, title=""), _group_rows(stored, truth, j, ratio=False)),
+                (Panel("", "ratio of groups", "log", mark=1.0), _group_rows(stored, truth, j, ratio=True)),
+            )
+            for axes, part, (finished, rows) in zip(column, names, shown, strict=False):
+                intervals(axes, rows, _look(stored))
                 finish_panel(axes, finished)
-            for axes, part in zip(column, names, strict=True):
                 axes.set(yticks=[], ylim=(len(part) - 0.5, -0.5))
         for axes, part in zip(grid[:, 0], names, strict=True):
             name_rows(axes, [plain(name) for name in part])
@@ -150,27 +151,20 @@ def _group_rows(stored: CohortPosterior, truth: FloatArray | None, j: int, *, ra
 
 
 def _bands(axes: Axes, stored: CohortPosterior, order: IntArray, j: int) -> None:
-    """Shade where the interval's mass of the persons of each group lies."""
+    """Shade where the interval's mass of the persons of each group lies.
+
+    At the cohort's mean covariates; medians over the draws of the population.
+    """
     numbers = _numbers(stored)[order]
+    reach = float(ndtri(interval_levels(stored.interval_mass)[1]))
     for number, name in enumerate(_groups(stored)):
         own = np.flatnonzero(numbers == number)
         if len(own):
-            low, high = population_band(stored, j, number)
+            median, spread = stored.median_of(number)[:, j], stored.population.spread[0, :, j]
+            low, high = (float(np.median(median * np.exp(side * reach * spread))) for side in (-1.0, 1.0))
             of = f", {name}" if stored.groups else ""
             axes.fill_betweenx(
                 (own.min() - 0.5, own.max() + 0.5), low, high, alpha=0.16, lw=0.0,
                 color=GROUP_COLORS[number % len(GROUP_COLORS)],
                 label=plain(f"{stored.interval_mass:.0%} of persons{of}"),
             )  # fmt: skip
-
-
-def population_band(stored: CohortPosterior, parameter: int, group: int) -> tuple[float, float]:
-    """Return the limits between which the interval's mass of a group's persons lies.
-
-    At the cohort's mean covariates; medians over the draws of the population.
-    """
-    median = stored.median_of(group)[:, parameter]
-    spread = stored.population.spread[0, :, parameter]
-    reach = float(ndtri(interval_levels(stored.interval_mass)[1]))
-    low, high = (float(np.median(median * np.exp(side * reach * spread))) for side in (-1.0, 1.0))
-    return low, high

@@ -11,7 +11,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from swesbi.base.arrays import FloatArray
 from swesbi.report.figures.style import (
     PRIOR,
     WIDE_IN,
@@ -83,32 +82,21 @@ def intervals(
         at = place.to_numpy(float) + step * (lanes.index(series.lane or name) - 0.5 * (len(lanes) - 1))
         low, median, high = (part[column].to_numpy(float) for column in of)
         shown = np.isfinite(median) & np.isfinite(at)
-        if shown.any():
-            _draw(axes, at[shown], (low[shown], median[shown], high[shown]), series, upright=upright)
-
-
-def _draw(
-    axes: Axes,
-    at: FloatArray,
-    ends: tuple[FloatArray, FloatArray, FloatArray],
-    series: Series,
-    *,
-    upright: bool,
-) -> None:
-    low, median, high = ends
-    lines = axes.vlines if upright else axes.hlines
-    lines(at, low, high, color=series.color, lw=series.width, alpha=series.alpha)
-    mark: dict[str, Any] = {
-        "color": series.color,
-        "mfc": series.color if series.filled else "white",
-        "mew": 0.0 if series.filled else 0.8,
-        "ls": "none",
-        "marker": series.marker,
-    }
-    x, y = (at, median) if upright else (median, at)
-    axes.plot(x, y, ms=series.size, **mark)
-    if series.label:
-        axes.plot([], [], ms=max(series.size, 3.0), label=plain(series.label), **mark)
+        if not shown.any():
+            continue
+        lines = axes.vlines if upright else axes.hlines
+        lines(at[shown], low[shown], high[shown], color=series.color, lw=series.width, alpha=series.alpha)
+        mark: dict[str, Any] = {
+            "color": series.color,
+            "mfc": series.color if series.filled else "white",
+            "mew": 0.0 if series.filled else 0.8,
+            "ls": "none",
+            "marker": series.marker,
+        }
+        x, y = (at, median) if upright else (median, at)
+        axes.plot(x[shown], y[shown], ms=series.size, **mark)
+        if series.label:
+            axes.plot([], [], ms=max(series.size, 3.0), label=plain(series.label), **mark)
 
 
 def name_rows(axes: Axes, names: Sequence[str]) -> None:
@@ -131,13 +119,26 @@ def finish_panel(axes: Axes, panel: Panel) -> None:
         in_percent(axes.xaxis)
 
 
+def draw_rows(
+    axes: Axes,
+    rows: pd.DataFrame,
+    look: Mapping[str, Series],
+    panel: Panel,
+    names: Mapping[str, str],
+    of: tuple[str, str, str] = ENDS,
+) -> None:
+    """Draw a panel; ``names`` are the rows in order, with what each is called."""
+    intervals(axes, rows, look, order=list(names), of=of)
+    name_rows(axes, list(names.values()))
+    finish_panel(axes, panel)
+
+
 def forest(
     rows: pd.DataFrame,
     panels: Mapping[str, Panel],
     look: Mapping[str, Series],
     *,
     title: str,
-    order: Sequence[str] | None = None,
     names: Mapping[str, str] | None = None,
     of: tuple[str, str, str] = ENDS,
     columns: int = 4,
@@ -146,24 +147,21 @@ def forest(
 ) -> Figure:
     """Draw a panel a quantity with a row a subject, group or stratum, and one legend below.
 
-    ``rows`` has the column ``panel`` and those of :func:`intervals`; ``names`` says what rows are called
-    where not by their own name; ``behind`` draws more into a panel, given its name.
+    ``rows`` has the column ``panel`` and those of :func:`intervals`; ``names`` are the rows in order, with
+    what each is called; without them all have their own. ``behind`` draws more into a panel, given its name.
     """
-    order = list(dict.fromkeys(rows["row"])) if order is None else list(order)
+    names = {row: plain(name) for row, name in (names or {row: row for row in rows["row"]}).items()}
     look = {name: series for name, series in look.items() if (rows["series"] == name).any()}
-    if not order or not panels:
+    if not names or not panels:
         raise ValueError("no row to draw: the table is empty")
     across = min(columns, len(panels))
     down = -(-len(panels) // across)
-    height_in = max(0.9, ROW_HEIGHT_IN * len(order)) + PANEL_FRAME_IN
+    height_in = max(0.9, ROW_HEIGHT_IN * len(names)) + PANEL_FRAME_IN
     with drawing(WIDE_IN, down * height_in + 0.55, title) as figure:
         shown = panel_grid(figure, len(panels), across, sharex=False)
         for axes, (name, panel) in zip(shown, panels.items(), strict=True):
-            intervals(axes, rows[rows["panel"] == name], look, order=order, of=of)
+            draw_rows(axes, rows[rows["panel"] == name], look, panel, names, of)
             if behind is not None:
                 behind(axes, name)
-            finish_panel(axes, panel)
-        for axes in shown[::across]:
-            name_rows(axes, [plain((names or {}).get(name, name)) for name in order])
         shared_legend(figure, shown, entries_a_row)
     return figure

@@ -15,18 +15,20 @@ from swesbi.checks.identifiability import SENSITIVE
 from swesbi.heart.model import isometric_share
 from swesbi.parameters import ISOMETRIC, ISOMETRIC_SYMBOL, K_0, K_ATP, PHI_SYMBOLS, THETA_LABELS
 from swesbi.posterior.result import ExactPosterior
-from swesbi.report.figures.band import PHASE, cycle_axis, from_zero
 from swesbi.report.figures.forest import Panel, finish_panel, name_rows
 from swesbi.report.figures.style import (
     CMAES,
     OBSERVED,
+    PHASE,
     POSTERIOR,
     PRIOR,
     SERIES,
     WIDE_IN,
     Drawing,
     columns,
+    cycle_axis,
     drawing,
+    from_zero,
     panel_grid,
     plain,
     plain_decades,

@@ -7,32 +7,29 @@ from dataclasses import dataclass
 from typing import Final
 
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 from swesbi.base.arrays import FloatArray
 from swesbi.checks.cmaes import CmaesFit
 from swesbi.checks.predictive import FreePredictiveCheck, PredictiveCheck
 from swesbi.checks.scores import Band
-from swesbi.report.figures.band import (
-    STIFFNESS,
-    cycle_axis,
-    draw_band,
-    draw_new_points,
-    draw_outer_band,
-    draw_points,
-    from_zero,
-)
 from swesbi.report.figures.style import (
     CMAES,
     EXCLUDED_BACKGROUND,
     OBSERVED,
     PRIOR,
     STATUS_COLORS,
+    STIFFNESS,
     TEXT_WIDTH_IN,
     color_of,
     columns,
+    cycle_axis,
+    draw_band,
+    draw_points,
     drawing,
     few_ticks,
+    from_zero,
     panel_grid,
     rows,
     shared_legend,
@@ -66,7 +63,7 @@ def draw_check(axes: Axes, panel: PredictivePanel) -> None:
 
     A subject outside the prior's support has no posterior prediction in an experiment on features, where
     bands are those of noiseless curves, and a paler one is that of new recordings. In an experiment on speeds
-    all are those of new recordings.
+    all are those of new recordings. What may not be read stands on grey.
     """
     check, grid, mass = panel.check, panel.check.target.grid, as_percent(panel.check.interval)
     new = f"{mass} of new recordings"
@@ -78,6 +75,8 @@ def draw_check(axes: Axes, panel: PredictivePanel) -> None:
     draw_points(
         axes, target.phase, target.stiffness_kpa, target.stiffness_se_kpa, "measured ± standard error"
     )
+    if not check.may_be_read:
+        axes.set_facecolor(EXCLUDED_BACKGROUND)
 
 
 def _draw_posterior(
@@ -92,7 +91,8 @@ def _draw_posterior(
     grid, predicted, color = panel.check.target.grid, panel.check.posterior, color_of(panel.verdict)
     if panel.has_posterior:
         if not is_exact(panel.verdict):
-            draw_outer_band(axes, grid, _less(predicted.observed, base), color, of_new)
+            new, face, edge = _less(predicted.observed, base), to_rgba(color, 0.13), to_rgba(color, 0.55)
+            axes.fill_between(grid, new.low, new.high, facecolor=face, edgecolor=edge, lw=0.5, label=of_new)
         draw_band(axes, grid, _less(predicted.curve, base), color, of_curves)
     if panel.fit is not None:
         axes.plot(panel.fit.grid, panel.fit.curve_kpa - base, "-.", color=CMAES, lw=1.0, label=of_fit)
@@ -111,8 +111,6 @@ def draw_cohort_checks(panels: Sequence[PredictivePanel], cohort_title: str) -> 
                 0.99, 0.99, _note(panel), transform=panel_axes.transAxes, ha="right", va="top", fontsize=6.0,
                 color=color_of(panel.verdict),
             )  # fmt: skip
-            if not panel.check.may_be_read:
-                panel_axes.set_facecolor(EXCLUDED_BACKGROUND)
         axes[0].set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
         axes[0].set(xlim=(0.0, 1.0), ylim=(0.0, 1.4 * axes[0].get_ylim()[1]))  # with room for notes
         for last in axes[columns(len(panels)) * (rows(len(panels)) - 1) :]:
@@ -149,7 +147,6 @@ def draw_subject_check(panel: PredictivePanel, cohort_title: str) -> Figure:
         _draw_residuals(residuals, panel)
         cycle_axis(residuals)
         if not panel.check.may_be_read:
-            curves.set_facecolor(EXCLUDED_BACKGROUND)
             residuals.set_facecolor(EXCLUDED_BACKGROUND)
         figure.align_ylabels([curves, residuals])
         shared_legend(figure, [curves], entries_a_row=2)
@@ -178,7 +175,10 @@ def draw_curve(axes: Axes, curve: ShownCurve, color: str) -> None:
     what = "new recordings" if curve.noisy else "curves without noise"
     draw_band(axes, curve.grid, curve.prior, PRIOR, f"prior: median, {mass} of {what}", line="--")
     draw_band(axes, curve.grid, curve.posterior, color, f"posterior: median, {mass} of {what}")
-    draw_new_points(axes, curve.phase, curve.new, color, f"{mass} of new measurements")
+    axes.vlines(
+        curve.phase, curve.new.low, curve.new.high, color=color, lw=2.4, alpha=0.32,
+        label=f"{mass} of new measurements",
+    )  # fmt: skip
     draw_points(axes, curve.phase, curve.stiffness_kpa, curve.se_kpa, "measured ± standard error")
     cycle_axis(axes)
     axes.set_ylabel(STIFFNESS)

@@ -16,23 +16,29 @@ from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import SOURCES
 from swesbi.recording.samples import ACCEPTED, REASONS
 from swesbi.recording.speed import NoiseComponents
-from swesbi.report.figures.band import INSTANT, PHASE, SPEED, STIFFNESS, draw_missing, draw_points
 from swesbi.report.figures.forest import ENDS, MOST_ROWS, Panel, Series, forest
 from swesbi.report.figures.style import (
     ACCEPTED_COLOR,
+    EXCLUDED_POSTERIOR,
+    INSTANT,
     OBSERVED,
+    PHASE,
     POSTERIOR,
     PRIOR,
     REFUSED_COLOR,
     SERIES,
+    SPEED,
+    STIFFNESS,
     TRUTH,
     Drawing,
+    draw_points,
     drawing,
     plain,
     shared_legend,
     titled,
 )
-from swesbi.report.numbers import REJECTIONS, as_percent, share
+from swesbi.report.numbers import as_percent, share
+from swesbi.report.sheet import in_words
 
 COMPONENTS: Final = {
     "repeat": "between repeats",
@@ -56,27 +62,26 @@ def noise_figure(
     ``truth`` are the components that each recording was made with, where that is known.
     """
     names = [*noise.group_of][:MOST_ROWS]
-    first = next(iter(noise.groups))
     rows = pd.DataFrame(_noise_rows(noise, truth or {}), columns=["row", "panel", "series", *ENDS])
     panels = {
         name: Panel(_component_title(noise, name), "relative sd of the speed", "percent")
-        for name in noise.groups[first].pooled.parts
+        for name in next(iter(noise.groups.values())).pooled.parts
     }
 
     def groups(axes: Axes, name: str) -> None:
-        for group, each in noise.groups.items():
+        for each in noise.groups.values():
             places = [names.index(subject) for subject in each.by_subject if subject in names]
             if places:
                 pooled, ends = each.pooled.parts[name], (min(places) - 0.4, max(places) + 0.4)
-                label = "recordings of a group together" if group == first else None
                 axes.fill_betweenx(
-                    ends, pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0, label=label
-                )
+                    ends, pooled.low, pooled.high, color=POSTERIOR, alpha=0.2, lw=0,
+                    label="recordings of a group together",
+                )  # fmt: skip
                 axes.vlines(pooled.fraction, *ends, color=POSTERIOR, lw=1.1)
         axes.set_xlim(left=0.0)
 
     title = titled(f"Noise of the measured speeds, {as_percent(noise.interval)} intervals", cohort_title)
-    return forest(rows, panels, LOOK, title=title, order=names, behind=groups)
+    return forest(rows, panels, LOOK, title=title, names=dict(zip(names, names, strict=True)), behind=groups)
 
 
 def _component_title(noise: CohortNoise, name: str) -> str:
@@ -133,7 +138,7 @@ def _draw_speeds(axes: Axes, subject: UsableRecording) -> None:
             missing = np.isnan(samples.speed_m_s)
             lanes += bool((missing & chosen).any())  # each reason on a line of its own
             height = np.where(missing, lanes * below, samples.speed_m_s)[chosen]
-            label = f"rejected: {REJECTIONS[reason][0].lower()}{REJECTIONS[reason][1:]}"
+            label = f"rejected: {in_words(reason)}"
             axes.plot(
                 phase[chosen], height, mark, ms=3.0, mew=0.7, mfc="none", color=colour, ls="none", label=label
             )
@@ -147,7 +152,8 @@ def _draw_stiffness(axes: Axes, subject: UsableRecording) -> None:
     if observed.is_gated:
         curve = "curve on the analysis grid"
         axes.plot(observed.grid, observed.curve_kpa, color=POSTERIOR, lw=1.0, label=curve)
-        draw_missing(axes, observed.phase[~observed.measured])
+        for at in observed.phase[~observed.measured]:
+            axes.axvline(at, color=EXCLUDED_POSTERIOR, lw=0.8, ls=":", label="phase without a measurement")
     draw_points(axes, observed.phase, observed.stiffness_kpa, observed.stiffness_se_kpa)
     axes.set_ylabel(STIFFNESS)
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.table import Table
 
 from swesbi.parameters import REPORTED, REPORTED_NAMES
-from swesbi.report.figures.density import log_density_of_draws
+from swesbi.report.figures.posterior import log_density_of_draws
 from swesbi.report.figures.predictive import draw_curve
 from swesbi.report.figures.style import (
     ACCEPTED_COLOR,
@@ -24,8 +24,9 @@ from swesbi.report.figures.style import (
     plain,
     plain_decades,
 )
-from swesbi.report.sheet import RecordingSummary, Sheet
-from swesbi.report.sheet_text import (
+from swesbi.report.sheet import (
+    RecordingSummary,
+    Sheet,
     header,
     heart_line,
     in_words,

@@ -1,4 +1,4 @@
-"""One look for every figure, a place for every panel, and files that are the same whenever they are made."""
+"""One look for every figure: panels, curves over the cycle, and files the same whenever they are made."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from matplotlib.transforms import Bbox
 
 from swesbi.artefacts import atomic_path
 from swesbi.base.arrays import FloatArray
+from swesbi.checks.scores import Band
 from swesbi.verdict.verdict import Status, Verdict
 
 TEXT_WIDTH_IN: Final = 12.2 / 2.54
@@ -75,6 +76,12 @@ RC: Final[Any] = {
     "mathtext.fontset": "dejavusans",
 }
 
+PHASE: Final = "phase of the cardiac cycle, from the R peak"
+INSTANT: Final = "instant of the push in its own beat, from the R peak"
+STIFFNESS: Final = "stiffness $E = 3\\rho c_s^2$ (kPa)"
+SPEED: Final = "shear-wave speed (m/s)"
+HEAD_ROOM: Final = 1.08
+
 MAX_PIXELS: Final = 30_000
 """Longest side of an image: a cohort of hundreds keeps within what image libraries open."""
 PLACES: Final = 2**20
@@ -120,19 +127,16 @@ def _rounded(box: Bbox) -> FloatArray:
 
 @contextmanager
 def drawing(width_in: float, height_in: float, title: str = "", size: float | str = 7.5) -> Iterator[Figure]:
-    """Draw a figure in the study's style, with its title above; without one it has no room for it."""
+    """Draw a figure in the study's style, with its title above; without one it has no room for it.
+
+    Its constrained layout keeps text apart.
+    """
     with style():
-        figure = new_figure(width_in, height_in)
+        figure = Figure(figsize=(width_in, height_in), layout=SameTwiceLayout())
+        FigureCanvasAgg(figure)
         if title:
             figure.suptitle(title, fontsize=size)
         yield figure
-
-
-def new_figure(width_in: float, height_in: float) -> Figure:
-    """Return an empty figure on the Agg canvas; its constrained layout keeps text apart."""
-    figure = Figure(figsize=(width_in, height_in), layout=SameTwiceLayout())
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def save_figure(figure: Figure, *paths: Path) -> None:
@@ -200,6 +204,53 @@ def shared_legend(figure: Figure, axes: Sequence[Axes], entries_a_row: int) -> N
         columnspacing=1.2,
         handlelength=1.8,
     )
+
+
+def draw_band(
+    axes: Axes, phase: FloatArray, band: Band, color: str, label: str = "", *, line: str = "-"
+) -> None:
+    """Draw a median within its interval at every point of the cycle, with one entry of the legend."""
+    axes.plot(phase, band.median, line, color=color)
+    axes.fill_between(phase, band.low, band.high, color=color, alpha=0.25, lw=0, label=label)
+
+
+def draw_points(
+    axes: Axes,
+    phase: FloatArray,
+    value: FloatArray,
+    se: FloatArray,
+    label: str = "",
+    *,
+    color: str = OBSERVED,
+) -> None:
+    """Draw measured points with their standard errors; a point that was not measured is NaN and left out.
+
+    A gated recording has phases that many beats share, a free-running one single pushes.
+    """
+    shown = np.isfinite(value)
+    axes.errorbar(
+        phase[shown],
+        value[shown],
+        se[shown],
+        fmt="o",
+        ms=2.2,
+        elinewidth=0.8,
+        zorder=4,
+        color=color,
+        label=label,
+    )
+
+
+def cycle_axis(axes: Axes, label: str = PHASE) -> None:
+    """Let x be one cardiac cycle."""
+    axes.set_xlim(0.0, 1.0)
+    axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "0.25", "0.5", "0.75", "1"])
+    axes.set_xlabel(label)
+
+
+def from_zero(axes: Axes, *values: FloatArray) -> None:
+    """Let y begin at 0 and hold all of the values, NaN left out."""
+    axes.set_ylim(0.0, HEAD_ROOM * max(float(np.nanmax(each)) for each in values if np.isfinite(each).any()))
 
 
 class PlainDecades(LogLocator):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from swesbi.artefacts.typed import ByPlace, BySubject
@@ -12,8 +11,7 @@ from swesbi.checks.truths import Truths
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import JointPriorSettings, PriorSettings
-from swesbi.report.figures.posterior import PosteriorPanel, draw_posteriors
-from swesbi.report.figures.posterior_subject import draw_corner
+from swesbi.report.figures.posterior import PosteriorPanel, draw_corner, draw_posteriors
 from swesbi.report.figures.predictive import PredictivePanel, draw_cohort_checks, draw_subject_check
 from swesbi.report.figures.style import Drawing
 from swesbi.verdict.verdict import Verdict
@@ -37,11 +35,7 @@ def subject_figures(
     prior: PriorSettings,
 ) -> CheckAndPosterior:
     """Draw predictive check and posterior of one subject; the prior is shown for scale."""
-    panel = PosteriorPanel.of_features(subject, posterior, verdict, cmaes.theta)
-    return CheckAndPosterior(
-        draw_subject_check(PredictivePanel(subject, predictive, cmaes, verdict), cohort_title),
-        draw_corner(panel, prior, cohort_title),
-    )
+    return _of_subject(predictive, posterior, verdict, cmaes, None, subject, prior, cohort_title)
 
 
 def exact_subject_figures(
@@ -56,12 +50,23 @@ def exact_subject_figures(
     joint_prior: JointPriorSettings,
 ) -> CheckAndPosterior:
     """Draw predictive check and exact posterior of one subject; a recorded cohort has no known truth."""
+    return _of_subject(predictive, posterior, verdict, cmaes, truth, subject, joint_prior, cohort_title)
+
+
+def _of_subject(
+    predictive: PredictiveCheck,
+    posterior: Posterior | ExactPosterior,
+    verdict: Verdict,
+    cmaes: CmaesFit,
+    truth: Truths | None,
+    subject: str,
+    prior: PriorSettings | JointPriorSettings,
+    title: str,
+) -> CheckAndPosterior:
     true = truth.get(subject) if truth else None
-    panel = PosteriorPanel.of_speeds(subject, posterior, verdict, cmaes.theta, true)
-    return CheckAndPosterior(
-        draw_subject_check(PredictivePanel(subject, predictive, cmaes, verdict), cohort_title),
-        draw_corner(panel, joint_prior, cohort_title),
-    )
+    panel = PosteriorPanel.of(subject, posterior, verdict, cmaes.theta, true)
+    check = PredictivePanel(subject, predictive, cmaes, verdict)
+    return CheckAndPosterior(draw_subject_check(check, title), draw_corner(panel, prior, title))
 
 
 def cohort_figures(
@@ -74,13 +79,7 @@ def cohort_figures(
     prior: PriorSettings,
 ) -> CheckAndPosterior:
     """Draw predictive checks and posteriors of a cohort, subjects in the order of ``predictives``."""
-    panels = [
-        PosteriorPanel.of_features(
-            place.subject, posteriors[place], verdicts[place], cmaes[place.subject].theta
-        )
-        for place in predictives
-    ]
-    return _of_cohort(predictives, verdicts, cmaes, panels, prior, cohort_title)
+    return _of_cohort(predictives, posteriors, verdicts, cmaes, None, prior, cohort_title)
 
 
 def exact_figures(
@@ -94,31 +93,23 @@ def exact_figures(
     joint_prior: JointPriorSettings,
 ) -> CheckAndPosterior:
     """Draw predictive checks and exact posteriors of a cohort, in the order of ``predictives``."""
-    truths = truth or Truths()
-    panels = [
-        PosteriorPanel.of_speeds(
-            place.subject,
-            posteriors[place],
-            verdicts[place],
-            cmaes[place.subject].theta,
-            truths.get(place.subject),
-        )
-        for place in predictives
-    ]
-    return _of_cohort(predictives, verdicts, cmaes, panels, joint_prior, cohort_title)
+    return _of_cohort(predictives, posteriors, verdicts, cmaes, truth, joint_prior, cohort_title)
 
 
 def _of_cohort(
     predictives: ByPlace[PredictiveCheck],
+    posteriors: ByPlace[Posterior] | ByPlace[ExactPosterior],
     verdicts: ByPlace[Verdict],
     cmaes: BySubject[CmaesFit],
-    panels: Sequence[PosteriorPanel],
+    truth: Truths | None,
     prior: PriorSettings | JointPriorSettings,
     title: str,
 ) -> CheckAndPosterior:
     """Draw the predictive check of each subject, with the reference fit, and the posteriors."""
-    checks = [
-        PredictivePanel(place.subject, check, cmaes[place.subject], verdicts[place])
-        for place, check in predictives.items()
-    ]
+    checks, panels, truths = [], [], truth or Truths()
+    for place, check in predictives.items():
+        subject, verdict, fit = place.subject, verdicts[place], cmaes[place.subject]
+        true = truths.get(subject)
+        checks.append(PredictivePanel(subject, check, fit, verdict))
+        panels.append(PosteriorPanel.of(subject, posteriors[place], verdict, fit.theta, true))
     return CheckAndPosterior(draw_cohort_checks(checks, title), draw_posteriors(panels, prior, title))

@@ -15,15 +15,14 @@ from swesbi.networks.training import TrainingTable
 from swesbi.parameters import THETA
 from swesbi.posterior.truncated import Posterior
 from swesbi.prior import PriorSettings
-from swesbi.report.figures.band import STIFFNESS
-from swesbi.report.figures.density import log_density_of_draws, log_density_of_prior
-from swesbi.report.figures.posterior import PosteriorPanel
+from swesbi.report.figures.posterior import PosteriorPanel, log_density_of_draws, log_density_of_prior
 from swesbi.report.figures.predictive import PredictivePanel, draw_check
 from swesbi.report.figures.style import (
     EXCLUDED_BACKGROUND,
     NETWORK,
     OBSERVED,
     PRIOR,
+    STIFFNESS,
     Drawing,
     color_of,
     drawing,
@@ -52,7 +51,7 @@ def workflow_figure(
     judged = dict(verdicts)
     place = shown_subject(judged)
     check, verdict, subject = predictives[place], judged[place], plain(place.subject)
-    panel = PosteriorPanel.of_features(place.subject, posteriors[place], verdict, None)
+    panel = PosteriorPanel.of(place.subject, posteriors[place], verdict)
     excluded = "" if verdict.may_be_read else ", who is excluded"
     what = f"The workflow, {len(pool.subjects)} subjects pooled, here {subject}{excluded}"
     with drawing(6.5, 4.2, titled(what, cohort_title)) as figure:
@@ -69,8 +68,8 @@ def workflow_figure(
             each.set_title(f"({letter}) {head}")
         for curves in (axes[1], axes[5]):
             curves.set(xlabel="phase of the cycle", ylabel=STIFFNESS, xlim=(0.0, 1.0))
-        for last in () if verdict.may_be_read else axes[4:]:
-            last.set_facecolor(EXCLUDED_BACKGROUND)
+        if not verdict.may_be_read:
+            axes[4].set_facecolor(EXCLUDED_BACKGROUND)
         shared_legend(figure, [axes[2], axes[5]], entries_a_row=2)
     return figure
 

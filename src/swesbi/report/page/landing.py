@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
+import numpy as np
 import pandas as pd
+from matplotlib.ticker import MaxNLocator
 
 from swesbi.checks.identifiability import SENSITIVE
 from swesbi.context import Context
@@ -21,8 +23,8 @@ from swesbi.report.numbers import (
     quantity,
     share,
     significant,
+    span,
 )
-from swesbi.report.page.forest import panel
 from swesbi.report.page.sections import counted, coverages, too_narrow, truth_inside
 from swesbi.report.paper.comparison import score_in_words
 from swesbi.report.results import Experiment, Results, columns_of, records, wide
@@ -33,6 +35,13 @@ from swesbi.verdict.verdict import PAPER_STATUSES, STATUSES, Status
 
 EJECTION: Final = "ejection_fraction"
 SHOWN_LIMITS: Final = 2
+WIDTH: Final = 340.0
+"""Of a panel of intervals, in its own units: about the pixels of a phone."""
+LEFT: Final = 30.0
+RIGHT: Final = 12.0
+TOP: Final = 8.0
+ROW: Final = 22.0
+AXIS: Final = 26.0
 NOTICED: Final = 0.05
 """Shortfall of a coverage that recordings must be able to show before its level is said to be kept."""
 MEANING: Final = {
@@ -85,6 +94,39 @@ def answers_of(experiment: Experiment) -> pd.DataFrame:
         for name in verdict.answer.keys() & PARAMETERS.keys():
             answers.loc[subject, columns_of(name)] = [float(verdict.answer[name][each]) for each in LIMITS]
     return answers.astype(float).reset_index(names="subject").assign(status=experiment.status.to_numpy())
+
+
+def panel(symbol: str, unit: str, answers: pd.DataFrame) -> Mapping[str, Any]:
+    """Return the figure of a parameter: an interval for each subject from zero on, none without an answer.
+
+    The template draws it as SVG inside the page, so that its letters stay legible on a phone and its colours
+    follow the reader's light or dark page, which a file of matplotlib cannot. There are a mark for each
+    subject, the ticks (place, text), and the same in words. ``answers`` has the columns ``subject``,
+    ``status``, ``median``, ``low`` and ``high``, in that unit.
+    """
+    known = answers.dropna(subset="median")
+    end = known["high"].max() if len(known) else 1.0
+    ticks = [float(value) for value in MaxNLocator(5).tick_values(0.0, end) if value >= 0.0]
+    scale = (WIDTH - LEFT - RIGHT) / ticks[-1]
+    placed = {name: (LEFT + scale * known[name]).round(1) for name in ("low", "median", "high")}
+    marks = known.assign(y=TOP + ROW * (np.arange(len(known)) + 0.5), **placed)
+    said = [
+        f"{subject} {significant(median)} ({span(significant(low), significant(high))})"
+        for subject, median, low, high in known[["subject", "median", "low", "high"]].to_numpy()
+    ]
+    bottom = TOP + ROW * len(known)
+    return {
+        "symbol": symbol,
+        "unit": unit,
+        "width": WIDTH,
+        "height": bottom + AXIS,
+        "bottom": bottom,
+        "left": LEFT,
+        "right": WIDTH - RIGHT,
+        "marks": records(marks),
+        "ticks": [(round(LEFT + scale * value, 1), f"{value:g}") for value in ticks],
+        "description": f"{symbol} in {unit}: {'; '.join(said)}",
+    }
 
 
 def answers_table(experiment: Experiment, answers: pd.DataFrame, title: str) -> Table:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,28 +12,66 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from swesbi.artefacts import ArtefactError
 from swesbi.report.figures.registry import Scope, on_page
-from swesbi.report.numbers import PARAMETERS, count, in_sentences, mean_sd, percent, share
-from swesbi.report.page.files import Figure, figure
-from swesbi.report.results import Experiment, is_true
+from swesbi.report.numbers import PARAMETERS, count, in_sentences, mean_sd, percent, share, yes_or_no
+from swesbi.report.results import Experiment
 from swesbi.report.table import Table
-from swesbi.report.tables.calibration import alarms_table, calibration_summary, failed_checks
 from swesbi.report.tables.cohort_posterior import CohortSection
 from swesbi.report.tables.exact import (
+    alarms_table,
+    calibration_summary,
     exact_table,
+    failed_checks,
     identifiability_table,
     noise_table,
     outcomes_table,
     verdicts_table,
 )
-from swesbi.report.tables.population import PopulationSection, cohort_table, range_in_words, strata_table
-from swesbi.report.tables.pressures import in_words, pressures_table, subjects_table
+from swesbi.report.tables.population import (
+    PopulationSection,
+    cohort_table,
+    pressures_in_words,
+    pressures_subjects_table,
+    pressures_table,
+    range_in_words,
+    strata_table,
+)
 from swesbi.report.tables.subjects import derived_table, feature_table, score_table, verdict_table
 from swesbi.verdict.summary import OUTCOMES
 from swesbi.verdict.verdict import STATUSES, Verdict
 
 Facts = Mapping[str, str]
 """What each line is about, and what came out."""
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+SIZE_AT = slice(16, 24)
+
+
+def relative(path: Path, page: Path) -> str:
+    """Return how the page refers to a file."""
+    return Path(os.path.relpath(path, page.parent)).as_posix()
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure: where it lies, its size in pixels, what it says to who cannot see it, and its caption."""
+
+    source: str
+    full: str
+    width: int
+    height: int
+    description: str
+    caption: str
+
+
+def figure(png: Path, page: Path, description: str, caption: str, pdf: Path | None = None) -> Figure:
+    """Return a figure of the page; a click leads to the PDF, or to the PNG where there is none."""
+    with png.open("rb") as file:
+        head = file.read(SIZE_AT.stop)
+    if not head.startswith(PNG_SIGNATURE) or len(head) < SIZE_AT.stop:
+        raise ArtefactError(f"{png}: is not a PNG image; delete it and rerun")
+    width, height = struct.unpack(">II", head[SIZE_AT])
+    return Figure(relative(png, page), relative(pdf or png, page), width, height, description, caption)
 
 
 @dataclass(frozen=True)
@@ -115,7 +155,9 @@ def coverages(table: pd.DataFrame, decimals: int = 1) -> str:
 def truth_inside(truth: pd.DataFrame) -> str:
     """Return how many intervals contain the truth, "7 of 9 intervals"; nothing where no truth is known."""
     known = truth.dropna(subset="median") if len(truth) else truth
-    return f"{int(known['inside'].map(is_true).sum())} of {len(known)} intervals" if len(known) else ""
+    if known.empty:
+        return ""
+    return f"{(known['inside'].map(yes_or_no) == 'yes').sum()} of {len(known)} intervals"
 
 
 def too_narrow(table: pd.DataFrame) -> pd.DataFrame:
@@ -177,7 +219,7 @@ def make_population_section(
     tables = {"strata": strata_table(shown), "cohort": cohort_table(shown, title)}
     if shown.pressures is not None:
         tables["pressures"] = pressures_table(shown.pressures, title)
-        tables["pressures_subjects"] = subjects_table(shown.pressures, title)
+        tables["pressures_subjects"] = pressures_subjects_table(shown.pressures, title)
     return Section(
         shown.name,
         tables,
@@ -201,7 +243,7 @@ def _population_facts(shown: PopulationSection) -> Iterator[tuple[str, str]]:
         by_mcmc = int((answered["sampler"] == "mcmc").sum())
         yield ("Exact posteriors", _drawn(answered["efficiency"].astype(float), str(by_mcmc)))
     if shown.pressures is not None:
-        yield ("With cuff pressures", "; ".join(in_words(shown.pressures)))
+        yield ("With cuff pressures", "; ".join(pressures_in_words(shown.pressures)))
     table = shown.coverage
     covered = table[(table["stratum"] == "all") & (table["sampler"] == "weighted")].set_index("parameter")
     yield (

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
 
 import pandas as pd
+import yaml
+from jinja2 import DictLoader, Environment, StrictUndefined
 from pydantic import JsonValue
 
 from swesbi import __version__
 from swesbi.artefacts import ArtefactError
 from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.files import hdf5_provenance
 from swesbi.artefacts.typed import ByExperiment, ByName, ByPlace, Text, Texts
 from swesbi.checks.calibration.table import StrataTable
 from swesbi.persons.cohort.stored import CohortPosterior
@@ -19,16 +25,30 @@ from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.recording_file import read_recording_file
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
-from swesbi.report.figures.registry import Scope
-from swesbi.report.numbers import protocol_entry
-from swesbi.report.page.files import Figure, file_groups, provenance_table, relative, software_table
+from swesbi.report.figures.registry import Scope, on_page
+from swesbi.report.numbers import protocol_entry, svg_symbols, with_symbols
 from swesbi.report.page.landing import make_landing
 from swesbi.report.page.names import FURTHER, LANDING
-from swesbi.report.page.page import Cohort, as_yaml, render, study_figures, study_tables
-from swesbi.report.page.sections import make_population_section, make_section, section_figures
+from swesbi.report.page.sections import (
+    Figure,
+    make_population_section,
+    make_section,
+    relative,
+    section_figures,
+)
 from swesbi.report.paper.comparison import ComparisonTable, StatementsTable
 from swesbi.report.results import Experiment, Results, no_rows
+from swesbi.report.table import Link, Table
+from swesbi.report.tables import subjects
 from swesbi.report.tables.cohort_posterior import CohortSection, cohort_section
+from swesbi.report.tables.experiments import (
+    comparison_table,
+    differences_table,
+    paper_table,
+    recovery_table,
+    statements_table,
+    training_table,
+)
 from swesbi.report.tables.population import PopulationSection
 from swesbi.report.tables.validation import RoundsTable, shown_validation
 from swesbi.verdict.summary import CohortTable
@@ -38,6 +58,46 @@ Sections = dict[str, dict[str, JsonValue]]
 """Sections of the configuration, by experiment."""
 CONFIGURATION: Final = "configuration.yaml"
 Item = TypeVar("Item")
+TEMPLATES: Final = (
+    "templates/index.html", "templates/method.html", "templates/checks.html", "templates/paper.html",
+    "templates/files.html", "templates/layout.html", "templates/validation.html", "templates/macros.html",
+    "templates/page.css", "templates/page.js",
+)  # fmt: skip
+PLACED: Final = ("workflow", "ppc", "posterior")
+"""Figures of the study that have a place of their own in a template."""
+HERE: Final = "."
+WHOLE_COHORT: Final = "whole cohort"
+MEANING: Final = {
+    HERE: "beside this page.",
+    "tables": "every table of the study, as CSV, and table 1 as LaTeX.",
+    "figures": "figures of the cohort, as PDF and PNG.",
+    "cohort": "noise of the speeds; observed curve with errors and rejected samples; passive baseline.",
+    "cmaes": "reference fits by CMA-ES: history of every seed, best fit.",
+    "simulations": "simulations from each prior, in shards.",
+}
+EXPERIMENT_MEANING: Final = (
+    "training set, network and losses of the experiment; verdict, posterior, predictive check and figures "
+    "of each subject."
+)
+SOFTWARE: Final = (
+    "numpy", "scipy", "numba", "torch", "sbi", "cma", "pandas", "h5py", "xarray", "matplotlib",
+    "snakemake",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cohort:
+    """What the subjects are, and who says so: origin and protocol in the words of its ``recording.yaml``."""
+
+    title: str
+    folder: str
+    origin: str
+    protocol: tuple[str, ...]
+
+    @property
+    def origin_after_title(self) -> str:
+        """The origin as it follows the title, which it may begin with."""
+        return self.origin.removeprefix(self.title).lstrip(" ,;") or self.origin
 
 
 class Pages(NamedTuple):
@@ -188,3 +248,110 @@ def _of_experiment(files: ByPlace[Item], experiment: str) -> dict[str, Item]:
 
 def _rows(table: pd.DataFrame, experiment: str) -> pd.DataFrame:
     return table[table["experiment"] == experiment]
+
+
+def study_tables(results: Results, title: str) -> Mapping[str, Table]:
+    """Return the tables of the whole study by name: subjects, experiments beside each other, the paper."""
+    main, experiments = results.main, results.experiments
+    return {
+        "context": subjects.context_table(results.observations, title),
+        "recordings": subjects.recording_table(results.observations, title),
+        "posterior": subjects.posterior_table(experiments, title),
+        "differences": differences_table([each for each in experiments if each is not main], main),
+        "experiments": comparison_table(experiments, title),
+        "recovery": recovery_table(experiments),
+        "training": training_table(experiments),
+        "paper": paper_table(results.comparison, title),
+        "statements": statements_table(results.statements, title),
+    }
+
+
+def study_figures(
+    pngs: Sequence[Path], experiments: Sequence[str], page: Path, main: str, title: str
+) -> dict[str, Any]:
+    """Return figures of the study by name, those without a place in a template, and one a training."""
+    shown = section_figures("cohort", pngs, main, page, title)
+    trained = {name: section_figures("experiment", pngs, name, page, title) for name in experiments}
+    missing = [name for name in on_page("cohort") if name not in shown]
+    missing += [f"training of {name}" for name, found in trained.items() if not found]
+    if missing:
+        raise ArtefactError(f"figures of the study: {', '.join(missing)} missing")
+    return {
+        "study": shown,
+        "further": [shown[name] for name in on_page("cohort") if name not in PLACED],
+        "training": [found["training"] for found in trained.values()],
+    }
+
+
+def render(page: Mapping[str, object], name: str = LANDING) -> str:
+    """Return ``LANDING`` or one of ``FURTHER`` as HTML, from all that templates show."""
+    # paths are relative to the landing page, and the others lie in a folder beside it
+    root = "" if name == LANDING else "../"
+    return templates().get_template(f"{name}.html").render(page=page, here=name, root=root)
+
+
+def templates() -> Environment:
+    """Return the page's templates by name; what one shows and is not given is an error."""
+    folder = Path(__file__).parent
+    sources = {Path(name).name: (folder / name).read_text(encoding="utf-8") for name in TEMPLATES}
+    environment = Environment(
+        loader=DictLoader(sources),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["symbols"] = with_symbols
+    environment.filters["svg_symbols"] = svg_symbols
+    return environment
+
+
+def as_yaml(plain: Mapping[str, Any]) -> str:
+    """Return a configuration as the page prints it."""
+    return yaml.safe_dump(dict(plain), allow_unicode=True, default_flow_style=None, sort_keys=True, width=100)
+
+
+def file_groups(paths: Sequence[Path], page: Path) -> tuple[Table, ...]:
+    """Group the files by the folder that they lie in, in the order given; one row a subject or kind.
+
+    Examples: ``paper/subjects/A/ppc.png`` is ppc.png of A, ``cmaes/A.h5`` is A.h5 of the whole cohort.
+    """
+    grouped: dict[str, dict[str, list[Link]]] = {}
+    for path in dict.fromkeys(paths):
+        href = relative(path, page)
+        folder, *within, name = Path(href).parts if "/" in href else (HERE, href)
+        row = ", ".join(part for part in within if part != "subjects") or WHOLE_COHORT
+        grouped.setdefault(folder, {}).setdefault(row, []).append(Link(name, href))
+    return tuple(
+        Table(
+            f"{folder}/: {MEANING.get(folder, EXPERIMENT_MEANING)}",
+            pd.DataFrame({"Of": list(rows), "Files": [tuple(links) for links in rows.values()]}),
+        )
+        for folder, rows in grouped.items()
+    )
+
+
+def provenance_table(paths: Sequence[Path]) -> Table:
+    """Return seed and code of every kind of HDF5 artefact among these files."""
+    found = [hdf5_provenance(path) for path in paths if path.suffix == ".h5"]
+    named = {"Seed": "seed", "Code hash": "code_hash", "swesbi": "package_version"}
+    rows = [
+        {"Artefact": kind, "Files": len(each)}
+        | {head: ", ".join(sorted({str(getattr(one, name)) for one in each})) for head, name in named.items()}
+        for kind in sorted({one.kind for one in found})
+        for each in [[one for one in found if one.kind == kind]]
+    ]
+    return Table(
+        "What made the artefacts.",
+        pd.DataFrame(rows),
+        note="The code hash names the code of the stage that wrote the file, docstrings and comments left "
+        "out.",
+    )
+
+
+def software_table() -> Table:
+    """Return the versions of what the results depend on."""
+    versions = {"Python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
+    frame = pd.DataFrame({"Package": list(versions), "Version": list(versions.values())})
+    return Table("Versions of the packages behind this run.", frame)

@@ -11,8 +11,17 @@ import pandas as pd
 
 from swesbi.artefacts.csv import Table
 from swesbi.report.paper import measures
-from swesbi.report.paper.study_values import Findings, Measure, NoValueError, StudyValue, differ, shown
-from swesbi.report.paper.values import DESIGNED, FOUND, PaperNumber
+from swesbi.report.paper.values import (
+    DESIGNED,
+    FOUND,
+    Findings,
+    Measure,
+    NoValueError,
+    PaperNumber,
+    StudyValue,
+    differ,
+    shown,
+)
 
 PAPER_RECORDINGS: Final = 400
 """The recordings behind the coverages that the paper prints (Sec. 3)."""

@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 
 from swesbi.parameters import THETA_NAMES
-from swesbi.report.paper.study_values import (
+from swesbi.report.paper.values import (
     UNSUPPORTED,
     Findings,
     NoValueError,
+    PaperNumber,
     StudyValue,
     differ,
     number,
@@ -22,7 +23,6 @@ from swesbi.report.paper.study_values import (
     shown,
     spread,
 )
-from swesbi.report.paper.values import PaperNumber
 from swesbi.verdict.summary import support_numbers
 from swesbi.verdict.verdict import Verdict
 

@@ -35,8 +35,7 @@ from swesbi.report.paper.comparison import (
     score_in_words,
     statements_table,
 )
-from swesbi.report.paper.study_values import Findings, StudyValue, shown
-from swesbi.report.paper.values import read_paper
+from swesbi.report.paper.values import Findings, StudyValue, read_paper, shown
 from swesbi.verdict.settings import SupportSettings
 from swesbi.verdict.verdict import Verdict
 

@@ -1,26 +1,31 @@
-"""An experiment over a population: coverage by stratum, who is answered and who refused, with what reason."""
+"""An experiment over a population: coverage by stratum, who is answered or refused; what pressures add."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 from pydantic import JsonValue
 
+from swesbi.checks.pressures import RESISTANCE
 from swesbi.context import CONTEXT
-from swesbi.parameters import PHI_NAMES
+from swesbi.heart.physiology import CAPACITANCE, TIME_CONSTANT, VOLUME_FACTOR
+from swesbi.parameters import PEAK_ACTIVE, PHI_NAMES
 from swesbi.population.settings import DECLARED_NAMES, MOST_SHOWN
 from swesbi.report.columns import each_parameter, named
+from swesbi.report.figures.calibration import stratum_label
 from swesbi.report.figures.cohort import counted_reasons
-from swesbi.report.figures.strata import stratum_label
-from swesbi.report.numbers import MISSING, percent
+from swesbi.report.numbers import MISSING, fixed, percent, quantity
 from swesbi.report.results import marked, wide
 from swesbi.report.table import MARK, SUMMARY, Table, words
-from swesbi.report.tables.calibration import CLOPPER_PEARSON
+from swesbi.report.tables.exact import CLOPPER_PEARSON
 from swesbi.verdict.summary import OUTCOMES, REFUSED
+
+WITH_PRESSURES: Final = (*PHI_NAMES, PEAK_ACTIVE.name, RESISTANCE, TIME_CONSTANT, CAPACITANCE, VOLUME_FACTOR)
+"""Quantities of the table of pressures, in their order; the CSV has all."""
 
 
 @dataclass(frozen=True)
@@ -118,3 +123,40 @@ def range_in_words(settings: Mapping[str, Any]) -> str:
     ]
     low, high = limits["relative_thickness"]
     return ", ".join([*parts, f"septal thickness over the radius {low:g} to {high:g}"])
+
+
+def pressures_table(table: pd.DataFrame, cohort_title: str) -> Table:
+    """Return a row a quantity: widths with over without and shifts, over the subjects."""
+    by_quantity = table.groupby("quantity")[["width_ratio", "shift_in_widths"]].agg(_span)
+    frame = by_quantity.loc[[name for name in WITH_PRESSURES if name in by_quantity.index]].reset_index()
+    return Table(
+        f"What pressures add: {table['subject'].nunique()} {cohort_title}.",
+        frame,
+        named("quantity", "width_ratio", "shift_in_widths"),
+        "Over the subjects with cuff pressures. Width: log upper over lower limit of the interval with them, "
+        "over that without. Shift: log of the medians' ratio, in widths of the interval without. The "
+        "stressed volume is free with pressures alone.",
+    )
+
+
+def _span(values: pd.Series) -> str:
+    known = values.dropna()
+    if known.empty:
+        return MISSING
+    low, middle, high = (fixed(float(known.quantile(level)), 2) for level in (0.0, 0.5, 1.0))
+    return f"{middle} ({low} to {high})"
+
+
+def pressures_subjects_table(table: pd.DataFrame, cohort_title: str) -> Table:
+    """Return a row a subject: its pressures, what they tell of the circulation, how that was obtained."""
+    widths = each_parameter("width", (RESISTANCE, TIME_CONSTANT))
+    columns = named("subject", "cuff", *widths, f"with {VOLUME_FACTOR}", "efficiency", "pressures_sampler")
+    return Table(f"Answers with pressures ({cohort_title}).", wide(table, ["subject"], "quantity"), columns)
+
+
+def pressures_in_words(table: pd.DataFrame) -> Iterator[str]:
+    """Yield what pressures tell of the circulation, in sentences."""
+    for name in (RESISTANCE, TIME_CONSTANT):
+        ratio = table.loc[table["quantity"] == name, "width_ratio"].dropna()
+        if len(ratio):
+            yield f"{quantity(name)}: intervals {fixed(float(ratio.median()), 2)} times as wide (median)"

@@ -1,33 +1,76 @@
-"""The validation of the shipped study by hearts of other generators, as its stored table has it.
+"""The validation of the shipped study by hearts of other generators: its stored table, and what it reached.
 
 The stored table has all rounds: the columns of ``validation.csv`` behind those that say which round a row
-is of. matplotlib is not imported.
+is of. Shown, pooled rows stand first. Generators that miss what is asked follow, then those that are not
+tested, then the others. matplotlib is not imported.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Final, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from swesbi.artefacts import UnfitError
 from swesbi.artefacts.csv import Table as Format
+from swesbi.parameters import HALF_ACTIVE, ISOMETRIC, PEAK_ACTIVE
 from swesbi.report.columns import COLUMNS as COLUMNS_SHOWN
-from swesbi.report.numbers import percent, span
+from swesbi.report.numbers import as_percent, count, fixed, percent, quantity, share, span
 from swesbi.report.table import MARK, MUTED, Cell, Column, Strong, Table, words
-from swesbi.report.tables.validation_outcomes import (
-    BY_CHANCE,
-    CONFIDENCE,
-    COVERED,
+
+K_SR: Final = "k_sr_per_s"
+QUANTITIES: Final = (
+    PEAK_ACTIVE.name,
     K_SR,
-    MISSED,
-    MOST_MISSED,
-    NOT_TESTED,
-    POOLED,
-    REACHED,
-    in_brief,
-    judged,
+    "duration_ms",
+    "peak_kpa",
+    "decay_rate_per_s",
+    HALF_ACTIVE.name,
+    "late_diastole_kpa",
+    ISOMETRIC,
+    "k0_kpa",
+    "k_atp_per_s",
 )
+"""What is scored, a row each of a generator that has it."""
+SCORED: Final = 2
+"""The first of them, peak active stiffness and k_SR, make a heart missed."""
+OF_EVERY_GENERATOR: Final = QUANTITIES[:SCORED]
+"""Quantities of which a coverage is asked: peak active stiffness and k_SR."""
+TESTED: Final = "tested"
+NOT_TESTED: Final = "not tested"
+
+CONFIDENCE: Final = 0.99
+"""Level of the Clopper-Pearson intervals by which rates are read."""
+EACH: Final = ("a", "b", "c", "d", "h")
+"""Generators of each of which a coverage is asked."""
+REACHED: Final = 0.90
+"""Coverage that the interval of each must reach: what 90 % intervals of a calibrated system cover."""
+TOGETHER: Final = ("c", "d", "h")
+"""Generators with another structure than the model's, of which more is asked together."""
+LEAST_TOGETHER: Final = 0.85
+"""Least coverage of these together."""
+MOST_MISSED: Final = 0.23
+"""Largest share missed of these together."""
+BY_CHANCE: Final = round(1.0 - REACHED**SCORED, 2)
+"""Share that two independent calibrated 90 % intervals miss."""
+STRANGER: Final = "f"
+"""The generator whose hearts the verdict must contradict."""
+MOST_STRANGERS: Final = 0.10
+"""Largest share of its hearts that are not contradicted."""
+WIDEST: Final = 1.35
+"""Largest width of k_SR on (a), in widths of the second round."""
+
+POOLED: Final = "pooled"
+POOLED_TOGETHER: Final = f"{POOLED}: {', '.join(TOGETHER)}"
+POOLED_ALL: Final = f"{POOLED}: all"
+"""What the table calls the hearts of several generators together."""
+ALL_TOGETHER: Final = "all together"
+COVERED: Final = "coverage_not_contradicted"
+MISSED: Final = "missed_not_contradicted"
+Outcome = tuple[bool, str, str]
+"""Whether something is reached, what is asked, and what came out; clauses."""
 
 VERDICTS: Final = ("not_contradicted", "doubtful", "contradicted")
 OF_THOSE: Final = "% of the not contradicted (interval)"
@@ -73,8 +116,8 @@ def shown_validation(table: pd.DataFrame) -> StoredValidation:
     """Return what the page shows: the last round that asked every generator that any round asked."""
     whole = [rows for _, rows in table.groupby("round") if letters(rows) == letters(table)]
     if not whole:
-        named = ", ".join(sorted(letters(table)))
-        raise UnfitError("validation", f"no round of the validation asked all generators, {named}")
+        asked = ", ".join(sorted(letters(table)))
+        raise UnfitError("validation", f"no round of the validation asked all generators, {asked}")
     shown = whole[-1]
     number, date, model = shown.iloc[0][list(OF_ROUND)]
     return StoredValidation(
@@ -125,3 +168,156 @@ def _judged(value: float, low: float, high: float, tested: bool, wrong: bool, fi
         return ""
     shown = _rate(value, low, high) if tested else NOT_TESTED
     return Strong(shown) if wrong else shown
+
+
+def named(letters: Iterable[str], generators: Iterable[str]) -> str:
+    """Return what the generators of letters are called, among "a: generator of the study" and others."""
+    titles = dict(generator.split(": ", 1) for generator in generators)
+    return "; ".join(titles.get(letter, f"({letter})") for letter in letters)
+
+
+def judged(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of ``validation.csv`` in the order above, with what is said of each.
+
+    The further columns are ``letter`` ("a" or "pooled"), ``label`` ("generator of the study"), ``first``
+    (the generator's first row, which says what is true of all its hearts), ``is_tested``, ``asked`` (a
+    coverage is asked of it), ``short`` (it covers less than is asked) and ``often`` (of the first row: more
+    hearts are missed than is asked).
+    """
+    places = table["quantity"].map({name: place for place, name in enumerate(QUANTITIES)})
+    rows = table.assign(place=places).dropna(subset="place").sort_values(["generator", "place"])
+    generator = rows["generator"]
+    letter = generator.str.partition(":")[0]
+    first, tested = ~generator.duplicated(), rows["tested"] == TESTED
+    together, each = generator == POOLED_TOGETHER, letter.isin(EACH)
+    short = (together & (rows[COVERED] < LEAST_TOGETHER)) | (each & (rows[f"{COVERED}_high"] < REACHED))
+    often = (together & (rows[MISSED] > MOST_MISSED)) | (each & (rows[f"{MISSED}_low"] > BY_CHANCE))
+    asked = tested & rows["quantity"].isin(OF_EVERY_GENERATOR)
+    rows = rows.assign(
+        letter=letter,
+        label=[_label(name, generator) for name in generator],
+        first=first,
+        is_tested=tested,
+        asked=asked,
+        short=asked & short,
+        often=first & tested & often,
+    )
+    order = {name: _order(own) for name, own in rows.groupby("generator")}
+    return rows.sort_values("generator", key=lambda names: names.map(order), kind="stable")
+
+
+def _label(generator: str, generators: Iterable[str]) -> str:
+    if generator == POOLED_ALL:
+        return ALL_TOGETHER
+    letter, _, title = generator.partition(": ")
+    return f"{named(title.split(', '), generators)} together" if letter == POOLED else title
+
+
+def _order(rows: pd.DataFrame) -> tuple[int, float]:
+    """Return the place: pooled, missed, not tested, the rest; the least share first among them."""
+    first = rows.iloc[0]
+    if first["letter"] == POOLED:
+        return 0, float(first["label"] == ALL_TOGETHER)
+    if not first["is_tested"]:
+        return 2, float(first["not_contradicted"])
+    least = rows.loc[rows["asked"], COVERED].min()
+    wrong = bool((rows["short"] | rows["often"]).any())
+    return (1 if wrong else 3), 1.0 if np.isnan(least) else float(least)
+
+
+def in_brief(table: pd.DataFrame, former_width: float | None = None) -> tuple[str, ...]:
+    """Return in sentences what is asked and not reached, which generators are not tested, what is reached.
+
+    The width of k_SR on (a) is compared with that of the second round, unless there is none.
+    """
+    rows = judged(table)
+    found = [*_of_each(rows), *_of_all(rows), *_of_strangers(rows), *_of_width(rows, former_width)]
+    untested = rows[rows["first"] & ~rows["is_tested"] & (rows["letter"] != POOLED)]
+    counts = [
+        f"{label}, {count(good)} of {count(n)}"
+        for label, good, n in zip(
+            untested["label"], untested["n_not_contradicted"], untested["n"], strict=True
+        )
+    ]
+    return (
+        *(f"Not reached: {asked}. {what}." for reached, asked, what in found if not reached),
+        *([f"Not tested, since too few hearts are not contradicted: {'; '.join(counts)}."] if counts else ()),
+        *(f"Reached: {asked}. {what}." for reached, asked, what in found if reached),
+    )
+
+
+def _of_each(rows: pd.DataFrame) -> Iterator[Outcome]:
+    covered = rows[rows["asked"] & rows["letter"].isin(EACH)].sort_values("letter", kind="stable")
+    if covered.empty:
+        return
+    level, short = as_percent(CONFIDENCE), covered[covered["short"]]
+    each = named(covered["letter"].unique(), rows["generator"])
+    yield (
+        short.empty,
+        f"for each of {each}, the coverage of peak active stiffness and of k_SR reaches {share(REACHED, 0)} "
+        f"with its {level} interval",
+        f"Lowest: {_rates(covered.loc[[covered[COVERED].idxmin()]], COVERED)}"
+        if short.empty
+        else f"Short of it: {_rates(short, COVERED)}",
+    )
+    heads = rows[rows["first"] & rows["generator"].isin(covered["generator"])]
+    heads = heads.sort_values("letter", kind="stable")
+    often = heads[heads["often"]]
+    yield (
+        often.empty,
+        f"in none of these are more missed than by chance, {share(BY_CHANCE, 0)}, by the {level} interval",
+        f"Most: {_rates(heads.loc[[heads[MISSED].idxmax()]], MISSED)}"
+        if often.empty
+        else f"Above it: {_rates(often, MISSED)}",
+    )
+
+
+def _of_all(rows: pd.DataFrame) -> Iterator[Outcome]:
+    own = rows[rows["generator"] == POOLED_TOGETHER]
+    covered = own[own["asked"]].sort_values(COVERED, kind="stable")
+    if covered.empty:
+        return
+    over = f"over {named(TOGETHER, rows['generator'])} together"
+    found = [
+        f"{quantity(name)} {share(value)}, {share(of_all)} of all answered"
+        for name, value, of_all in covered[["quantity", COVERED, "coverage"]].to_numpy()
+    ]
+    yield (
+        not covered["short"].any(),
+        f"{over} peak active stiffness and k_SR are each covered in at least {share(LEAST_TOGETHER, 0)}",
+        f"Found: {'; '.join(found)}",
+    )
+    yield (
+        not own["often"].any(),
+        f"{over} at most {share(MOST_MISSED, 0)} are missed, {share(BY_CHANCE, 0)} being missed by chance",
+        f"Found: {share(float(own[MISSED].iloc[0]))}",
+    )
+
+
+def _of_strangers(rows: pd.DataFrame) -> Iterator[Outcome]:
+    for _, row in rows[rows["first"] & (rows["letter"] == STRANGER)].iterrows():
+        asked = f"of {row['label']} at most {share(MOST_STRANGERS, 0)} are not contradicted"
+        good = float(row["not_contradicted"])
+        yield good <= MOST_STRANGERS, asked, f"Found: {share(good)}"
+
+
+def _of_width(rows: pd.DataFrame, former: float | None) -> Iterator[Outcome]:
+    widths = rows.loc[(rows["letter"] == "a") & (rows["quantity"] == K_SR), "width_log"]
+    if former is None or widths.empty:
+        return
+    times = float(widths.iloc[0]) / former
+    own = named("a", rows["generator"])
+    asked = f"k_SR of the {own} is at most {fixed(WIDEST, 2)} times as wide as in the second round"
+    yield times <= WIDEST, asked, f"Found: {fixed(times, 2)} times"
+
+
+def _rates(rows: pd.DataFrame, rate: str) -> str:
+    """Return a rate of rows with its interval, generator by generator; a coverage with its quantity."""
+    said = []
+    for label, part in rows.groupby("label", sort=False):
+        values = [
+            f"{quantity(name)} " * (rate == COVERED) + f"{share(value)} ({span(percent(low), percent(high))})"
+            for name, value, low, high in part[["quantity", rate, f"{rate}_low", f"{rate}_high"]].to_numpy()
+        ]
+        said.append(f"{label}, {', '.join(values)}")
+    return "; ".join(said)
