@@ -275,8 +275,8 @@ class FlowProposal:
     def at(self, u: FloatArray) -> FloatArray:
         """Return the hearts (n, k) of points u (n, k) of that space.
 
-        A point so far out that the flow's map overflows, as it may under a condition that is unlike all that
-        it was trained on, goes to a corner of the box, where no posterior has any mass.
+        Far out the flow's map may overflow, under a condition unlike all that it was trained on. Such a point
+        goes to a corner of the box, where no posterior has any mass.
         """
         eta = self._net.from_base(u) * self.flow.eta.scale + self.flow.eta.mean
         eta[~np.isfinite(eta).all(axis=-1)] = FARTHEST

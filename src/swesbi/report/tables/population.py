@@ -26,6 +26,8 @@ from swesbi.verdict.summary import OUTCOMES, REFUSED
 
 WITH_PRESSURES: Final = (*PHI_NAMES, PEAK_ACTIVE.name, RESISTANCE, TIME_CONSTANT, CAPACITANCE, VOLUME_FACTOR)
 """Quantities of the table of pressures, in their order; the CSV has all."""
+MOST_REASONS: Final = 3
+"""The commonest reasons of a verdict that the table of a large cohort names."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +79,12 @@ def cohort_table(shown: PopulationSection, cohort_title: str) -> Table:
     return table(shown, cohort_title)
 
 
-def counts_table(shown: PopulationSection, cohort_title: str, most_reasons: int | None = 3) -> Table:
-    """Return how many subjects have which verdict, with the commonest reasons, or all where None is given."""
+def counts_table(shown: PopulationSection, cohort_title: str) -> Table:
+    """Return how many subjects have which verdict, with the commonest reasons."""
     rows = []
     for status in OUTCOMES:
         subjects = shown.cohort[shown.cohort["status"] == status]
-        reasons = list(counted_reasons(subjects).items())[:most_reasons]
+        reasons = list(counted_reasons(subjects).items())[:MOST_REASONS]
         rows.append(
             {
                 "status": status,

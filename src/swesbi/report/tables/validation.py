@@ -179,10 +179,10 @@ def named(letters: Iterable[str], generators: Iterable[str]) -> str:
 def judged(table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of ``validation.csv`` in the order above, with what is said of each.
 
-    The further columns are ``letter`` ("a" or "pooled"), ``label`` ("generator of the study"), ``first``
-    (the generator's first row, which says what is true of all its hearts), ``is_tested``, ``asked`` (a
-    coverage is asked of it), ``short`` (it covers less than is asked) and ``often`` (of the first row: more
-    hearts are missed than is asked).
+    The further columns are ``letter`` ("a" or "pooled") and ``label`` ("generator of the study"). The
+    generator's ``first`` row says what is true of all its hearts. A coverage is ``asked`` of a row that
+    ``is_tested``, and ``short`` where it covers less. A first row is ``often`` where more hearts are missed
+    than is asked.
     """
     places = table["quantity"].map({name: place for place, name in enumerate(QUANTITIES)})
     rows = table.assign(place=places).dropna(subset="place").sort_values(["generator", "place"])
