@@ -28,6 +28,7 @@ OF_PUSHES: Final = (
 OWN: Final[Mapping[syntax.Chain, str]] = {
     ("swesbi.seeds", "generator"): "seeds.generator",
     ("swesbi.seeds", "integer_seed"): "seeds.integer_seed",
+    ("swesbi.posterior.fitted", "student_law"): "stats.student_law",
     ("swesbi.posterior.marginal", "row_numbers"): "seeds.row_numbers",
     ("swesbi.posterior.marginal", "uniform"): "seeds.uniform",
     ("swesbi.recording.tables.csv_text", "read_bytes"): "files.read_bytes",

@@ -148,7 +148,7 @@ const kept = kw({ axis: 1, keepdims: true });
 const spline = interpolate.CubicSpline(array([...given.nodes, given.nodes[0] + 1]), array(closed), periodic);
 const rows_of_two = getItem(rows, py.slice(null, 2), py.slice(null, 2));
 const shape = array([[1.2, 0.3], [0.3, 0.8]]);
-const student = new MultivariateT(array([0.1, -0.2]), shape, 8);
+const student = new StudentLaw(array([0.1, -0.2]), shape, 8);
 return {
   ndtr: special.ndtr(x).tolist(), ndtri: special.ndtri(levels).tolist(),
   gammaincinv: [0.3, 3].map((a) => special.gammaincinv(a, levels).tolist()),

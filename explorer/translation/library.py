@@ -50,7 +50,6 @@ LIBRARY: Final = {
     "dataclasses.replace": "py.replace",
     "scipy.interpolate.CubicSpline": "interpolate.CubicSpline",
     "scipy.interpolate.PchipInterpolator": "interpolate.PchipInterpolator",
-    "scipy.stats.multivariate_t": "stats.multivariate_t",
     "statistics.NormalDist": "stats.NormalDist",
     "scipy.optimize.brentq": "optimize.brentq",
     **{

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import errno
+import gc
 import importlib
 import logging
 import os
@@ -90,6 +91,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _guarded(given: Sequence[str]) -> int:
     """Run one command, and say in one message why it cannot go on."""
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
+    # sums split over threads differ in the last bits, and of small matrices they take longer
+    os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     logging.basicConfig(format="%(message)s")
     logging.getLogger("swesbi").setLevel(logging.INFO)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # a home that it cannot write, say
@@ -124,7 +127,9 @@ def _run(given: Sequence[str]) -> int:
 
         command = COMMANDS[given[0]]
         options = getattr(parsers, given[0])().parse_args(given[1:])
-        return int(importlib.import_module(command.module).main(options))
+        module = importlib.import_module(command.module)
+        gc.freeze()  # what was imported stays: to search it for garbage takes a tenth of an answer's time
+        return int(module.main(options))
     parser = argparse.ArgumentParser(
         prog="swesbi",
         description="Posteriors of contraction and relaxation from shear wave elastography of the heart.",

@@ -43,8 +43,8 @@ def test_draws_of_a_good_network_of_rounds_and_of_mcmc_have_the_known_posterior(
 ) -> None:
     model, network = exact_case.ToyModel(), exact_case.proposal(width, shift)
     settings = exact_case.SETTINGS.model_copy(update=changes)
-    drawn, found = weighted_posterior(model, network, ENOUGH, settings, 1)
-    assert found == by_mcmc
+    drawn, rounds = weighted_posterior(model, network, ENOUGH, settings, 1)
+    assert (drawn is not rounds.weighted) == by_mcmc
     np.testing.assert_allclose(drawn.log_likelihood, model.log_likelihood(drawn.phi))
     effective = 800 if by_mcmc else effective_draws(drawn.weight)
     exact_case.check_posterior(drawn.phi, effective, drawn.weight)
@@ -59,8 +59,8 @@ def test_draws_of_a_good_network_of_rounds_and_of_mcmc_have_the_known_posterior(
 
 def test_weights_that_are_fewer_than_sought_and_enough_are_not_taken_for_mcmc() -> None:
     settings = exact_case.SETTINGS.model_copy(update={"max_rounds": 0, "min_effective_draws": 50})
-    drawn, by_mcmc = weighted_posterior(exact_case.ToyModel(), exact_case.proposal(1.2), 10**6, settings, 1)
-    assert not by_mcmc
+    drawn, rounds = weighted_posterior(exact_case.ToyModel(), exact_case.proposal(1.2), 10**6, settings, 1)
+    assert drawn is rounds.weighted
     assert 50 < effective_draws(drawn.weight) < len(drawn.phi) == settings.first_draws
 
 

@@ -268,7 +268,7 @@ SHOWING = {"report", "paper_comparison"}  # they print the configuration
 RECALIBRATED = {"population_calibration", "pushes_calibration"}
 REPEATED = RECALIBRATED | {"population_null"}  # with other recordings of a population
 RESAMPLED = REPEATED | {"exact_posterior", "calibration_local", "calibration_recordings"}
-RESAMPLED |= {"population_answers", "pressures", "cohort_posterior"}
+RESAMPLED |= {"population_answers", "cohort_posterior"}
 OF_A_RECORDING = RESAMPLED | {"train_flow", "predictive_speeds", "verdict", "identifiability"}
 OF_A_RECORDING |= {"population_simulate", "train_population", "pressures_table"}
 """The stages that hold the model of a recording's speeds."""
@@ -306,7 +306,7 @@ AFFECTED = {
     AMORTISED + "nulls__recordings": {"population_null"},
     "cohort_posterior__draws": {"cohort_posterior"},
     "cohort_posterior__hyperprior__spread__log_sd": {"cohort_posterior"},
-    "clinical__sbp_sd_mmhg": {"pressures"},
+    "clinical__sbp_sd_mmhg": {"population_answers"},
     "passive__exponent_b": {"passive", "recovery_acquisition"},
     "recording__min_samples_per_phase": REPEATED
     | {"ingest", "noise", "recovery_acquisition", "calibration_recordings", "train_population"},

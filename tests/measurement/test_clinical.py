@@ -42,7 +42,11 @@ def test_the_likelihood_is_that_of_the_speeds_times_that_of_the_pressures() -> N
     hearts = alone.points(phi)
     found = both.log_likelihood(hearts)
     np.testing.assert_allclose(found, alone.log_likelihood(hearts) + pressures, rtol=1e-9)
-    np.testing.assert_array_equal(both.evaluated(hearts).phi, alone.evaluated(hearts).phi)
+    of_speeds = alone.evaluated(hearts)
+    np.testing.assert_array_equal(both.evaluated(hearts).phi, of_speeds.phi)
+    beside = HeartModel(made.speeds, made, informed=False).evaluated(hearts)
+    np.testing.assert_array_equal(beside.log_likelihood, of_speeds.log_likelihood)
+    np.testing.assert_array_equal(beside.informed().log_likelihood, found)
     assert np.ptp(pressures[np.isfinite(pressures)]) > 1.0
 
 

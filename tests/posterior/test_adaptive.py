@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 import pytest
-from exact_case import PRIOR, SETTINGS, ToyModel, check_posterior, known_log_evidence
+from exact_case import (
+    MIXING,
+    NOISE_SD,
+    OBSERVED,
+    PRIOR,
+    SETTINGS,
+    ToyModel,
+    ToySettings,
+    check_posterior,
+    known_log_evidence,
+)
 from numpy.typing import NDArray
 from scipy.stats import norm
 
 from swesbi.parameters import ParameterPrior
 from swesbi.posterior.adaptive import AdaptedDraws, adapted, adaptive_rounds, is_reliable
 from swesbi.posterior.fitted import FittedProposal, StudentProposal
-from swesbi.posterior.importance import NoLikelihoodError
+from swesbi.posterior.importance import EvaluatedPoints, NoLikelihoodError
 from swesbi.posterior.settings import asking
 from swesbi.posterior.space import LogitSpace
-from swesbi.prior import draw_prior, in_bounds
+from swesbi.prior import BoxPrior, draw_prior, in_bounds, log_centre
 
 FloatArray = NDArray[np.float64]
 
@@ -46,6 +56,38 @@ def test_every_draw_of_every_round_counts_and_lies_within_the_prior() -> None:
     assert weighted.weight.sum() == pytest.approx(1.0)
     assert weighted.from_prior.sum() == SETTINGS.first_draws
     np.testing.assert_array_equal(weighted.phi[: sizes[-2]], rounds[-2].weighted.phi)
+
+
+@dataclass(frozen=True)
+class InTwoParts:
+    """The toy's data, of which some are told beside the others, and counted or not."""
+
+    counted: bool
+    settings: ToySettings = field(default_factory=ToySettings)
+    prior: BoxPrior = PRIOR
+
+    def points(self, phi: FloatArray) -> FloatArray:
+        return phi
+
+    def evaluated(self, points: FloatArray) -> EvaluatedPoints:
+        residual = OBSERVED - np.log(points / log_centre(PRIOR)) @ MIXING.T
+        density = norm.logpdf(residual, scale=NOISE_SD)
+        first, beside = density[:, :2].sum(axis=1), density[:, 2:].sum(axis=1)
+        found = EvaluatedPoints(first, points, first, beside)
+        return found.informed() if self.counted else found
+
+    def log_likelihood(self, phi: FloatArray) -> FloatArray:
+        return self.evaluated(phi).log_likelihood
+
+
+def test_draws_go_on_to_what_was_told_beside_the_recording() -> None:
+    before = adapted(InTwoParts(counted=False), SETTINGS, 1)
+    *_, found = adaptive_rounds(InTwoParts(counted=True), SETTINGS, 2, former=before.informed(SETTINGS))
+    weighted, kept = found.weighted, len(before.weighted.phi)
+    assert found.reliable and len(weighted.phi) > kept
+    np.testing.assert_array_equal(weighted.phi[:kept], before.weighted.phi)
+    check_posterior(weighted.phi, weighted.efficiency * len(weighted.phi), weighted.weight)
+    assert weighted.log_evidence == pytest.approx(known_log_evidence(), abs=4.0 * weighted.log_evidence_se)
 
 
 PRIOR_SD: Final = 2.0

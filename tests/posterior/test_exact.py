@@ -84,10 +84,10 @@ def test_the_sampler_takes_over_from_a_bad_proposal_and_is_right(width: float, s
 
 @pytest.mark.parametrize(("width", "shift"), [(0.2, 2.0), (0.15, 0.0), (1.0, 6.0), (0.2, 15.0)])
 def test_rounds_make_up_for_a_bad_proposal(width: float, shift: float) -> None:
-    exact, efficiency = exact_posterior(ToyModel(), proposal(width, shift), SETTINGS, 2)
+    exact, drawn = exact_posterior(ToyModel(), proposal(width, shift), SETTINGS, 2)
     assert exact.sampler == "importance"
-    assert efficiency[0] < 0.5 * efficiency[-1]
-    assert exact.efficiency == efficiency[-1]
+    assert drawn.efficiency[0] < 0.5 * drawn.efficiency[-1]
+    assert exact.efficiency == drawn.efficiency[-1]
     assert exact.effective_draws.min() >= SETTINGS.effective_draws
     check_posterior(exact.phi, 1.0 / (1.0 / SETTINGS.draws + 1.0 / exact.effective_draws[0]))
 

@@ -126,11 +126,11 @@ def test_a_network_that_knows_nothing_of_a_recording_is_left_behind() -> None:
 def test_a_posterior_has_the_network_s_own_draws_beside_it_and_repeats() -> None:
     model, first = proposal("paper", epochs=9)
     settings = asking(SETTINGS, 300).model_copy(update={"draws": 500})
-    exact, efficiency = exact_posterior(model, first, settings, 1, "T")
+    exact, drawn = exact_posterior(model, first, settings, 1, "T")
     again, _ = exact_posterior(model, first, settings, 1, "T")
     other, _ = exact_posterior(model, first, settings, 2, "T")
     assert exact.sampler == "importance"
-    assert exact.efficiency > 2.0 * efficiency[0]
+    assert exact.efficiency > 2.0 * drawn.efficiency[0]
     np.testing.assert_array_equal(exact.phi, again.phi)
     assert not np.array_equal(exact.phi, other.phi)
     u, _ = first.place(model.points(exact.proposal_phi))

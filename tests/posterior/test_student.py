@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, multivariate_t
 
 from swesbi.posterior.fitted import StudentMixture, StudentProposal, fitted_proposal
 
@@ -32,6 +32,17 @@ def efficiency(proposal: StudentMixture | StudentProposal) -> float:
     x = proposal.draw(4000, np.random.default_rng(2))
     weight = np.exp(two_modes(x) - proposal.log_density(x))
     return float(weight.sum() ** 2 / (weight**2).sum() / len(x))
+
+
+@pytest.mark.parametrize("d", [1, 14])
+def test_one_distribution_is_that_of_scipy_to_the_byte(d: int) -> None:
+    rng = np.random.default_rng(3)
+    mean, root = rng.normal(size=d), rng.normal(size=(d, d))
+    scale, x = root @ root.T + 0.1 * np.eye(d), rng.normal(size=(50, d))
+    ours, theirs = StudentProposal(mean, scale), multivariate_t(mean, scale, df=8)
+    np.testing.assert_array_equal(ours.log_density(x), theirs.logpdf(x))
+    drawn = ours.draw(50, np.random.default_rng(4))
+    np.testing.assert_array_equal(drawn, theirs.rvs(50, np.random.default_rng(4)).reshape(50, d))
 
 
 def test_a_mixture_follows_two_modes_with_their_shares() -> None:

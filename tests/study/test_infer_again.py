@@ -15,7 +15,7 @@ from cohorts import ungrouped
 from study_copy import ROOT
 
 from swesbi.__main__ import main
-from swesbi.answers.files import OUTPUTS, VERDICT, WITH_PRESSURES
+from swesbi.answers.files import NUMBERS, OUTPUTS, VERDICT, WITH_PRESSURES
 from swesbi.artefacts.files import check_whole
 
 SUBJECTS = ("A", "B", "C")
@@ -37,9 +37,9 @@ def folder(tmp_path: Path) -> Path:
     return made
 
 
-def infer(folder: Path, out: Path) -> int:
+def infer(folder: Path, out: Path, *further: str) -> int:
     given = ["--config", str(ROOT / "config.yaml"), "--overlay", OVERLAY, "--out", str(out), "--from-prior"]
-    return main(["infer", str(folder), *given])
+    return main(["infer", str(folder), *given, *further])
 
 
 def stamps(out: Path) -> dict[str, int]:
@@ -54,7 +54,7 @@ def test_only_what_has_changed_is_answered_again(
     assert infer(folder, out) == 0
     before, table = stamps(out), (out / "answers.csv").read_bytes()
     capsys.readouterr()
-    assert infer(folder, out) == 0
+    assert infer(folder, out, "--figures", "none") == 0
     assert capsys.readouterr().out.count("answered before") == len(SUBJECTS)
     assert stamps(out) == before
     assert (out / "answers.csv").read_bytes() == table
@@ -62,11 +62,13 @@ def test_only_what_has_changed_is_answered_again(
     path = folder / "swe" / "C.csv"
     lines = path.read_text(encoding="utf-8").splitlines()
     path.write_text("\n".join(lines[: len(lines) - 40]) + "\n", encoding="utf-8")
-    assert infer(folder, out) == 2  # C is another recording, which is not written over
+    # C is another recording, which is not written over
+    assert infer(folder, out, "--figures", "sheet") == 2
     assert "C: " in capsys.readouterr().out
     after = stamps(out)
     changed = {Path(name).parent.name for name in after if after[name] != before[name]}
     assert changed == {"A", "B"}
+    assert {path.name for path in (out / "A").iterdir()} == {*NUMBERS, "sheet.pdf", WITH_PRESSURES}
 
 
 @pytest.mark.slow(minutes=1.5)

@@ -47,7 +47,7 @@ def test_a_large_cohort_has_one_overview_instead_of_figures_of_each_subject(tmp_
     study = copy_study(tmp_path)
     make_large(study, 40)
     jobs = study.planned(*ALONE, "subjects=all")
-    for rule in ("ingest", "population_answers"):
+    for rule in ("ingest", "population_answers_with_pressures"):
         assert len({Path(job.output).parent for job in of_rule(jobs, rule)}) == 40
     assert "population_cohort" in rules_of(jobs)
     assert not {"exact_subject_figures", "cmaes", "passive"} & rules_of(jobs)
@@ -68,5 +68,5 @@ def test_a_target_of_one_subject_makes_that_subject_alone(tmp_path: Path) -> Non
     observation = "results-smoke/cohort/A/observation.h5"
     assert study.planned(observation) == {Job("ingest", observation)}
     jobs = study.planned("results-smoke/amortised/subjects/A/posterior.h5")
-    answers = of_rule(jobs, "population_answers")
+    answers = of_rule(jobs, "population_answers_with_pressures")
     assert {Path(job.output).parent.name for job in answers} == {"A"}

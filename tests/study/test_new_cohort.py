@@ -70,9 +70,11 @@ def study(cohort: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Stud
     return load_study(raw, new_cohort=cohort)
 
 
-def answered_into(_: RecordingRequest, folder: Path, *, force: bool) -> tuple[SimpleNamespace, None]:
+def answered_into(
+    _: RecordingRequest, folder: Path, *, force: bool, figures: str
+) -> tuple[SimpleNamespace, None]:
     """Answer nothing, in a folder."""
-    assert not force
+    assert not force and figures == "all"
     folder.mkdir(parents=True)
     return SimpleNamespace(verdict=None, recording=SimpleNamespace(noise="")), None
 

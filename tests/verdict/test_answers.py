@@ -155,6 +155,7 @@ def answer(folder: Path, subject: str) -> AnswerOfPopulation:
         ejection_time=misspecification.ejection_time,
         lvet_sd_ms=10.0,
         uninformative=UninformativeSettings(sd_ratio=0.9, shift=0.25),
+        cuff=None,
         seed=1,
     )
 

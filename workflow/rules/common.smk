@@ -65,6 +65,9 @@ NONE = "(?!)"  # a pattern that matches no name
 FEATURES = "|".join(CONFIG.feature_experiments) or NONE
 SPEEDS = "|".join(CONFIG.speed_experiments) or NONE
 OVER_POPULATION = "|".join(CONFIG.population_experiments) or NONE
+PRESSURED = [subject for subject in SUBJECTS if STUDY.has_pressures(subject)]
+WITH_PRESSURES = "|".join(PRESSURED) or NONE
+WITHOUT_PRESSURES = "|".join(subject for subject in SUBJECTS if subject not in PRESSURED) or NONE
 EXACT = "|".join([*CONFIG.speed_experiments, *CONFIG.population_experiments]) or NONE
 
 

@@ -133,7 +133,7 @@ rule population_null:
 
 
 rule population_answers:
-    """Posterior, verdict and predictive check of one subject."""
+    """Posterior, verdict and predictive check of one subject without pressures."""
     input:
         observation=of_its_subject(OBSERVATION),
         noise=NOISE,
@@ -147,10 +147,24 @@ rule population_answers:
         "<results>/logs/population_answers/{experiment}/{subject}.log",
     wildcard_constraints:
         experiment=OVER_POPULATION,
+        subject=WITHOUT_PRESSURES,
     params:
         **stage("swesbi.answers.answer:answer_of_population"),
     script:
         "../scripts/stage.py"
+
+
+use rule population_answers as population_answers_with_pressures with:
+    output:
+        posterior=POSTERIOR,
+        verdict=VERDICT,
+        predictive=PREDICTIVE,
+        with_pressures="<results>/{experiment}/subjects/{subject}/with_pressures.h5",
+    log:
+        "<results>/logs/population_answers_with_pressures/{experiment}/{subject}.log",
+    wildcard_constraints:
+        experiment=OVER_POPULATION,
+        subject=WITH_PRESSURES,
 
 
 rule population_cohort:

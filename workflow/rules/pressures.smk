@@ -1,22 +1,4 @@
-"""Answers with the pressures of a cuff, where they were taken: beside those of a population's network on speeds."""
-
-
-rule pressures:
-    """The posterior of one subject from speeds and pressures."""
-    input:
-        observation=of_its_subject(OBSERVATION),
-        noise=NOISE,
-        of_speeds=POSTERIOR,
-    output:
-        posterior="<results>/{experiment}/subjects/{subject}/with_pressures.h5",
-    log:
-        "<results>/logs/pressures/{experiment}/{subject}.log",
-    wildcard_constraints:
-        experiment=OVER_POPULATION,
-    params:
-        **stage("swesbi.answers.answer:answer_with_pressures"),
-    script:
-        "../scripts/stage.py"
+"""What the pressures of a cuff add to the answers of a population's network, where they were taken."""
 
 
 rule pressures_table:

@@ -91,17 +91,17 @@ const special = {
 
 const stats = {
   NormalDist: () => ({ inv_cdf: special.ndtri }),
-  multivariate_t: (mean, shape, named) => new MultivariateT(mean, shape, named.values.df),
+  student_law: (mean, shape, df) => new StudentLaw(mean, shape, df),
 };
 
-class MultivariateT {
+class StudentLaw {
   constructor(mean, shape, df) {
     Object.assign(this, { mean, df, lower: np.linalg.cholesky(shape) });
     const d = mean.size, diagonal = np.diag(this.lower);
     this.constant = gammaln((df + d) / 2) - gammaln(df / 2) - (d / 2) * Math.log(df * Math.PI) - np.sum(np.log(diagonal));
   }
-  rvs(named) {
-    const { size, random_state: rng } = named.values, d = this.mean.size;
+  rvs(size, rng) {
+    const d = this.mean.size;
     const out = np.matmul(rng.standard_normal([size, d]), this.lower.T);
     for (let k = 0; k < size; k++) {
       let chi = 0;

@@ -27,19 +27,23 @@ from swesbi.checks.predictive_speeds import (
 )
 from swesbi.checks.settings import PredictiveSettings
 from swesbi.context import Context
-from swesbi.measurement.clinical import ClinicalModel, with_pressures
+from swesbi.measurement.clinical import with_pressures
 from swesbi.measurement.derived import reported
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import (
+    SpeedModel,
+    SpeedModelSettings,
+    simulate_draws,
+    speed_model,
+)
 from swesbi.measurement.settings import MeasurementSettings, SummarySettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.trained import FlowProposal, TrainedFlow, flow_proposal
+from swesbi.posterior.adaptive import AdaptedDraws
 from swesbi.posterior.exact import described, exact_posterior, log_certificate
-from swesbi.posterior.fitted import fit_in_nearest, placed_in
 from swesbi.posterior.hearts import HeartModel
-from swesbi.posterior.importance import WeightedDraws
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
-from swesbi.posterior.space import LogitSpace, ScoreSpace, Space
+from swesbi.posterior.space import LogitSpace, Space
 from swesbi.prior import JointPriorSettings, draw_prior
 from swesbi.recording.cohort.clinical import ClinicalErrors, ClinicalRow
 from swesbi.recording.noise.cohort import CohortNoise
@@ -174,44 +178,40 @@ def answered(
     NoLikelihoodError is raised where every simulation of the first round fails.
     """
     model, stream, observed = recording.model, recording.stream, recording.observation
-    subject, network = observed.subject, knowledge.proposal(model.recording)
-    drawn, efficiency = exact_posterior(HeartModel(model), network, settings.exact, seed, stream, subject)
-    log_certificate(subject, drawn)
-    exact = described(drawn, model.settings.prior, network)
-    beats = model.simulate(exact.phi)
+    subject, network, clinical = observed.subject, knowledge.proposal(model.recording), observed.clinical
+    heart = HeartModel(model)
+    if pressures is not None and recording.has_pressures:
+        heart = HeartModel(model, with_pressures(model, clinical, pressures), informed=False)
+    found, drawn = exact_posterior(heart, network, settings.exact, seed, stream, subject)
+    log_certificate(subject, found)
+    exact = described(found, model.settings.prior, network)
+    beats = simulate_draws(model, exact.phi)
     after = reported(model, exact.phi, beats)
     # the posterior may have begun with draws of a network, so those of the prior are drawn anew
     rng = generator(seed, stream, subject, "prior curves")
     phi = draw_prior(model.settings.prior, settings.predictive.draws, rng)
     before = PriorDraws(phi, reported(model, phi, model.simulate(phi)))
-    tests = (*recording.tests, *(() if knowledge.flow is None else (network_test(efficiency),)))
-    hearts, clinical = knowledge.hearts, observed.clinical
+    tests = (*recording.tests, *(() if knowledge.flow is None else (network_test(drawn.efficiency),)))
+    hearts = knowledge.hearts
     judged = judge(exact, model, beats, knowledge.nulls, hearts, settings, seed, clinical, tests)
     verdict = contractions(after, before.reported, settings.uninformative).beside(judged)
     LOGGER.info("subject %s: %s", subject, verdict.sentence)
-    found = None
-    if pressures is not None and recording.has_pressures:
-        both = with_pressures(model, clinical, pressures)
-        found = informed(both, exact.weighted, settings.exact, seed, stream, "pressures", subject)
-    return Answer(recording, exact, verdict, after, before, found)
+    informed = None
+    if heart.pressures is not None:
+        informed = with_pressures_too(heart, drawn, settings.exact, seed, stream, subject)
+    return Answer(recording, exact, verdict, after, before, informed)
 
 
-def informed(
-    model: ClinicalModel,
-    of_speeds: WeightedDraws,
-    settings: ExactSettings,
-    seed: int,
-    *name: str,
+def with_pressures_too(
+    heart: HeartModel, of_speeds: AdaptedDraws, settings: ExactSettings, seed: int, stream: str, subject: str
 ) -> ExactPosterior:
-    """Return the exact posterior of a recording with its pressures; ``name`` names the random streams.
+    """Return the exact posterior of a recording with its pressures, from the draws of that without them.
 
-    It begins with the posterior of the speeds alone.
+    The beats of those draws have told the pressures, so that none is simulated again.
     """
-    heart = HeartModel(model.speeds, model)
-    known = placed_in(ScoreSpace(heart.settings.prior), heart.points(of_speeds.phi))
-    fitted = fit_in_nearest([known], of_speeds.log_weight)
-    exact, _ = exact_posterior(heart, None, settings, seed, *name, fitted=fitted)
-    log_certificate(f"{model.speeds.recording.subject} with pressures", exact)
+    both, known = replace(heart, informed=True), of_speeds.informed(settings)
+    exact, _ = exact_posterior(both, None, settings, seed, stream, "pressures", subject, former=known)
+    log_certificate(f"{subject} with pressures", exact)
     return described(exact, heart.prior, None)
 
 
@@ -234,6 +234,7 @@ class AnswerOfPopulation(NamedTuple):
     posterior: ExactPosterior
     verdict: Verdict
     predictive: AnyCheck
+    with_pressures: ExactPosterior | None
 
 
 def answer_of_population(
@@ -250,9 +251,10 @@ def answer_of_population(
     ejection_time: EjectionTimeSettings,
     lvet_sd_ms: float,
     uninformative: UninformativeSettings,
+    cuff: ClinicalErrors | None,
     seed: int,
 ) -> AnswerOfPopulation:
-    """Answer a subject of the cohort."""
+    """Answer a subject of the cohort; ``cuff`` has the errors of pressures, of a subject who has them."""
     settings = AnswerSettings(
         model=model,
         exact=exact,
@@ -264,20 +266,6 @@ def answer_of_population(
         uninformative=uninformative,
     )
     recording = ModelledRecording(observation, speed_model(observation, noise, model), stream=STREAM)
-    answer = answered(recording, Knowledge(null, estimator), settings, seed)
-    return AnswerOfPopulation(answer.posterior, answer.verdict, check_answer(answer, settings, seed))
-
-
-def answer_with_pressures(
-    observation: Observation,
-    noise: CohortNoise,
-    of_speeds: ExactPosterior,
-    *,
-    model: SpeedModelSettings,
-    exact: ExactSettings,
-    clinical: ClinicalErrors,
-    seed: int,
-) -> ExactPosterior:
-    """Infer a subject from speeds and cuff pressures, from its posterior of the speeds on."""
-    both = with_pressures(speed_model(observation, noise, model), observation.clinical, clinical)
-    return informed(both, of_speeds.weighted, exact, seed, "pressures", "pressures", observation.subject)
+    answer = answered(recording, Knowledge(null, estimator), settings, seed, cuff)
+    check = check_answer(answer, settings, seed)
+    return AnswerOfPopulation(answer.posterior, answer.verdict, check, answer.with_pressures)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Final
@@ -18,6 +18,7 @@ from swesbi.answers.recording import ModelledRecording
 from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole, write_json
 from swesbi.artefacts.files import hdf5_provenance
 from swesbi.base.arrays import FloatArray
+from swesbi.base.workers import in_processes
 from swesbi.checks.information import MoreRepeats, more_repeats
 from swesbi.checks.predictive import FreePredictiveCheck
 from swesbi.posterior.result import ExactPosterior
@@ -40,10 +41,11 @@ from swesbi.verdict.verdict import Verdict
 OBSERVATION: Final = "observation.h5"
 POSTERIOR_FILE: Final = "posterior.h5"
 VERDICT: Final = "verdict.json"
-OUTPUTS: Final = (
-    OBSERVATION, POSTERIOR_FILE, VERDICT, "predictive.h5", "ppc.png", "posterior.png", "sheet.pdf"
-)  # fmt: skip
+NUMBERS: Final = (OBSERVATION, POSTERIOR_FILE, VERDICT, "predictive.h5")
 """What is written of every answer."""
+FIGURES: Final = {"none": (), "sheet": ("sheet.pdf",), "all": ("sheet.pdf", "posterior.png", "ppc.png")}
+"""What is drawn of it, as asked for; what takes longest is first."""
+OUTPUTS: Final = (*NUMBERS, *FIGURES["all"])
 WITH_PRESSURES: Final = "with_pressures.h5"
 """A further output, of a subject of whom the pressures of a cuff were taken."""
 MADE_FROM: Final = "made_from"
@@ -89,9 +91,9 @@ class RecordingRequest:
             digest.update(repr(array.tolist()).encode())
         return digest.hexdigest()
 
-    def kept_in(self, folder: Path) -> Verdict | None:
+    def kept_in(self, folder: Path, figures: str = "all") -> Verdict | None:
         """Return the verdict of this very answer, where it lies in ``folder`` already, whole; else None."""
-        outputs = (*OUTPUTS, *([WITH_PRESSURES] if self.recording.has_pressures else []))
+        outputs = (*NUMBERS, *FIGURES[figures], *([WITH_PRESSURES] if self.recording.has_pressures else []))
         if not all((folder / name).is_file() for name in outputs):
             return None
         path = folder / VERDICT
@@ -101,20 +103,22 @@ class RecordingRequest:
             return None
         return verdict if content.get(MADE_FROM) == self.digest else None
 
-    def answer_into(self, folder: Path, *, force: bool = False) -> tuple[Answer, Sheet]:
+    def answer_into(self, folder: Path, *, force: bool = False, figures: str = "all") -> tuple[Answer, Sheet]:
         """Answer the recording, put all files into ``folder``, or none, and return what its page shows.
 
-        A folder that holds something else is refused without ``force``.
+        ``figures`` is a key of ``FIGURES``. A folder that holds something else is refused without ``force``.
         """
         if not force:
             check_untouched(folder, self.recording)
         settings = self.settings
         answer = answered(self.recording, self.knowledge, settings, self.made.seed, settings.clinical)
         with folder_made_whole(folder, VERDICT) as made:
-            page = self._write(answer, made)
+            page = self._write(answer, made, FIGURES[figures])
+            for name in {*OUTPUTS, WITH_PRESSURES} - {path.name for path in made.iterdir()}:
+                (folder / name).unlink(missing_ok=True)  # of a former answer
         return answer, page
 
-    def _write(self, answer: Answer, folder: Path) -> Sheet:
+    def _write(self, answer: Answer, folder: Path, figures: Sequence[str]) -> Sheet:
         """Write the answer into a folder that is there, and return what its page shows."""
         settings, exact, title = self.settings, answer.posterior, self.settings.cohort_title
         self.recording.observation.write(folder / OBSERVATION, self.made)
@@ -125,12 +129,15 @@ class RecordingRequest:
             answer.with_pressures.write(folder / WITH_PRESSURES, self.made)
         check = check_answer(answer, settings, self.made.seed)
         check.write(folder / "predictive.h5", self.made)
-        save_figure(draw_check(answer, check, title), folder / "ppc.png")
         began = "prior, from which it began" if self.knowledge.flow is None else NETWORK_ALONE
         panel = PosteriorPanel.of(self.made.subject, exact, answer.verdict, start=began)
-        save_figure(draw_corner(panel, settings.joint_prior, title), folder / "posterior.png")
         page = sheet_of(answer, self.knowledge, check, settings)
-        save_figure(draw_sheet(page), folder / "sheet.pdf")
+        drawn = {
+            "ppc.png": partial(draw_check, answer, check, title),
+            "posterior.png": partial(draw_corner, panel, settings.joint_prior, title),
+            "sheet.pdf": partial(draw_sheet, page),
+        }
+        in_processes(lambda name: save_figure(drawn[name](), folder / name), figures)
         return page
 
 

@@ -113,6 +113,21 @@ def side_by_side(
         _end([*idle, *(worker for worker, _ in busy.values())])
 
 
+def in_processes(work: Callable[[Item], None], items: Sequence[Item]) -> None:
+    """Do the work for every item in processes, as many as may run at once; here, where that is one.
+
+    WorkerKilledError: one of them was killed.
+    """
+    count = min(usable(), len(items))
+    if count <= 1:
+        for item in items:
+            work(item)
+        return
+    for _, found in side_by_side(work, items, count):
+        if isinstance(found, WorkerKilledError):
+            raise found
+
+
 class _Worker:
     """A process that does the work for one item after the other."""
 

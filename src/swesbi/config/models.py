@@ -136,7 +136,14 @@ def check_draws(config: Config) -> None:
         if name in config.feature_experiments:
             taken += [("predictive.draws", predictive, "posterior.draws")]
         else:
-            local = config.speed_experiments[name].calibration.local
+            speeds = config.speed_experiments[name]
+            local, made = speeds.calibration.local, speeds.calibration.recordings
+            of_network = round((1.0 - speeds.exact.prior_fraction) * speeds.exact.first_draws)
+            if made.network_draws > of_network:
+                raise ValueError(
+                    f"experiments.{name}: calibration.recordings.network_draws is {made.network_draws}, but "
+                    f"only {of_network} of exact.first_draws are of the network; the others are of the prior"
+                )
             taken += [
                 ("predictive.draws", predictive, "exact.draws"),
                 ("twice calibration.local.replicates", 2 * local.replicates, "exact.draws"),

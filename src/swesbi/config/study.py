@@ -89,8 +89,11 @@ class Study:
 
     def with_pressures(self, experiment: str) -> tuple[str, ...]:
         """Return those of them of whom the pressures of a cuff were taken."""
-        measured = {name: self.cohort.clinical_of(name).to_measures() for name in self.answered(experiment)}
-        return tuple(name for name, clinical in measured.items() if clinical.has_pressures)
+        return tuple(filter(self.has_pressures, self.answered(experiment)))
+
+    def has_pressures(self, subject: str) -> bool:
+        """Tell whether the pressures of a cuff were taken of a subject."""
+        return self.cohort.clinical_of(subject).to_measures().has_pressures
 
     def refused(self, experiment: str) -> dict[str, str]:
         """Return the subjects outside the declared range of an experiment over a population, and why."""

@@ -195,6 +195,11 @@ def _with_chains(view: View) -> bool:
     return view.named("subject") in view.study.subjects_of(view.experiment)[:chains]
 
 
+def _cuff(view: View) -> dict[str, Any] | None:
+    """Return the errors of the pressures of a subject; None of one without pressures."""
+    return view.config.clinical.to_plain() if view.study.has_pressures(view.named("subject")) else None
+
+
 def _trained_on(view: View) -> str:
     """Return whose simulations a network was trained on."""
     if view.experiment in view.config.population_experiments:
@@ -247,6 +252,7 @@ WORKED_OUT: Final[Mapping[str, Callable[[View], Any]]] = {
     "configuration": _configuration,
     "context": lambda view: view.study.cohort.rows[view.named("subject")].to_plain(),
     "context_numbers": _part_of("simulations.contexts", "shard"),
+    "cuff": _cuff,
     "draw_numbers": _draws,
     "experiment": lambda view: view.experiment,
     "experiments_shown": _experiments_shown,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swesbi.base.arrays import BoolArray, FloatArray
+from swesbi.base.arrays import BoolArray, FloatArray, IntArray
 from swesbi.heart.settings import ForwardModelSettings
 from swesbi.heart.simulate import ML_PER_M3, PA_PER_MMHG, Beats
 
@@ -28,39 +28,31 @@ def systolic_intervals(beats: Beats, period_s: float) -> SystolicIntervals:
     contraction begins with the later of the end of the mitral flow and the first bonds, as the first heart
     sound does: atria that have contracted may close the valve long before.
     """
-    curves = (beats.aortic_flow_ml_s, beats.mitral_flow_ml_s, beats.active_stiffness_kpa)
-    durations = [_durations(*each) for each in zip(*curves, strict=True)]
-    contraction, ejection, relaxation = period_s / beats.cycle_phase.size * np.array(durations, dtype=float).T
-    return SystolicIntervals(contraction, ejection, relaxation)
+    aortic, mitral = beats.aortic_flow_ml_s > 0.0, beats.mitral_flow_ml_s > 0.0
+    samples = beats.cycle_phase.size
+    opening, ejection = ejecting(aortic)
+    since = np.arange(samples)
+    order = (opening[:, None] + since) % samples  # seen from the opening of the aortic valve
+    filling = np.take_along_axis(mitral, order, axis=1)
+    after = filling & (since >= ejection[:, None])
+    relaxation = np.where(after.any(axis=1), after.argmax(axis=1) - ejection, 0)
+    before = np.take_along_axis(beats.active_stiffness_kpa, order, axis=1)[:, ::-1]
+    rising = (np.diff(before) >= 0.0).argmax(axis=1) + 1  # samples for which it had risen
+    contraction = np.minimum(filling[:, ::-1].argmax(axis=1), rising)
+    durations = np.stack([contraction, ejection, relaxation]).astype(np.float64)
+    durations[:, aortic.all(axis=1)] = np.array([[0.0], [samples], [0.0]])
+    durations[:, ~aortic.any(axis=1) | ~mitral.any(axis=1)] = np.nan
+    return SystolicIntervals(*(period_s / samples * durations))
 
 
-def _durations(aortic: FloatArray, mitral: FloatArray, active: FloatArray) -> tuple[float, float, float]:
-    """Return the three durations in samples; NaN where a valve never opens."""
-    if not (aortic > 0.0).any() or not (mitral > 0.0).any():
-        return np.nan, np.nan, np.nan
-    if (aortic > 0.0).all():
-        return 0.0, float(aortic.size), 0.0
-    opening, ejection = ejecting(aortic > 0.0)
-    filling = np.roll(mitral > 0.0, -opening)  # seen from the opening of the aortic valve
-    relaxation = int(np.argmax(filling[ejection:]))
-    closed, rising = int(np.argmax(filling[::-1])), _rising(active, opening)
-    return min(closed, rising), ejection, relaxation
-
-
-def _rising(active: FloatArray, opening: int) -> int:
-    """Return for how many samples the active stiffness (M,) has risen when the aortic valve opens."""
-    before = np.roll(active, -opening)[::-1]
-    return int(np.argmax(np.diff(before) >= 0.0)) + 1
-
-
-def ejecting(opened: BoolArray) -> tuple[int, int]:
-    """Return when a valve opens that was closed for longest, and how long it is not, in samples."""
-    closings = np.flatnonzero(~opened & np.roll(opened, 1))
-    openings = np.flatnonzero(opened & ~np.roll(opened, 1))
-    following = openings[np.searchsorted(openings, closings) % openings.size]
-    closed = (following - closings) % opened.size
-    longest = int(np.argmax(closed))
-    return int(following[longest]), int(opened.size - closed[longest])
+def ejecting(opened: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return when valves (n, M) open that were closed for longest, and how long they are not, in samples."""
+    samples = opened.shape[1]
+    twice = np.tile(opened, 2)
+    last = np.maximum.accumulate(np.where(twice, np.arange(2 * samples), -1), axis=1)
+    closed = (np.arange(2 * samples) - last)[:, samples:]
+    longest = closed.argmax(axis=1)
+    return (longest + 1) % samples, samples - np.take_along_axis(closed, longest[:, None], axis=1)[:, 0]
 
 
 def aortic_pressure_mmhg(beats: Beats, settings: ForwardModelSettings) -> FloatArray:

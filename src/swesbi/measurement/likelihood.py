@@ -362,3 +362,15 @@ def reference_beat(context: Context, prior: PriorSettings, forward_model: Forwar
 def speed_model(observation: Observation, noise: CohortNoise, settings: SpeedModelSettings) -> SpeedModel:
     """Return the model of a recording whose errors are those of its group."""
     return SpeedModel(speeds.measured_speeds(observation, noise.of(observation.subject)), settings)
+
+
+def simulate_draws(model: SpeedModel, phi: FloatArray) -> Beats:
+    """Simulate draws of a posterior (n, d), those that repeat each other once."""
+    distinct, place = np.unique(phi, axis=0, return_inverse=True)
+    return model.simulate(distinct).rows(place.ravel())
+
+
+def predict_draws(model: SpeedModel, phi: FloatArray) -> speeds.PredictedSpeeds:
+    """Return the noiseless log speeds of draws of a posterior (n, d), as :func:`simulate_draws` does."""
+    distinct, place = np.unique(phi, axis=0, return_inverse=True)
+    return model.predict(distinct).rows(place.ravel())

@@ -77,15 +77,34 @@ class PriorProposal:
 
 @dataclass(frozen=True)
 class AdaptedDraws:
-    """The draws so far, placed in the spaces of proposals, and whether their weights are reliable."""
+    """The n draws so far, their weights and whether these are reliable, and all that a further round needs.
 
+    ``placed`` are the draws in the spaces of proposals, ``half`` (n,) is the half of each. ``log_parts`` (n,)
+    are log densities by each of what was drawn from: prior, network if there is one, then ``fitted``, and
+    ``counts`` how many were. ``efficiency`` is that of all draws after each round, the network's own first.
+    """
+
+    network: PlacedProposal | None
     weighted: WeightedDraws
     reliable: bool
+    known: EvaluatedPoints
     placed: tuple[PlacedDraws, ...]
+    half: IntArray
+    log_parts: tuple[FloatArray, ...]
+    counts: tuple[int, ...]
+    fitted: tuple[HalvedProposals, ...]
+    efficiency: tuple[float, ...]
 
     def proposal(self) -> FittedProposal:
         """Return a proposal fitted to all of them, for draws that are yet to come."""
         return fit_in_nearest(self.placed, self.weighted.log_weight)
+
+    def informed(self, settings: ExactSettings) -> AdaptedDraws:
+        """Return the same draws weighted by what was known beside the recording as well."""
+        known = self.known.informed()
+        weighted = weighted_by_all(known, self.log_parts, self.counts)
+        reliable, efficiency = is_reliable(weighted, settings), (weighted.efficiency,)
+        return replace(self, weighted=weighted, reliable=reliable, known=known, efficiency=efficiency)
 
 
 @dataclass(frozen=True)
@@ -118,44 +137,66 @@ def fit_halves(placed: Sequence[PlacedDraws], log_weight: FloatArray, half: IntA
 
 
 def adaptive_rounds(
-    model: LikelihoodModel, settings: ExactSettings, seed: int, network: PlacedProposal | None = None
+    model: LikelihoodModel,
+    settings: ExactSettings,
+    seed: int,
+    network: PlacedProposal | None = None,
+    former: AdaptedDraws | None = None,
 ) -> Iterator[AdaptedDraws]:
     """Yield the draws after each round, until their weights are reliable or rounds are used up.
 
-    They begin with the network's posterior of the recording, or with the prior alone. NoLikelihoodError: the
-    likelihood is zero at every draw of the first round.
+    They begin with the network's posterior of the recording, with the prior alone, or with ``former`` draws
+    of the same prior. NoLikelihoodError: the likelihood is zero at every draw of the first round.
     """
-    first, counts = _first_proposals(model.settings.prior, network, settings)
-    names = ("prior", "network")
+    now = former or _first_round(model, settings, seed, network)
+    for number in range(settings.max_rounds + 1):
+        yield now
+        if now.reliable or number == settings.max_rounds:
+            return
+        now = _next_round(now, model, settings, integer_seed(seed, "adaptive", number))
+
+
+def _first_round(
+    model: LikelihoodModel, settings: ExactSettings, seed: int, network: PlacedProposal | None
+) -> AdaptedDraws:
+    """Draw from the prior and the network."""
+    prior = model.settings.prior
+    first, counts = _first_proposals(prior, network, settings)
     drawn = [
         part.draw(count, integer_seed(seed, "adaptive", name))
-        for part, count, name in zip(first, counts, names, strict=False)
+        for part, count, name in zip(first, counts, ("prior", "network"), strict=False)
     ]
     points, half = np.concatenate(drawn), np.concatenate([np.arange(count) % 2 for count in counts])
     known = _evaluated(model, points)
-    spaces = _spaces(model.settings.prior, network)
-    placed = [placed_in(space, points) for space in spaces]
-    log_parts = _log_first(model.settings.prior, network, points, placed[0])
-    fitted: list[HalvedProposals] = []
-    for number in range(settings.max_rounds + 1):
-        weighted = weighted_by_all(known, log_parts, counts)
-        reliable = is_reliable(weighted, settings)
-        yield AdaptedDraws(weighted, reliable, tuple(placed))
-        if reliable or number == settings.max_rounds:
-            return
-        proposals = fit_halves(placed, weighted.log_weight, half)
-        each = _round_size(weighted, settings)
-        more = proposals.draw(each, integer_seed(seed, "adaptive", number))
-        of_more, more_placed = np.repeat([0, 1], each), [placed_in(space, more) for space in spaces]
-        log_more = _log_first(model.settings.prior, network, more, more_placed[0])
-        log_more += [former.log_density(more_placed, of_more) for former in fitted]
-        log_parts = [np.concatenate(pair) for pair in zip(log_parts, log_more, strict=True)]
-        half = np.concatenate([half, of_more])
-        placed = [former.with_more(new) for former, new in zip(placed, more_placed, strict=True)]
-        known = known.with_more(_evaluated(model, more))
-        fitted.append(proposals)
-        log_parts.append(proposals.log_density(placed, half))
-        counts.append(2 * each)
+    placed = tuple(placed_in(space, points) for space in _spaces(prior, network))
+    log_parts = _log_first(prior, network, points, placed[0])
+    weighted = weighted_by_all(known, log_parts, counts)
+    return AdaptedDraws(
+        network, weighted, is_reliable(weighted, settings), known, placed, half, tuple(log_parts),
+        tuple(counts), (), (weighted.efficiency,),
+    )  # fmt: skip
+
+
+def _next_round(
+    now: AdaptedDraws, model: LikelihoodModel, settings: ExactSettings, seed: int
+) -> AdaptedDraws:
+    """Draw from proposals fitted to the draws so far, and weight all by the mixture that they come from."""
+    proposals = fit_halves(now.placed, now.weighted.log_weight, now.half)
+    each = _round_size(now.weighted, settings)
+    more, of_more = proposals.draw(each, seed), np.repeat([0, 1], each)
+    more_placed = [placed_in(draws.space, more) for draws in now.placed]
+    log_more = _log_first(model.settings.prior, now.network, more, more_placed[0])
+    log_more += [former.log_density(more_placed, of_more) for former in now.fitted]
+    log_parts = [np.concatenate(pair) for pair in zip(now.log_parts, log_more, strict=True)]
+    half = np.concatenate([now.half, of_more])
+    placed = tuple(former.with_more(new) for former, new in zip(now.placed, more_placed, strict=True))
+    log_parts.append(proposals.log_density(placed, half))
+    known, counts = now.known.with_more(_evaluated(model, more)), (*now.counts, 2 * each)
+    weighted = weighted_by_all(known, log_parts, counts)
+    return AdaptedDraws(
+        now.network, weighted, is_reliable(weighted, settings), known, placed, half, tuple(log_parts), counts,
+        (*now.fitted, proposals), (*now.efficiency, weighted.efficiency),
+    )  # fmt: skip
 
 
 def _spaces(prior: BoxPrior, network: PlacedProposal | None) -> list[Space]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from swesbi.base.progress import LOGGER, Progress
 from swesbi.draws import equal_weights
 from swesbi.measurement.likelihood import SpeedModelSettings, speed_model
 from swesbi.networks.flow.trained import FlowProposal, TrainedFlow, flow_proposal
-from swesbi.posterior.adaptive import PriorProposal, adapted, adaptive_rounds
+from swesbi.posterior.adaptive import AdaptedDraws, PriorProposal, adapted, adaptive_rounds
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.importance import (
     LikelihoodModel,
@@ -33,6 +34,8 @@ from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.observation import Observation
 from swesbi.seeds import generator, integer_seed
 
+PROPOSAL_DRAWS: Final = 2000  # of the network, to be shown and compared: its limits to 5 % of its sd
+
 
 def exact_posterior(
     model: LikelihoodModel,
@@ -40,29 +43,28 @@ def exact_posterior(
     settings: ExactSettings,
     seed: int,
     *name: str | int,
-    fitted: PlacedProposal | None = None,
-) -> tuple[ExactPosterior, tuple[float, ...]]:
+    former: AdaptedDraws | None = None,
+) -> tuple[ExactPosterior, AdaptedDraws]:
     """Draw from the exact posterior of a recording; ``name`` names the streams of random numbers.
 
-    Rounds of weighted draws begin with the network's. Without a network they begin with what is given in its
-    place, with a normal approximation about the likeliest phi, where the model has residuals, or with the
+    Rounds of weighted draws begin with the network's, or go on from ``former`` ones. Without a network they
+    begin with a normal approximation about the likeliest phi, where the model has residuals, or with the
     prior alone. Where their weights fail the criteria after the last round, MCMC started from them takes
     over. A sampler that does not converge gives its draws all the same, and ``converged`` and ``reasons`` say
-    so. Beside the posterior stands the efficiency of all draws after each round, the network's own first.
+    so. Beside the posterior stand the weighted draws.
     NoLikelihoodError: the likelihood is zero at every draw of the first round.
     """
     seeds = [integer_seed(seed, *name, part) for part in ("rounds", "exact", "npe")]
-    began = fitted if network is None else network
-    if began is None and isinstance(model, ResidualModel):
+    began = network
+    if network is None and former is None and isinstance(model, ResidualModel):
         began = laplace_proposal(model, seeds[0])
     label = " ".join(map(str, ("exact posterior", *name)))
-    progress, rounds = Progress(label, settings.max_rounds + 1, unit="round", at_most=True), []
-    for draws in adaptive_rounds(model, settings, seeds[0], began):
-        rounds.append(draws)
+    progress = Progress(label, settings.max_rounds + 1, unit="round", at_most=True)
+    for draws in adaptive_rounds(model, settings, seeds[0], began, former):
         progress.step(note=f"efficiency {draws.weighted.efficiency:.1%}")
-    exact = certified(model, rounds[-1].weighted, settings, seeds[1])
-    efficiency = tuple(draws.weighted.efficiency for draws in rounds)
-    return replace(exact, proposal_phi=_began_with(model, network, settings.draws, seeds[2])), efficiency
+    exact = certified(model, draws.weighted, settings, seeds[1])
+    began_with = _began_with(model, network, min(PROPOSAL_DRAWS, settings.draws), seeds[2])
+    return replace(exact, proposal_phi=began_with), draws
 
 
 def _began_with(model: LikelihoodModel, network: PlacedProposal | None, draws: int, seed: int) -> FloatArray:
@@ -111,18 +113,19 @@ def weighted_posterior(
     effective_draws: int,
     settings: ExactSettings,
     seed: int,
-) -> tuple[WeightedDraws, bool]:
-    """Return the posterior by as few weighted draws as a check of it needs, and whether they are MCMC's.
+) -> tuple[WeightedDraws, AdaptedDraws]:
+    """Return the posterior by as few weighted draws as a check of it needs, and the rounds behind it.
 
     Rounds of weighted draws go on until their weights are reliable, as in a posterior that is reported, with
-    so many effective draws; where they never are, MCMC started from them takes over. None is left out. Draws
-    of MCMC have equal weight, with k-hat, efficiency and evidence of the weights that were not reliable.
+    so many effective draws. Where they never are, the draws are not those of the rounds: MCMC started from
+    these takes over. None is left out. Draws of MCMC have equal weight, with k-hat, efficiency and evidence
+    of the weights that were not reliable.
     """
     wanted = asking(settings, effective_draws)
-    weighted = adapted(model, wanted, integer_seed(seed, "rounds"), network).weighted
-    limit = k_hat_limit(len(weighted.phi), wanted.max_k_hat)
+    rounds = adapted(model, wanted, integer_seed(seed, "rounds"), network)
+    weighted, limit = rounds.weighted, k_hat_limit(len(rounds.weighted.phi), wanted.max_k_hat)
     if not weight_failures(weighted, limit, wanted.min_effective_draws):
-        return weighted, False
+        return weighted, rounds
     posterior = certified(model, weighted, wanted, seed)
     count = len(posterior.phi)
     drawn = replace(
@@ -132,7 +135,7 @@ def weighted_posterior(
         log_likelihood=evaluate(model, points_of(model, posterior.phi)).log_likelihood_of_phi,
         log_weight=np.log(equal_weights(count)),
     )
-    return drawn, True
+    return drawn, rounds
 
 
 def weight_failures(weighted: WeightedDraws, limit: float, min_effective: float) -> tuple[str, ...]:
@@ -220,8 +223,8 @@ def posterior_of_subject(
     """
     recorded, subject = speed_model(observation, noise, model), observation.subject
     network = flow_proposal(estimator, recorded.recording)
-    found, efficiency = exact_posterior(HeartModel(recorded), network, exact, seed, "exact", subject)
-    rounds = ", ".join(f"{share:.0%}" for share in efficiency)
+    found, drawn = exact_posterior(HeartModel(recorded), network, exact, seed, "exact", subject)
+    rounds = ", ".join(f"{share:.0%}" for share in drawn.efficiency)
     LOGGER.info("efficiency of the network, and of all draws after each further round: %s", rounds)
     log_certificate(subject, found)
     return described(found, model.prior, network)

@@ -38,11 +38,12 @@ class HeartModel(Marginal[WallPhases]):
     """Prior and likelihood of hearts, theta and physiology, given a recording; k parameters.
 
     ``speeds`` predicts the speeds of all parameters phi; ``pressures`` is the same recording with those of a
-    cuff, where they are taken.
+    cuff, where they are taken. Without ``informed`` their density is only told beside the likelihood.
     """
 
     speeds: SpeedModel
     pressures: ClinicalModel | None = None
+    informed: bool = True
 
     @property
     def prior(self) -> JointPriorSettings:
@@ -58,6 +59,11 @@ class HeartModel(Marginal[WallPhases]):
     def width(self) -> int:
         """Number of parameters of the measurement: the passive stiffness, and those that are free."""
         return len(self.prior.operator.parameters)
+
+    @property
+    def counts_beside(self) -> bool:
+        """Whether pressures are part of the likelihood."""
+        return self.informed
 
     def points(self, phi: FloatArray) -> FloatArray:
         """Return the hearts (n, k) of phi (n, d)."""

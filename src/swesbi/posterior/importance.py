@@ -37,12 +37,14 @@ class LikelihoodModel(Protocol):
 class EvaluatedPoints:
     """n points of a sampler under a recording; a failed simulation has the log likelihood -inf.
 
-    phi (n, d) are all parameters: those that are integrated out are drawn given data and point.
+    phi (n, d) are all parameters: those that are integrated out are drawn given data and point. ``beside``
+    (n,) is the log density of what is known beside the recording and not counted yet.
     """
 
     log_likelihood: FloatArray
     phi: FloatArray
     log_likelihood_of_phi: FloatArray
+    beside: FloatArray
 
     def with_more(self, more: EvaluatedPoints) -> EvaluatedPoints:
         """Return these and further points."""
@@ -50,7 +52,13 @@ class EvaluatedPoints:
             np.concatenate([self.log_likelihood, more.log_likelihood]),
             np.concatenate([self.phi, more.phi]),
             np.concatenate([self.log_likelihood_of_phi, more.log_likelihood_of_phi]),
+            np.concatenate([self.beside, more.beside]),
         )
+
+    def informed(self) -> EvaluatedPoints:
+        """Return them with what is known beside the recording counted."""
+        of_points, of_phi = self.log_likelihood + self.beside, self.log_likelihood_of_phi + self.beside
+        return EvaluatedPoints(of_points, self.phi, of_phi, np.zeros_like(self.beside))
 
 
 @runtime_checkable
@@ -73,7 +81,7 @@ def evaluate(model: LikelihoodModel, points: FloatArray) -> EvaluatedPoints:
     if isinstance(model, MarginalModel):
         return model.evaluated(points)
     log_likelihood = model.log_likelihood(points)
-    return EvaluatedPoints(log_likelihood, points, log_likelihood)
+    return EvaluatedPoints(log_likelihood, points, log_likelihood, np.zeros_like(log_likelihood))
 
 
 def points_of(model: LikelihoodModel, phi: FloatArray) -> FloatArray:

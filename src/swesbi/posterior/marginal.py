@@ -72,8 +72,13 @@ class Marginal(Generic[Simulated]):
         """Number o of parameters that are integrated out."""
         raise NotImplementedError
 
+    @property
+    def counts_beside(self) -> bool:
+        """Whether what is known beside the recording is part of the likelihood."""
+        return True
+
     def simulated(self, points: FloatArray) -> tuple[Simulated, FloatArray]:
-        """Return simulations of points (n, k), and the log density of what they alone tell, (n,)."""
+        """Return simulations of points (n, k), and the log density of what is known beside the data, (n,)."""
         raise NotImplementedError
 
     def completed(self, points: FloatArray, scores: FloatArray) -> FloatArray:
@@ -97,8 +102,8 @@ class Marginal(Generic[Simulated]):
 
         It depends on the point's own numbers alone. -inf where the simulation failed.
         """
-        _, log_ratio, _ = self._draws(points)
-        return _log_mean(log_ratio)
+        _, log_ratio, _, beside = self._draws(points)
+        return _log_mean(log_ratio) + (beside if self.counts_beside else 0.0)
 
     def evaluated(self, points: FloatArray) -> EvaluatedPoints:
         """Return points (n, k) with that likelihood, and with phi (n, d).
@@ -106,11 +111,12 @@ class Marginal(Generic[Simulated]):
         Of the draws behind the likelihood of each point one is taken by its weight. So phi has the posterior
         of all parameters where the points are weighted by that likelihood.
         """
-        scores, log_ratio, log_likelihood = self._draws(points)
+        scores, log_ratio, log_likelihood, beside = self._draws(points)
         gumbel = -np.log(-np.log(uniform(row_numbers(points, CHOICE), 0, DRAWS)))
         taken, rows = np.argmax(log_ratio + gumbel.T, axis=0), np.arange(len(points))
         phi = self.completed(points, scores[taken, rows])
-        return EvaluatedPoints(_log_mean(log_ratio), phi, log_likelihood[taken, rows])
+        found = EvaluatedPoints(_log_mean(log_ratio), phi, log_likelihood[taken, rows], beside)
+        return found.informed() if self.counts_beside else found
 
     def conditional(self, points: FloatArray, simulated: Simulated) -> Conditional:
         """Return the Student distributions of the scores about their modes, given n points."""
@@ -127,16 +133,18 @@ class Marginal(Generic[Simulated]):
                 mode = np.clip(mode + step * (LONGEST / length), -FARTHEST, FARTHEST)
         return Conditional(mode, np.asarray(np.linalg.cholesky(WIDER * np.linalg.inv(precision)), np.float64))
 
-    def _draws(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return draws of the scores given n points, (m, n, o), their log ratios and log likelihoods."""
-        (simulated, told), numbers = self.simulated(points), row_numbers(points, INTEGRAL)
+    def _draws(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return draws of the scores given n points, (m, n, o), their log ratios and log likelihoods.
+
+        Behind them stands the log density of what is known beside the recording, (n,).
+        """
+        (simulated, beside), numbers = self.simulated(points), row_numbers(points, INTEGRAL)
         about = self.conditional(points, simulated)
         drawn = [about.draw(uniform(numbers, draw, self.width + 1)) for draw in range(DRAWS)]
-        log_likelihood = np.stack(
-            [told + self.log_likelihood_of(points, simulated, scores) for scores, _ in drawn]
-        )
+        log_likelihood = np.stack([self.log_likelihood_of(points, simulated, scores) for scores, _ in drawn])
         log_density = np.stack([log_normal(scores) - log_q for scores, log_q in drawn])
-        return np.stack([scores for scores, _ in drawn]), log_likelihood + log_density, log_likelihood
+        draws = np.stack([scores for scores, _ in drawn])
+        return draws, log_likelihood + log_density, log_likelihood, beside
 
 
 def _log_mean(log_ratio: FloatArray) -> FloatArray:

@@ -29,13 +29,14 @@ ANSWERS: Final = "answers"
 class Request:
     """Who is asked about, and how the answers are to be kept, a folder each below ``out``.
 
-    Where none is named, all subjects of the folder are asked about.
+    Where none is named, all subjects of the folder are asked about. ``figures`` says what is drawn of each.
     """
 
     answerer: Answerer
     named: tuple[str, ...]
     out: Path
     force: bool
+    figures: str
 
 
 def main(options: argparse.Namespace) -> int:
@@ -52,7 +53,7 @@ def main(options: argparse.Namespace) -> int:
         required=options.experiment is not None,
     )
     out = options.out or typed_in / ANSWERS / study.outside.folder.resolve().name
-    request = Request(answerer, named, out, options.force)
+    request = Request(answerer, named, out, options.force, options.figures)
     if len(named) == 1:
         print(_given(request, *named)[0])
         return 0
@@ -126,14 +127,14 @@ def _given(request: Request, subject: str) -> tuple[str, AnswerRow]:
     An answer that is there, to just this, is kept.
     """
     asked, folder = request.answerer.request(subject), request.out / subject
-    verdict = None if request.force else asked.kept_in(folder)
+    verdict = None if request.force else asked.kept_in(folder, request.figures)
     if verdict is not None:
         lines = [
             f"{subject}: {verdict.sentence}",
             f"answered before, and nothing has changed since: {folder.resolve()}",
         ]
     else:
-        answer, _ = asked.answer_into(folder, force=request.force)
+        answer, _ = asked.answer_into(folder, force=request.force, figures=request.figures)
         verdict = answer.verdict
         files = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_file()))
         lines = [

@@ -81,7 +81,8 @@ def run_stage(
     """Read what a stage takes, call it and write what it returns, all by its annotations.
 
     A stage returns what its only files hold, or a named tuple with a field an output; a field that is drawn
-    has the files ``<field>_pdf`` and ``<field>_png``. An input that it does not name is only waited for.
+    has the files ``<field>_pdf`` and ``<field>_png``, one that is None has none. An input that it does not
+    name is only waited for.
     ``params`` are by name the settings, ``seed``, ``subject`` and ``code``. ``resources`` of the
     configuration go to arguments of their names.
     """
@@ -117,9 +118,11 @@ def _shared_out(
     of_field = {
         field: [name for name in (field, *(f"{field}{ending}" for ending in DRAWN)) if name in outputs]
         for field in hint._fields
+        if getattr(returned, field) is not None
     }
     if not all(of_field.values()) or {name for names in of_field.values() for name in names} != set(outputs):
-        raise TypeError(f"the rule has the outputs {', '.join(outputs)}, the stage returns {hint._fields}")
+        given = tuple(of_field)
+        raise TypeError(f"the rule has the outputs {', '.join(outputs)}, the stage returns {given}")
     types = get_type_hints(hint, include_extras=True)
     return [
         (types[field], getattr(returned, field), [path for name in names for path in outputs[name]])

@@ -104,6 +104,12 @@ def infer() -> argparse.ArgumentParser:
     parser.add_argument("--subject", help="one subject of the folder, or of its table of several")
     parser.add_argument("--from-prior", action="store_true", help="start from the prior, without a network")
     parser.add_argument("--workers", type=int, default=1, help="recordings inferred in parallel; default: 1")
+    parser.add_argument(
+        "--figures",
+        choices=("none", "sheet", "all"),
+        default="all",
+        help="of each recording: none, the PDF sheet alone, or two images beside it; default: all",
+    )
     _add_answering(parser, "answers/<folder>, with a folder per subject")
     parser.add_argument(
         "--force", action="store_true", help="infer again, and overwrite the answer to another recording"

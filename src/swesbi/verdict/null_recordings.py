@@ -16,7 +16,7 @@ from swesbi.base.arrays import below_each_other
 from swesbi.base.progress import Progress
 from swesbi.context import Context
 from swesbi.draws import resampled_rows
-from swesbi.measurement.likelihood import SpeedModel
+from swesbi.measurement.likelihood import SpeedModel, predict_draws
 from swesbi.networks.flow.trained import TrainedFlow, flow_proposal
 from swesbi.population.recordings import (
     MODEL_NOISE,
@@ -123,5 +123,5 @@ def infer_checks(
     proposal = flow_proposal(flow, model.recording)
     drawn, _ = weighted_posterior(HeartModel(model), proposal, effective_draws, exact, seed)
     rng = generator(seed, "residuals")
-    predicted = model.predict(drawn.phi[resampled_rows(drawn.weight, effective_draws, rng)])
+    predicted = predict_draws(model, drawn.phi[resampled_rows(drawn.weight, effective_draws, rng)])
     return misfits_of(model, drawn.phi, drawn.weight, predicted, rng)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -154,27 +155,42 @@ class Grade(IntEnum):
 class Null:
     """The null distribution of a statistic whose large values contradict the model: n values, ascending.
 
-    A Pareto tail begins at the edge, above which a share ``edge_p`` lies; its scale is zero where exceedances
-    do not vary.
+    A Pareto tail begins at the edge, above which a share ``edge_p`` lies.
     """
 
     ordered: FloatArray
     edge: float
-    edge_p: float
-    shape: float
-    scale: float
+
+    @property
+    def edge_p(self) -> float:
+        """The share above the edge."""
+        return float(np.mean(self.ordered > self.edge))
+
+    @cached_property
+    def tail(self) -> tuple[float, float]:
+        """Shape and scale of the tail; its scale is zero where exceedances do not vary."""
+        excess = self.ordered[self.ordered > self.edge] - self.edge
+        if len(excess) < 2 or np.ptp(excess) == 0.0:
+            return 0.0, 0.0
+        from scipy.stats import genpareto  # a quarter of a second, which few recordings need
+
+        shape, _, scale = genpareto.fit(excess, floc=0.0)
+        if shape < 0.0:  # a tail that ends would call impossible what no recording happened to show
+            shape, scale = 0.0, excess.mean()
+        return float(shape), float(scale)
 
     def p_value(self, statistic: FloatArray) -> FloatArray:
         """Return the p-value of each statistic, any shape, between ``SMALLEST_P`` and 1."""
         above = len(self.ordered) - np.searchsorted(self.ordered, statistic, side="left")
-        empirical = (1.0 + above) / (1.0 + len(self.ordered))
-        if self.scale == 0.0:
-            return np.asarray(empirical)
-        from scipy.stats import genpareto
+        p = np.asarray((1.0 + above) / (1.0 + len(self.ordered)))
+        rare = above < COUNTED
+        if rare.any() and self.tail[1] > 0.0:
+            from scipy.stats import genpareto
 
-        excess = np.maximum(statistic - self.edge, 0.0)
-        tail = self.edge_p * genpareto.sf(excess, self.shape, scale=self.scale)
-        return np.clip(np.where(above < COUNTED, tail, empirical), SMALLEST_P, 1.0)
+            excess = np.maximum(statistic - self.edge, 0.0)
+            shape, scale = self.tail
+            p = np.where(rare, self.edge_p * genpareto.sf(excess, shape, scale=scale), p)
+        return np.clip(p, SMALLEST_P, 1.0)
 
 
 def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
@@ -184,16 +200,7 @@ def fit_null(statistics: FloatArray, tail_fraction: float) -> Null:
             f"null statistics must be a vector of finite numbers; found shape {statistics.shape}"
         )
     ordered = np.sort(statistics)
-    edge = float(np.quantile(ordered, 1.0 - tail_fraction))
-    excess = ordered[ordered > edge] - edge
-    if len(excess) < 2 or np.ptp(excess) == 0.0:
-        return Null(ordered, edge, len(excess) / len(ordered), 0.0, 0.0)
-    from scipy.stats import genpareto
-
-    shape, _, scale = genpareto.fit(excess, floc=0.0)
-    if shape < 0.0:  # a tail that ends would call impossible what no recording happened to show
-        shape, scale = 0.0, excess.mean()
-    return Null(ordered, edge, len(excess) / len(ordered), float(shape), float(scale))
+    return Null(ordered, float(np.quantile(ordered, 1.0 - tail_fraction)))
 
 
 def nearest(null: Misfits, points: int, declared: bool) -> Misfits:

@@ -20,11 +20,11 @@ from swesbi.base.arrays import FloatArray
 from swesbi.base.progress import LOGGER
 from swesbi.base.settings import Settings
 from swesbi.context import Context
-from swesbi.draws import median_and_interval
+from swesbi.draws import kernel_density, median_and_interval
 from swesbi.heart.periodic import Status
 from swesbi.heart.simulate import Beats
 from swesbi.measurement.derived import reported
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, simulate_draws, speed_model
 from swesbi.parameters import THETA_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import NOT_MEASURED, ClinicalMeasures
@@ -271,11 +271,8 @@ def two_modes(values: FloatArray) -> tuple[float, float] | None:
     spread = min(known.std(), (quartiles[1] - quartiles[0]) / 1.34)
     if spread == 0.0:
         return None
-    width = 0.9 * spread * len(known) ** -0.2 / known.std(ddof=1)
     at = np.linspace(low, high, POINTS)
-    from scipy.stats import gaussian_kde  # a quarter of a second, which no other verdict need wait for
-
-    density = gaussian_kde(known, bw_method=width)(at)
+    density = kernel_density(known, at, 0.9 * spread * len(known) ** -0.2)
     before, after = np.maximum.accumulate(density), np.maximum.accumulate(density[::-1])[::-1]
     below = np.searchsorted(np.sort(known), at) / len(known)
     parted = (below >= LEAST_MASS) & (below <= 1.0 - LEAST_MASS)
@@ -318,7 +315,7 @@ def verdict_on_subject(
     """Judge a recording of a subject, whose context is compared with those of the rest of the cohort."""
     others, recorded = others_than(observation.subject, contexts), speed_model(observation, noise, model)
     settings = VerdictSettings(model=model, rule=rule, ejection_time=ejection_time, lvet_sd_ms=lvet_sd_ms)
-    beats = recorded.simulate(posterior.phi)
+    beats = simulate_draws(recorded, posterior.phi)
     verdict = judge(posterior, recorded, beats, null, others, settings, seed, observation.clinical)
     LOGGER.info("subject %s: %s", observation.subject, verdict.sentence)
     return verdict

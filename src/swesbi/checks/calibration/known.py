@@ -31,7 +31,7 @@ from swesbi.checks.calibration.ranks import (
 )
 from swesbi.checks.settings import PushesSettings, RecordingsSettings
 from swesbi.draws import equal_weights, resampled_rows
-from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, speed_model
+from swesbi.measurement.likelihood import SpeedModel, SpeedModelSettings, predict_draws, speed_model
 from swesbi.measurement.settings import MeasurementSettings
 from swesbi.networks.flow.trained import TrainedFlow, flow_proposal
 from swesbi.population.recordings import (
@@ -124,15 +124,18 @@ def infer(
     ``settings`` say how many draws each takes, ``exact`` is the study's own way to the exact posterior.
     """
     model, phi, stream = known.model, known.phi, known.stream
-    prior, heart = model.settings.prior, HeartModel(model)
-    network = flow_proposal(flow, model.recording)
-    proposed = heart.evaluated(network.draw(settings.network_draws, integer_seed(stream, "network"))).phi
-    drawn, by_mcmc = weighted_posterior(heart, network, settings.effective_draws, exact, stream)
-    both = np.concatenate([phi[None], proposed])
-    truth, *rest = quantities(both, model.log_likelihood(both), model.activation_duration_s(both))
+    prior, network = model.settings.prior, flow_proposal(flow, model.recording)
+    drawn, rounds = weighted_posterior(HeartModel(model), network, settings.effective_draws, exact, stream)
+    from_network = slice(rounds.counts[0], rounds.counts[0] + settings.network_draws)
+    proposed, of_proposed = rounds.known.phi[from_network], rounds.known.log_likelihood_of_phi[from_network]
+    truth, *rest = quantities(
+        np.concatenate([phi[None], proposed]),
+        np.concatenate([model.log_likelihood(phi[None]), of_proposed]),
+        model.activation_duration_s(np.concatenate([phi[None], proposed])),
+    )
     values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
     rng = generator(stream, known.misfits)
-    predicted = model.predict(drawn.phi[resampled_rows(drawn.weight, settings.misfit_draws, rng)])
+    predicted = predict_draws(model, drawn.phi[resampled_rows(drawn.weight, settings.misfit_draws, rng)])
     ranked = RankedRecordings(
         names=quantity_names(prior),
         subject=np.array([model.recording.subject]),
@@ -141,7 +144,7 @@ def infer(
         network=rank(truth, np.stack(rest), equal_weights(len(rest)), known.reference, prior),
         weighted=rank(truth, values, drawn.weight, known.reference, prior),
     )
-    certificate = (drawn.k_hat, drawn.efficiency, drawn.log_evidence, by_mcmc)
+    certificate = (drawn.k_hat, drawn.efficiency, drawn.log_evidence, drawn is not rounds.weighted)
     diagnostics = Diagnostics(*(np.array([value]) for value in certificate))
     return InferredRecordings(ranked, diagnostics, misfits_of(model, drawn.phi, drawn.weight, predicted, rng))
 

@@ -281,7 +281,7 @@ def infer_change(
     if len(model.models) != 2 or len(own) != 2:
         raise ValueError(f"{len(model.models)} visits: a change is between two")
     first = joined_proposal(model, [each.phi for each in own], spaces)
-    exact, efficiency = exact_posterior(model, first, settings.exact, seed, STREAM, *name)
+    exact, drawn = exact_posterior(model, first, settings.exact, seed, STREAM, *name)
     phi = model.coupling.phi(exact.phi)
     quantities = np.stack([quantities_of(one, rows) for one, rows in zip(model.models, phi, strict=True)])
     rng = generator(seed, STREAM, *name, "independent")
@@ -304,7 +304,7 @@ def infer_change(
             settings.rule.null_draws,
             rng,
         ),
-        efficiency=efficiency,
+        efficiency=drawn.efficiency,
     )
 
 

@@ -145,6 +145,9 @@ def save_figure(figure: Figure, *paths: Path) -> None:
         if path.suffix not in NO_TIMESTAMP:
             raise ValueError(f"{path}: figures are written as .pdf or .png, not {path.suffix!r}")
         with style(), atomic_path(path) as temporary:
+            if (layout := figure.get_layout_engine()) is not None:
+                layout.execute(figure)
+                figure.set_layout_engine(None)  # else each file is laid out anew, and drawn twice for that
             dpi = min(300, MAX_PIXELS / max(figure.get_size_inches()))
             figure.savefig(temporary, dpi=dpi, metadata=NO_TIMESTAMP[path.suffix])
 
