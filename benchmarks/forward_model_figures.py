@@ -20,11 +20,10 @@ from swesbi.heart.simulate import Beats, simulate
 from swesbi.report.figures.style import (
     OBSERVED,
     SERIES,
+    drawing,
     few_ticks,
-    new_figure,
     save_figure,
     shared_legend,
-    style,
 )
 
 REFERENCE = ROOT / "tests" / "reference" / "forward_model"
@@ -60,8 +59,7 @@ def overlay(comparison: Comparison, columns: int) -> Figure:
     """Draw every compared quantity of both programs over time, with its RMSE."""
     names = list(comparison.ours)
     rows = -(-len(names) // columns)
-    with style():
-        figure = new_figure(PANEL_IN[0] * columns, PANEL_IN[1] * rows + FRAME_IN)
+    with drawing(PANEL_IN[0] * columns, PANEL_IN[1] * rows + FRAME_IN) as figure:
         axes = list(figure.subplots(rows, columns, squeeze=False).flat)
         for axis, name in zip(axes, names, strict=False):
             axis.plot(
@@ -79,8 +77,7 @@ def overlay(comparison: Comparison, columns: int) -> Figure:
 def six_subjects(cases: Cases) -> Figure:
     """Draw one beat of each virtual volunteer at the prior's centre, nothing fitted."""
     fine = with_numerics(cases.settings, steps_per_beat=2000, samples_per_beat=2000)
-    with style():
-        figure = new_figure(3 * PANEL_IN[0], 2 * PANEL_IN[1] + FRAME_IN)
+    with drawing(3 * PANEL_IN[0], 2 * PANEL_IN[1] + FRAME_IN) as figure:
         axes = list(figure.subplots(2, 3).flat)
         for colour, context in zip(SERIES, cases.contexts, strict=False):
             beats = simulate(CENTRE, context, fine)

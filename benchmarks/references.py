@@ -128,9 +128,9 @@ def physioblocks_model(table: pd.DataFrame, steps_per_ms: int = 1) -> Model:
     return Model(options, PHYSIOBLOCKS_PARAMETERS, drives, step_s, steps_per_ms, start, options)
 
 
-def compare_with_physioblocks(table: pd.DataFrame) -> Comparison:
+def compare_with_physioblocks(table: pd.DataFrame, steps_per_ms: int = 1) -> Comparison:
     """Run beats 9 and 10 from the program's state at 8 s and compare beat 10."""
-    model = physioblocks_model(table)
+    model = physioblocks_model(table, steps_per_ms)
     _, record = advance(model.start[None], np.array([PHYSIOBLOCKS_THETA]), model)
     y, stiffness, _, pressure, mitral, aortic, _ = record[:, 0]
     beat = slice(model.samples // 2, model.samples)

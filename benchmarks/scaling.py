@@ -1,11 +1,14 @@
 """What a study over a population costs for cohorts of any size, stage by stage, and how that grows.
 
     python benchmarks/scaling.py FOLDER
-    python benchmarks/scaling.py FOLDER --sizes 6 60 600 --table docs/tables/scaling.csv
+    python benchmarks/scaling.py FOLDER --sizes 6 60 120 --table docs/tables/scaling.csv
 
 Subjects are generated with cuff pressures, once into the folder; smaller cohorts are the first of the
 largest. Each cohort is run from nothing by Snakemake with the network of a finished study, so that what
 remains is what subjects cost. What was measured in the folder is not run again.
+
+A larger cohort is computed: each stage goes on as from the second largest to the largest. Other numbers of
+cores are computed too: the jobs of a stage run side by side, and stages one after the other.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ from swesbi.config.models import Config
 from swesbi.config.read import parse_config, read_merged
 from swesbi.recording.cohort.clinical import CLINICAL_BOUNDS
 from swesbi.recording.settings import ContextRow
-from swesbi.report.figures.style import PRIOR, new_figure, save_figure, style
+from swesbi.report.figures.style import PRIOR, drawing, save_figure
 from swesbi.virtual.generated import GeneratedRecording, record_subject
 from swesbi.virtual.volunteers import simulate_truth
 
@@ -44,6 +47,7 @@ PLANNING: Final = "planning"
 WHOLE: Final = "whole run"
 TARGETS: Final = ("amortised/cohort.csv", "amortised/cohort_posterior.csv", "tables/pressures.csv")
 SHOWN: Final = 8
+CORES: Final = (1, 2, 8)
 
 
 def generate(config: Config, numbers: Sequence[int]) -> list[GeneratedRecording]:
@@ -102,6 +106,37 @@ def costs_of(folder: Path, size: int, cores: int, networks: Path) -> pd.DataFram
     return stages.reset_index().assign(subjects=size)
 
 
+def computed(table: pd.DataFrame, subjects: int) -> pd.DataFrame:
+    """Return the stages of a cohort of another size, on the line through the two largest."""
+    few, many = sorted(table["subjects"].unique())[-2:]
+    numbers = ["jobs", "cpu_s", "wall_s"]
+    one, other = (table[table["subjects"] == size].set_index("stage")[numbers] for size in (few, many))
+    share = (subjects - few) / (many - few)
+    found = one.mul(1.0 - share).add(other.mul(share), fill_value=0.0)
+    return found.reset_index().assign(subjects=subjects)
+
+
+def wall_s(stages: pd.DataFrame, cores: int) -> float:
+    """Return how long the stages of one cohort take on so many cores."""
+    jobs = stages[~stages["stage"].isin([WHOLE, PLANNING])]
+    at_once = np.ceil(jobs["jobs"] / cores) / jobs["jobs"]
+    return float((jobs["cpu_s"] * at_once).sum() + stages[stages["stage"] == PLANNING]["wall_s"].sum())
+
+
+def by_cores(table: pd.DataFrame, largest: int, measured: int) -> pd.DataFrame:
+    """Return wall time (s) by subjects and cores, and whether it was measured; a row a cohort."""
+    cohorts = [stages for _, stages in table.groupby("subjects")]
+    rows = []
+    for stages in [*cohorts, computed(table, largest)]:
+        whole = stages[stages["stage"] == WHOLE].iloc[0]
+        known = stages["subjects"].iloc[0] in set(table["subjects"])
+        row = {"subjects": int(stages["subjects"].iloc[0]), "cpu_s": whole["cpu_s"]}
+        row |= {f"wall_{cores}_s": wall_s(stages, cores) for cores in CORES}
+        row["wall_measured_s"] = whole["wall_s"] if known else np.nan
+        rows.append(row | {"cores_measured": measured if known else 0})
+    return pd.DataFrame(rows)
+
+
 def growth(table: pd.DataFrame) -> pd.Series:
     """Return by stage the exponent of its growth between the two largest cohorts."""
     costs = table.pivot(index="stage", columns="subjects", values="cpu_s")
@@ -115,8 +150,7 @@ def draw(table: pd.DataFrame, path: Path) -> None:
     """Draw the processor time of the dearest stages over the number of subjects, and a line of slope one."""
     costs = table.pivot(index="subjects", columns="stage", values="cpu_s")
     exponents = growth(table)
-    with style():
-        figure = new_figure(6.3, 3.6)
+    with drawing(6.3, 3.6) as figure:
         axes = figure.subplots()
         for stage in costs.iloc[-1].nlargest(SHOWN).index:
             axes.loglog(costs.index, costs[stage], "o-", label=f"{stage}, exponent {exponents[stage]:.2f}")
@@ -135,6 +169,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="of cohorts and results; kept between calls")
     parser.add_argument("--sizes", type=int, nargs="+", default=[6, 60], help="default: 6 60")
     parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--computed", type=int, default=600, help="size of a cohort to compute; default: 600")
     parser.add_argument(
         "--networks", type=Path, default=ROOT / "results", help="results of a study that has finished"
     )
@@ -154,8 +189,12 @@ def main() -> None:
     shown = table.pivot(index="stage", columns="subjects", values="cpu_s").assign(exponent=growth(table))
     print(shown.sort_values(max(options.sizes), ascending=False).round(2).to_string())
     print(table[table["stage"] == WHOLE].to_string(index=False))
+    cores = by_cores(table, options.computed, options.cores) if len(found) > 1 else pd.DataFrame()
+    print(cores.round(0).to_string(index=False))
     if options.table:
         table.round(2).to_csv(options.table, index=False, lineterminator="\n")
+        times = options.table.with_name(f"{options.table.stem}_cores.csv")
+        cores.round(0).to_csv(times, index=False, lineterminator="\n")
     if options.figure:
         draw(table, options.figure)
 

@@ -2,6 +2,7 @@
 
 import ast
 import functools
+import pkgutil
 import re
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
@@ -110,6 +111,15 @@ def test_own_tables_are_read_by_one_function() -> None:
     assert read == {"artefacts.csv"}
     rules = "\n".join(path.read_text(encoding="utf-8") for path in code_below("workflow"))
     assert not [name for name in PANDAS_READERS if name in rules]
+
+
+def test_what_benchmarks_import_of_the_study_is_there() -> None:
+    """No test runs them, so a name that is changed is missed where they are next wanted."""
+    used = {name for path in code_below("benchmarks") for name in names_imported(path)}
+    found = {name for name in used if name.startswith("swesbi.")}
+    assert len(found) > 50
+    for name in sorted(found):
+        assert pkgutil.resolve_name(name) is not None, name
 
 
 @pytest.mark.parametrize(

@@ -259,10 +259,12 @@ def from_groups(
 
 def from_rows(stored: type[Stored], dataset: Group, along: str, **given: Sequence[Any]) -> list[Stored]:
     """Rebuild the dataclasses that lie along a dimension of the root; of fields given, one value a row."""
+    wanted = {mark.name for _, mark in _leaves(cast("type", stored)).values()}
+    own = replace(dataset, arrays={name: one for name, one in dataset.arrays.items() if name in wanted})
     return [
         from_groups(
             stored,
-            {ROOT: dataset.at(along, index)},
+            {ROOT: own.at(along, index)},
             {name: values[index] for name, values in given.items()},
         )
         for index in range(dataset.sizes[along])
