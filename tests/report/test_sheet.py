@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from figure_text import assert_text_apart
 from posterior_case import exact_of
 
 from swesbi.checks.information import MoreRepeats
@@ -14,8 +15,9 @@ from swesbi.context import Context
 from swesbi.parameters import PHI_NAMES, REPORTED_NAMES
 from swesbi.posterior.result import ExactPosterior
 from swesbi.recording.cohort.clinical import ClinicalMeasures
+from swesbi.recording.samples import REASONS
 from swesbi.report.figures.sheet import draw_sheet
-from swesbi.report.figures.style import save_figure
+from swesbi.report.figures.style import drawing, save_figure
 from swesbi.report.sheet import (
     Population,
     PressuresPosterior,
@@ -127,16 +129,34 @@ def test_a_contradicted_subject_is_no_measurement(sheet: Sheet) -> None:
     assert notes(replace(sheet, verdict=verdict))[0].startswith("CONTRADICTED")
 
 
-def test_the_page_is_one_and_the_same_wherever_it_lies_in_memory(sheet: Sheet, tmp_path: Path) -> None:
+def test_the_page_is_one_on_which_no_text_lies_on_another(sheet: Sheet, tmp_path: Path) -> None:
+    """Its parts stand at fixed places: with every reason for which samples are rejected, too."""
+    figure = draw_sheet(
+        replace(sheet, recorded=replace(sheet.recorded, rejected=dict.fromkeys(REASONS, 111)))
+    )
+    assert_text_apart(figure)
+    save_figure(figure, tmp_path / "sheet.pdf")
+    assert len(re.findall(rb"/Type /Page\s", (tmp_path / "sheet.pdf").read_bytes())) == 1
+
+
+def test_a_layout_is_one_and_the_same_wherever_it_lies_in_memory(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     found, held = set(), []
     for _ in range(3):
         blocks = [bytearray(size) for size in rng.integers(1, 400, 30_000)]
         held.append([blocks[i] for i in rng.permutation(len(blocks))[:5_000]])  # what stays leaves gaps
         del blocks
-        figure = draw_sheet(sheet)
-        save_figure(figure, tmp_path / "sheet.pdf")
+        with drawing(8.27, 11.69) as figure:
+            page = figure.add_gridspec(
+                3, 3, width_ratios=(0.55, 7.17, 0.55), height_ratios=(0.55, 10.6, 0.55)
+            )
+            inner = figure.add_subfigure(page[1, 1])
+            for number, part in enumerate(inner.subfigures(5, 1, height_ratios=(1.3, 2.4, 1.3, 2.7, 2.8))):
+                for panel in part.subplots(1, 6, width_ratios=(3.0, 1.0, 1.0, 2.0, 1.0, 1.0)):
+                    panel.plot([0.0, 1.0 / 3.0**number], [0.1, 7.0], label="a line")
+                    panel.set(title=f"{number / 7.0:.3g}", ylabel="y")
+                part.legend(loc="outside lower center", ncols=6)
+        save_figure(figure, tmp_path / "parts.pdf")
         places = tuple(tuple(axes.get_position().extents) for axes in figure.axes)
-        found.add((places, (tmp_path / "sheet.pdf").read_bytes()))
-    ((_, content),) = found
-    assert len(re.findall(rb"/Type /Page\s", content)) == 1
+        found.add((places, (tmp_path / "parts.pdf").read_bytes()))
+    assert len(found) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import inspect
 import json
 import logging
@@ -55,6 +56,7 @@ def run_job(snakemake: Snakemake) -> None:
     os.environ["MPLBACKEND"] = "agg"  # that of the caller's shell may be one that is not installed here
     params = settings_in(snakemake.params)
     function = pkgutil.resolve_name(params["stage"])  # its module is imported now, with all that it needs
+    gc.freeze()  # what was imported stays, and is not searched for garbage
     run_now = snakemake.config[RUN]
     exit_when_gone(run_now["process"])
     inputs, outputs = (

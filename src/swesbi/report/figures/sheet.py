@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.table import Table
 
 from swesbi.parameters import REPORTED, REPORTED_NAMES
@@ -37,6 +37,8 @@ from swesbi.report.sheet import (
 
 PAGE_IN: Final = (8.27, 11.69)  # A4
 MARGIN_IN: Final = 0.55
+TEXT_IN: Final = PAGE_IN[0] - 2.0 * MARGIN_IN
+PANEL_GAP_IN: Final = 0.08
 DRAWN: Final = ("duration_ms", "peak_kpa", "decay_rate_per_s", "k_sr_per_s", "peak_active_kpa", "k0_kpa")
 """Quantities whose densities are drawn; the table has all."""
 LINE: Final = 140
@@ -47,30 +49,36 @@ VERDICT_LINES: Final = 5
 
 
 def draw_sheet(sheet: Sheet) -> Figure:
-    """Draw the page of one subject."""
-    with drawing(*PAGE_IN) as figure:
-        parts = _parts(figure, (1.35, 2.45, 1.3, 2.75, 2.75))
-        left = _draw_head(parts[0].subplots(), sheet)
-        curves, counts = parts[1].subplots(1, 2, width_ratios=(3.0, 1.0))
+    """Draw the page of one subject; all parts stand at fixed places, which takes a fifth of the time."""
+    with drawing(*PAGE_IN, fixed=True) as figure:
+        left = _draw_head(_placed(figure, 0.58, 1.14), sheet)
+        curves = _placed(figure, 2.13, 1.42, left_in=0.99, width_in=4.28)
         draw_curve(curves, sheet.curve, STATUS_COLORS[sheet.verdict.status])
         curves.set_title("The recording, and what is predicted of it")
-        parts[1].legend(loc="outside lower center", ncols=2, columnspacing=1.2, handlelength=1.6)
-        _draw_counts(counts, sheet.recorded)
-        _draw_densities(parts[2].subplots(1, len(DRAWN)), sheet)
-        _draw_table(parts[3].subplots(), sheet)
+        middle = (0.5, 1.0 - 4.13 / PAGE_IN[1])
+        figure.legend(loc="center", bbox_to_anchor=middle, ncols=2, columnspacing=1.2, handlelength=1.6)
+        _draw_counts(_placed(figure, 2.13, 1.42, left_in=6.30, width_in=1.40), sheet.recorded)
+        step_in = (TEXT_IN + PANEL_GAP_IN) / len(DRAWN)
+        places = [MARGIN_IN + step_in * number for number in range(len(DRAWN))]
+        panels = [
+            _placed(figure, 4.58, 0.85, left_in=place, width_in=step_in - PANEL_GAP_IN) for place in places
+        ]
+        _draw_densities(panels, sheet)
+        _draw_table(_placed(figure, 5.94, 2.50), sheet)
         write_lines(
-            parts[4].subplots(), [*left, *notes(sheet)], LINE, (BULLET, " " * len(BULLET)), fontsize=7.0,
-            linespacing=1.35,
+            _placed(figure, 8.49, 2.60), [*left, *notes(sheet)], LINE, (BULLET, " " * len(BULLET)),
+            fontsize=7.0, linespacing=1.35,
         )  # fmt: skip
     return figure
 
 
-def _parts(figure: Figure, heights: Sequence[float]) -> list[SubFigure]:
-    """Return parts of these heights, one below the other, within the page's margins."""
-    width, height = (np.array([MARGIN_IN, side - 2.0 * MARGIN_IN, MARGIN_IN]) for side in PAGE_IN)
-    page = figure.add_gridspec(3, 3, width_ratios=width, height_ratios=height, wspace=0.0, hspace=0.0)
-    inner = figure.add_subfigure(page[1, 1])
-    return list(np.ravel(np.asarray(inner.subfigures(len(heights), 1, height_ratios=list(heights)))))
+def _placed(
+    figure: Figure, top_in: float, height_in: float, left_in: float = MARGIN_IN, width_in: float = TEXT_IN
+) -> Axes:
+    """Return axes at a place of the page, counted from its upper left corner; by default as wide as text."""
+    width, height = PAGE_IN
+    box = (left_in / width, 1.0 - (top_in + height_in) / height, width_in / width, height_in / height)
+    return figure.add_axes(box)
 
 
 def _draw_head(axes: Axes, sheet: Sheet) -> list[str]:
@@ -132,7 +140,7 @@ def _draw_table(axes: Axes, sheet: Sheet) -> None:
     widths = [0.33, 0.07, 0.13, 0.17, 0.13, *[0.057] * further]
     if further:
         axes.set_title(f"width with more {sheet.recorded.more}", loc="right", fontsize=7.0)
-    table = write_table(axes, names, rows(sheet), widths, 1.2, loc="upper center")
+    table = write_table(axes, names, rows(sheet), widths, 1.1, loc="upper center")
     for (row, column), cell in table.get_celld().items():
         cell.set_edgecolor(EXCLUDED_BACKGROUND)
         if column == 0:

@@ -126,13 +126,15 @@ def _rounded(box: Bbox) -> FloatArray:
 
 
 @contextmanager
-def drawing(width_in: float, height_in: float, title: str = "", size: float | str = 7.5) -> Iterator[Figure]:
+def drawing(
+    width_in: float, height_in: float, title: str = "", size: float | str = 7.5, *, fixed: bool = False
+) -> Iterator[Figure]:
     """Draw a figure in the study's style, with its title above; without one it has no room for it.
 
-    Its constrained layout keeps text apart.
+    Its constrained layout keeps text apart, unless all of its parts have ``fixed`` places.
     """
     with style():
-        figure = Figure(figsize=(width_in, height_in), layout=SameTwiceLayout())
+        figure = Figure(figsize=(width_in, height_in), layout=None if fixed else SameTwiceLayout())
         FigureCanvasAgg(figure)
         if title:
             figure.suptitle(title, fontsize=size)
