@@ -18,7 +18,13 @@ from swesbi.prior import draw_prior
 
 EXPERIMENT = speed_case.shipped().speed_experiments["calibrated"]
 CONDITIONING = ConditioningSettings(summary=EXPERIMENT.summary, grid_points=100, density_kg_m3=1000.0)
-SMALL: dict[str, Any] = {"transforms": 2, "hidden_features": 24, "hidden_layers": 1, "batch_size": 128}
+SMALL: dict[str, Any] = {
+    "transforms": 2,
+    "hidden_features": 24,
+    "hidden_layers": 1,
+    "batch_size": 128,
+    "learning_rate": 2e-3,
+}
 TINY = EXPERIMENT.estimator.model_copy(
     update={
         **SMALL,

@@ -135,12 +135,12 @@ CONTROLS = (
     ),
     Mutation(
         "learning rate of speeds changed by a rounding error",
-        "learning_rate: 2.0e-3", "learning_rate: 2.000001e-3",
+        "learning_rate: 6.0e-3", "learning_rate: 6.000001e-3",
         (EXACT_OF_A, "calibrated/subjects/A/calibration_recordings.h5"), where="config/experiments.yaml",
     ),
     Mutation(
         "learning rate of the population changed by a rounding error",
-        "learning_rate: 1.5e-3", "learning_rate: 1.500001e-3",
+        "learning_rate: 4.0e-3", "learning_rate: 4.000001e-3",
         (WEIGHTED_OF_A,), where="config/population.yaml",
     ),
 )  # fmt: skip
