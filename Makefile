@@ -61,7 +61,7 @@ lock: # renew the locks from pyproject.toml, with uv; pins that still fit stay, 
 cluster: $(INSTALLED) # what a run on a cluster needs beside it
 	$(LOCKED) --requirement locks/cluster.txt
 
-demo: $(ANSWERS) ## a shipped recording inferred without a study, in half a minute, into swesbi-demo/
+demo: $(ANSWERS) ## a shipped recording inferred without a study, in ten seconds, into swesbi-demo/
 	$(BIN)/swesbi demo
 
 study: $(INSTALLED) ## the whole study: every figure and table, under results/

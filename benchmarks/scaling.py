@@ -152,11 +152,13 @@ def draw(table: pd.DataFrame, path: Path) -> None:
     exponents = growth(table)
     with drawing(6.3, 3.6) as figure:
         axes = figure.subplots()
-        for stage in costs.iloc[-1].nlargest(SHOWN).index:
+        for stage in costs.dropna(axis=1).iloc[-1].nlargest(SHOWN).index:
             axes.loglog(costs.index, costs[stage], "o-", label=f"{stage}, exponent {exponents[stage]:.2f}")
         largest = costs[WHOLE].iloc[-1] / costs.index[-1]
         axes.loglog(costs.index, largest * costs.index, ":", color=PRIOR, label="proportional")
-        axes.set(xlabel="subjects", ylabel="processor time (s)")
+        axes.set(xlabel="subjects", ylabel="processor time (s)", xticks=costs.index)
+        axes.set_xticklabels([f"{size}" for size in costs.index])
+        axes.minorticks_off()
         figure.legend(frameon=False, loc="outside right")
         save_figure(figure, path)
 
