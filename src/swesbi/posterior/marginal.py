@@ -125,8 +125,9 @@ class Marginal(Generic[Simulated]):
             errors = self.errors(points, simulated, mode)
             for _ in range(STEPS):
                 distance, jacobian = self.linear(simulated, mode)
-                told = jacobian.swapaxes(1, 2) @ errors.solve(np.dstack([jacobian, distance]))
-                precision, gradient = told[:, :, :-1] + np.eye(self.width), told[:, :, -1] - mode
+                weighed = errors.solve(np.dstack([jacobian, distance]))
+                precision = np.einsum("npi,npj->nij", jacobian, weighed[:, :, :-1]) + np.eye(self.width)
+                gradient = np.einsum("npi,np->ni", jacobian, weighed[:, :, -1]) - mode
                 step = np.linalg.solve(precision, gradient[:, :, None])[:, :, 0]
                 length = np.maximum(np.linalg.norm(step, axis=1, keepdims=True), LONGEST)
                 mode = np.clip(mode + step * (LONGEST / length), -FARTHEST, FARTHEST)
