@@ -57,7 +57,8 @@ RIGHT, NOISE_TOO_SMALL, PRIOR_RETURNED, DATA_TWICE = "right", "noise too small",
 @cache
 def flow() -> TrainedFlow:
     experiment, model = speed_case.shipped().speed_experiments["calibrated"], speed_case.model()
-    changes = {"transforms": 3, "hidden_features": 48, "epochs": 25, "batch_size": 256}
+    changes = {"transforms": 3, "hidden_features": 48, "hidden_layers": 2, "epochs": 25, "batch_size": 256}
+    changes |= {"learning_rate": 2e-3}
     conditioning = ConditioningSettings(summary=experiment.summary, grid_points=100, density_kg_m3=1000.0)
     settings = model.settings
     drawn = draw_simulations(
