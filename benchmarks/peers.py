@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
@@ -111,7 +112,7 @@ class Recording:
         return Counted(self.heart.speeds)
 
     def accuracy(self, phi: Array, chains: Array) -> float:
-        """Return how well draws (n, d) are told from those of the long chains (n, d)."""
+        """Return the accuracy of a classifier between draws (n, d) and those of the long chains (n, d)."""
         return classifier_accuracy(phi, chains, self.heart.prior, SEED)
 
 
@@ -153,7 +154,10 @@ def ours(recording: Recording, chains: Array, name: str, network: FlowProposal |
 def by_emcee(recording: Recording, chains: Array) -> Row:
     """Sample the logit of the parameters from draws of the prior on, by emcee's own moves."""
     model, rng = recording.counted, np.random.default_rng(SEED)
-    space, row = LogitSpace(model.settings.prior), Row("emcee 3.1", f"{DRAWS} effective draws")
+    space, row = (
+        LogitSpace(model.settings.prior),
+        Row(f"emcee {version('emcee')}", f"{DRAWS} effective draws"),
+    )
 
     def log_posterior(u: Array) -> Array:
         return log_posterior_in(space, model, u)
@@ -181,7 +185,8 @@ def by_npe(recording: Recording, chains: Array) -> list[Row]:
     """Train sbi's NPE, as it is installed, on recordings of this heart and draw from it."""
     speeds = recording.heart.speeds
     prior, rng = speeds.settings.prior, np.random.default_rng(SEED)
-    training, sampling = Row("sbi 0.26, NPE", "training"), Row("sbi 0.26, NPE", f"{DRAWS} draws")
+    name = f"NPE of sbi {version('sbi')}"
+    training, sampling = Row(name, "training"), Row(name, f"{DRAWS} draws")
     torch.manual_seed(SEED)
     with timed(training):
         phi = draw_prior(prior, TRAINING_DRAWS, rng)

@@ -88,6 +88,10 @@ def test_the_shipped_and_the_smoke_configuration_are_valid() -> None:
         ({"experiments__paper__prior": "wider"}, r"paper\.prior names the prior 'wider'; known .*paper"),
         ({"experiments__tables": SHIPPED["experiments"]["paper"]}, "'tables' is the name of a results"),
         ({"experiments__paper__predictive__draws": 10**6}, r"draws is 1000000, but only 1000 are there"),
+        (
+            {"experiments__calibrated__calibration__recordings__effective_draws": 60},
+            r"network_draws is 299, but only 270 are there in the first round",
+        ),
         ({"experiments__paper__support__min_in_prior_draws": 10**6}, r"met by candidate_draws = 500000"),
         ({"experiments__paper__predictive__features": ["peak"]}, r"names the feature 'peak'"),
         ({"passive__late_diastolic_window": [0.7, 0.9]}, r"= \[0\.7, 0\.9\] must equal recording\.late"),

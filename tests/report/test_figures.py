@@ -16,13 +16,16 @@ from matplotlib.axis import Axis
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from PIL import Image
+from scipy.stats import gaussian_kde
 
 from swesbi.artefacts import ArtefactError
 from swesbi.checks.scores import Band
+from swesbi.draws import density_of_pairs, kernel_density
 from swesbi.networks.training import TRAINING
 from swesbi.report.figures.calibration import draw_training
 from swesbi.report.figures.forest import Panel, Series, forest, intervals
 from swesbi.report.figures.posterior import (
+    DENSITY_QUANTILES,
     PosteriorPanel,
     draw_corner,
     draw_posteriors,
@@ -256,3 +259,26 @@ def test_densities_integrate_to_one_over_log_theta_and_the_band_holds_nine_tenth
     draws = np.exp(np.random.default_rng(0).normal(1.0, 0.3, 5000))
     theta, density = log_density_of_draws(draws)
     assert np.trapezoid(density, np.log(theta)) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("width", [None, 1e-4])
+def test_densities_of_draws_are_those_of_scipy(width: float | None) -> None:
+    """Of many draws they are counted in cells; a width far below their spread is of each draw."""
+    x = np.exp(0.4 * np.random.default_rng(1).normal(size=5000))
+    at = np.linspace(0.3, 3.0, 200)
+    expected = gaussian_kde(x, bw_method=None if width is None else width / x.std(ddof=1))(at)
+    np.testing.assert_allclose(kernel_density(x, at, width), expected, atol=3e-4 * expected.max())
+
+
+def test_the_density_of_pairs_is_that_of_scipy_but_for_its_factor() -> None:
+    rng = np.random.default_rng(2)
+    x = np.exp(0.4 * rng.normal(size=2000))
+    y = np.sqrt(x) * np.exp(0.1 * rng.normal(size=2000))  # correlated, and bent
+    across, up = (
+        np.linspace(*np.quantile(draws, DENSITY_QUANTILES), points) for draws, points in ((x, 50), (y, 40))
+    )
+    found = density_of_pairs(x, y, across, up)
+    assert found.shape == (40, 50)
+    expected = gaussian_kde(np.stack([x, y]))(np.stack([each.ravel() for each in np.meshgrid(across, up)]))
+    found, expected = found / found.max(), expected.reshape(found.shape) / expected.max()
+    np.testing.assert_allclose(found, expected, atol=0.02)  # draws beyond the grid are left out

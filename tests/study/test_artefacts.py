@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -21,6 +21,7 @@ from swesbi.artefacts import (
 )
 from swesbi.artefacts.csv import NAMES, read_csv, write_csv
 from swesbi.parameters import THETA_NAMES
+from swesbi.study.job import run_stage
 
 LIKE_NUMBERS = ("NA", "nan", "None", "007", "1e3", "-1", "True", "", "inf", "+4 weeks")
 ODD = ('a,"b"', "'", "-", "'-", "β")
@@ -112,3 +113,34 @@ def test_no_text_of_a_table_is_a_formula(path: Path) -> None:
     assert {number for number, _ in cells} == {"-1.5"}
     assert [text for _, text in cells[: len(FORMULAS)]] == [f"'{text}" for text in FORMULAS]
     assert tuple(text for _, text in cells[len(FORMULAS) :]) == written[len(FORMULAS) :]
+
+
+@dataclass(frozen=True)
+class Said:
+    """A result that writes itself."""
+
+    text: str
+
+    def write(self, path: Path, made: Provenance) -> None:
+        path.write_text(self.text)
+
+
+class SaidOnceOrTwice(NamedTuple):
+    first: Said
+    second: Said | None
+
+
+def say(*, twice: bool) -> SaidOnceOrTwice:
+    return SaidOnceOrTwice(Said("one"), Said("two") if twice else None)
+
+
+@pytest.mark.parametrize("twice", [True, False])
+def test_an_output_that_is_none_has_no_file_and_every_other_one_has(tmp_path: Path, *, twice: bool) -> None:
+    params = {"twice": twice, "subject": "", "seed": 1, "code": "0"}
+    every = {name: [tmp_path / name] for name in ("first", "second")}
+    own, other = (every, {"first": every["first"]})[:: 1 if twice else -1]
+    with pytest.raises(TypeError, match="the rule has the outputs"):
+        run_stage(say, {}, other, params)
+    assert not any(tmp_path.iterdir())
+    run_stage(say, {}, own, params)
+    assert {path.name for path in tmp_path.iterdir()} == set(own)

@@ -252,7 +252,7 @@ def write_as(hint: Any, value: Any, paths: Sequence[Path], made: Provenance) -> 
     """Write a value to files as its type says: to one, or to each in the format of its name."""
     form = _format(hint)
     for path in paths:
-        if form is hint:  # or one of two types, or none: a value knows how it is written
+        if form is hint:  # a union of types, too
             value.write(path, made)
         else:
             form.write(value, path)

@@ -143,8 +143,8 @@ class RecordingsSettings(Settings):
     )
     network_draws: int = Field(
         ge=9,
-        description="Draws of the network. One less than a multiple of 100, the points of the "
-        "distribution functions.",
+        description="Draws of the network, of those in the first round of each posterior. One less than a "
+        "multiple of 100, the points of the distribution functions.",
     )
     effective_draws: int = Field(
         ge=10,

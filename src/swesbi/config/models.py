@@ -33,6 +33,7 @@ from swesbi.measurement.settings import (
 )
 from swesbi.parameters import THETA_NAMES, THETA_RANGES, NuisanceSettings
 from swesbi.persons.settings import ChangeGroupsSettings, ChangeSettings, HierarchySettings
+from swesbi.posterior.settings import asking, first_counts
 from swesbi.prior import PriorSettings
 from swesbi.recording.cohort.clinical import ClinicalErrors
 from swesbi.recording.settings import AcquisitionSettings, NoiseSettings, RecordingSettings
@@ -138,11 +139,11 @@ def check_draws(config: Config) -> None:
         else:
             speeds = config.speed_experiments[name]
             local, made = speeds.calibration.local, speeds.calibration.recordings
-            of_network = round((1.0 - speeds.exact.prior_fraction) * speeds.exact.first_draws)
+            _, of_network = first_counts(asking(speeds.exact, made.effective_draws))
             if made.network_draws > of_network:
                 raise ValueError(
                     f"experiments.{name}: calibration.recordings.network_draws is {made.network_draws}, but "
-                    f"only {of_network} of exact.first_draws are of the network; the others are of the prior"
+                    f"only {of_network} are there in the first round of so few effective_draws; raise these"
                 )
             taken += [
                 ("predictive.draws", predictive, "exact.draws"),

@@ -36,7 +36,7 @@ from swesbi.posterior.importance import (
     evidence,
     k_hat_limit,
 )
-from swesbi.posterior.settings import ExactSettings
+from swesbi.posterior.settings import ExactSettings, first_counts
 from swesbi.posterior.space import PlacedProposal, ScoreSpace, Space
 from swesbi.prior import BoxPrior, draw_prior, log_density, to_logit
 from swesbi.seeds import generator, integer_seed
@@ -79,9 +79,10 @@ class PriorProposal:
 class AdaptedDraws:
     """The n draws so far, their weights and whether these are reliable, and all that a further round needs.
 
-    ``placed`` are the draws in the spaces of proposals, ``half`` (n,) is the half of each. ``log_parts`` (n,)
-    are log densities by each of what was drawn from: prior, network if there is one, then ``fitted``, and
-    ``counts`` how many were. ``efficiency`` is that of all draws after each round, the network's own first.
+    ``known`` are the draws with their likelihoods, ``placed`` the draws in the spaces of proposals. ``half``
+    (n,) is the half of each. ``log_parts`` (n,) are log densities by each of what was drawn from: prior,
+    network if there is one, then ``fitted``. ``counts`` is how many were drawn from each. ``efficiency`` is
+    that of all draws after each round, the network's own first.
     """
 
     network: PlacedProposal | None
@@ -172,9 +173,17 @@ def _first_round(
     log_parts = _log_first(prior, network, points, placed[0])
     weighted = weighted_by_all(known, log_parts, counts)
     return AdaptedDraws(
-        network, weighted, is_reliable(weighted, settings), known, placed, half, tuple(log_parts),
-        tuple(counts), (), (weighted.efficiency,),
-    )  # fmt: skip
+        network=network,
+        weighted=weighted,
+        reliable=is_reliable(weighted, settings),
+        known=known,
+        placed=placed,
+        half=half,
+        log_parts=tuple(log_parts),
+        counts=tuple(counts),
+        fitted=(),
+        efficiency=(weighted.efficiency,),
+    )
 
 
 def _next_round(
@@ -194,9 +203,17 @@ def _next_round(
     known, counts = now.known.with_more(_evaluated(model, more)), (*now.counts, 2 * each)
     weighted = weighted_by_all(known, log_parts, counts)
     return AdaptedDraws(
-        now.network, weighted, is_reliable(weighted, settings), known, placed, half, tuple(log_parts), counts,
-        (*now.fitted, proposals), (*now.efficiency, weighted.efficiency),
-    )  # fmt: skip
+        network=now.network,
+        weighted=weighted,
+        reliable=is_reliable(weighted, settings),
+        known=known,
+        placed=placed,
+        half=half,
+        log_parts=tuple(log_parts),
+        counts=counts,
+        fitted=(*now.fitted, proposals),
+        efficiency=(*now.efficiency, weighted.efficiency),
+    )
 
 
 def _spaces(prior: BoxPrior, network: PlacedProposal | None) -> list[Space]:
@@ -231,12 +248,11 @@ def _evaluated(model: LikelihoodModel, points: FloatArray) -> EvaluatedPoints:
 def _first_proposals(
     prior: BoxPrior, network: PlacedProposal | None, settings: ExactSettings
 ) -> tuple[list[Proposal], list[int]]:
-    """Return what the first round draws from, and how many of each: even numbers, for two halves."""
-    draws = 2 * (settings.first_draws // 2)
+    """Return what the first round draws from, and how many of each."""
+    of_prior, of_network = first_counts(settings)
     if network is None:
-        return [PriorProposal(prior)], [draws]
-    of_prior = 2 * round(0.5 * settings.prior_fraction * draws)
-    return [PriorProposal(prior), network], [of_prior, draws - of_prior]
+        return [PriorProposal(prior)], [of_prior + of_network]
+    return [PriorProposal(prior), network], [of_prior, of_network]
 
 
 def _round_size(weighted: WeightedDraws, settings: ExactSettings) -> int:

@@ -130,6 +130,13 @@ class ExactSettings(Settings):
         return self
 
 
+def first_counts(settings: ExactSettings) -> tuple[int, int]:
+    """Return how many draws of the first round are of the prior, and of a network: even, for two halves."""
+    draws = 2 * (settings.first_draws // 2)
+    of_prior = 2 * round(0.5 * settings.prior_fraction * draws)
+    return of_prior, draws - of_prior
+
+
 DRAWS_AN_EFFECTIVE_ONE = 5
 """Draws of a network for one that is effective: the networks' efficiency is 12 to 20 % in the median."""
 

@@ -82,9 +82,10 @@ def run_stage(
 ) -> None:
     """Read what a stage takes, call it and write what it returns, all by its annotations.
 
-    A stage returns what its only files hold, or a named tuple with a field an output; a field that is drawn
-    has the files ``<field>_pdf`` and ``<field>_png``, one that is None has none. An input that it does not
-    name is only waited for.
+    A stage returns what its only files hold, or a named tuple with a field an output. A field that is drawn
+    has the files ``<field>_pdf`` and ``<field>_png``, and one that is None has none. An input that it does
+    not name is only waited for.
+
     ``params`` are by name the settings, ``seed``, ``subject`` and ``code``. ``resources`` of the
     configuration go to arguments of their names.
     """

@@ -128,11 +128,9 @@ def infer(
     drawn, rounds = weighted_posterior(HeartModel(model), network, settings.effective_draws, exact, stream)
     from_network = slice(rounds.counts[0], rounds.counts[0] + settings.network_draws)
     proposed, of_proposed = rounds.known.phi[from_network], rounds.known.log_likelihood_of_phi[from_network]
-    truth, *rest = quantities(
-        np.concatenate([phi[None], proposed]),
-        np.concatenate([model.log_likelihood(phi[None]), of_proposed]),
-        model.activation_duration_s(np.concatenate([phi[None], proposed])),
-    )
+    both = np.concatenate([phi[None], proposed])
+    log_likelihood = np.concatenate([model.log_likelihood(phi[None]), of_proposed])
+    truth, *rest = quantities(both, log_likelihood, model.activation_duration_s(both))
     values = quantities(drawn.phi, drawn.log_likelihood, model.activation_duration_s(drawn.phi))
     rng = generator(stream, known.misfits)
     predicted = predict_draws(model, drawn.phi[resampled_rows(drawn.weight, settings.misfit_draws, rng)])

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from scipy.special import ndtr
 
 from swesbi.base.arrays import FloatArray
-from swesbi.draws import kernel_density, median_and_interval
+from swesbi.draws import density_of_pairs, kernel_density, median_and_interval
 from swesbi.parameters import PHI, PHI_LABELS, THETA, ParameterPrior
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.truncated import Posterior
@@ -48,8 +48,6 @@ DENSITY_QUANTILES: Final = (0.0005, 0.9995)
 PRIOR_TAIL: Final = 0.05
 MARGIN: Final = 0.06
 GRID_POINTS: Final = 50
-FINER: Final = 3
-"""Cells of a count of pairs, a point of the grid: a sixth of the kernel's width."""
 
 
 @dataclass(frozen=True)
@@ -356,29 +354,6 @@ def draw_contours(
     mass_below = np.cumsum(ordered) / ordered.sum()
     levels = ordered[np.searchsorted(mass_below, outside)]
     axes.contour(across, up, density, levels=levels, **look)
-
-
-def density_of_pairs(x: FloatArray, y: FloatArray, across: FloatArray, up: FloatArray) -> FloatArray:
-    """Return the density of draws x, y (n,), but for a factor, at even points (k,) and (m,); shape (m, k).
-
-    The kernel is normal with the covariance of the draws times n^(-1/3) (Scott, Multivariate Density
-    Estimation, 1992). Draws are counted in cells finer than the points, and folded with it by FFT.
-    """
-    lattice = [np.linspace(ends[0], ends[-1], FINER * (len(ends) - 1) + 1) for ends in (up, across)]
-    step = [float(points[1] - points[0]) for points in lattice]
-    edges = [
-        np.append(points - 0.5 * d, points[-1] + 0.5 * d) for points, d in zip(lattice, step, strict=True)
-    ]
-    counts, _, _ = np.histogram2d(y, x, bins=edges)
-    size = tuple(2 * length for length in counts.shape)
-    offsets = np.meshgrid(
-        *(d * length * np.fft.fftfreq(length) for d, length in zip(step, size, strict=True)), indexing="ij"
-    )
-    inverse = np.linalg.inv(np.cov(y, x) * len(x) ** (-1.0 / 3.0))
-    kernel = np.exp(-0.5 * np.einsum("iab,ij,jab->ab", offsets, inverse, offsets))
-    folded = np.fft.irfft2(np.fft.rfft2(counts, size) * np.fft.rfft2(kernel), size)
-    density = folded[: counts.shape[0] : FINER, : counts.shape[1] : FINER]
-    return np.asarray(np.maximum(density, 0.0))
 
 
 def finish_corner(axes: Axes, place: tuple[int, int], limits: tuple[float, float], last: int) -> None:

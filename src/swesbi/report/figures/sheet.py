@@ -49,7 +49,7 @@ VERDICT_LINES: Final = 5
 
 
 def draw_sheet(sheet: Sheet) -> Figure:
-    """Draw the page of one subject; all parts stand at fixed places, which takes a fifth of the time."""
+    """Draw the page of one subject, all parts at fixed places, so that no layout is worked out."""
     with drawing(*PAGE_IN, fixed=True) as figure:
         left = _draw_head(_placed(figure, 0.58, 1.14), sheet)
         curves = _placed(figure, 2.13, 1.42, left_in=0.99, width_in=4.28)
