@@ -51,6 +51,14 @@ class Passing:
         os.kill(os.getpid(), self.number)
 
 
+class HalfMade:
+    """Complains as it is removed, as an object does of whose attributes a signal has kept some away."""
+
+    def __del__(self) -> None:
+        raise AttributeError("half made")
+
+
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 @pytest.mark.parametrize("unseen", [False, True])
 def test_a_signal_ends_a_command_with_a_sentence_and_does_not_stop_its_cleaning(
@@ -60,6 +68,7 @@ def test_a_signal_ends_a_command_with_a_sentence_and_does_not_stop_its_cleaning(
     cleaned = []
 
     def interrupted(_: object) -> int:
+        half_made = HalfMade()  # noqa: F841
         try:
             Passing(number) if unseen else os.kill(os.getpid(), number)
             time.sleep(10)
@@ -70,7 +79,8 @@ def test_a_signal_ends_a_command_with_a_sentence_and_does_not_stop_its_cleaning(
 
     monkeypatch.setattr("swesbi.__main__._run", interrupted)
     assert main(["validate"]) == code
-    assert "interrupted; of what was being made nothing is left behind" in capsys.readouterr().err
+    said = "\nswesbi: interrupted; of what was being made nothing is left behind\n"
+    assert capsys.readouterr().err == said
     assert cleaned
 
 

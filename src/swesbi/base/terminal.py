@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Final, NoReturn, TextIO, cast
@@ -46,6 +47,9 @@ def ended_by_signals() -> Iterator[None]:
     hook, sys.unraisablehook = sys.unraisablehook, _end_later
     try:
         yield
+    except InterruptedBySignal as interrupted:
+        traceback.clear_frames(interrupted.__traceback__)
+        raise
     finally:
         signal.alarm(0)
         sys.unraisablehook = hook
@@ -61,9 +65,13 @@ def _end(number: int, _: object) -> NoReturn:
 
 
 def _end_later(lost: sys.UnraisableHookArgs) -> None:
-    """Send a signal again that came where Python cannot raise: as an object was removed, say."""
+    """Send a signal again that came where Python cannot raise: as an object was removed, say.
+
+    What a signal left half made says nothing as it goes.
+    """
     if not isinstance(lost.exc_value, InterruptedBySignal):
-        sys.__unraisablehook__(lost)
+        if signal.getsignal(signal.SIGTERM) is not signal.SIG_IGN:
+            sys.__unraisablehook__(lost)
         return
     number = lost.exc_value.number
     signal.signal(number, _end)

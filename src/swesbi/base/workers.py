@@ -166,13 +166,18 @@ def _how_it_ended(code: int) -> str:
 def _serve(work: Callable[[Any], Any], connection: Connection[Any, Any], parent: int) -> None:
     """Do the work for what the parent sends, until it ends this process or is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent reports Ctrl-C
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(EXIT_TERMINATED))
+    signal.signal(signal.SIGTERM, _exit_unheard)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ASKING_TO_END)
     _exit_unless(lambda: os.getppid() == parent)
     os.environ[LIMIT] = "1"
     threadpool_limits(limits=1)  # threads that the parent had started do not exist here
     while True:
         connection.send(_tried(work, connection.recv()))
+
+
+def _exit_unheard(*_: object) -> None:
+    sys.unraisablehook = lambda _: None  # what is half made says nothing as it goes
+    sys.exit(EXIT_TERMINATED)
 
 
 def _tried(work: Callable[[Any], Any], item: object) -> Any:  # noqa: ANN401
