@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     )
     from swesbi.parameters import ParameterPrior
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Context",
     "ParameterPrior",
