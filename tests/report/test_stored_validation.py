@@ -68,8 +68,12 @@ def test_generators_stand_worst_first_and_what_is_missed_is_bold(tmp_path: Path)
 
 
 def test_sentences_follow_the_numbers(tmp_path: Path) -> None:
-    each, chance, covered, missed, untested = shown_validation(ROUNDS.read(stored(tmp_path))).brief
-    assert all(sentence.startswith("Not reached: ") for sentence in (each, chance, covered, missed))
+    *missing, untested = shown_validation(ROUNDS.read(stored(tmp_path))).brief
+    each, chance, covered, missed, *of_blocks = missing
+    assert all(sentence.startswith("Not reached: ") for sentence in missing)
+    assert [sentence.rpartition(". ")[2] for sentence in of_blocks] == [
+        "Found: 73.3 % (60.0 to 84.0).", "Found: 20.0 %.", "Found: –.",
+    ]  # fmt: skip
     assert each.endswith("Short of it: spring, k_SR 60.0 % (40.0 to 78.0).")
     assert chance.endswith("Above it: spring, 40.0 % (22.0 to 60.0).")
     assert covered.endswith("Found: k_SR 84.0 %, 73.3 % of all answered.")

@@ -49,11 +49,34 @@ def made_table(**answers: list[HeartAnswer]) -> pd.DataFrame:
 
 def test_sentences_follow_the_numbers() -> None:
     """Those that each table has are tested beside the page."""
-    *_, strangers, untested, missed, width = in_brief(made_table(), 0.4)
+    *_, strangers, untested, missed, stiffness, rate, width = in_brief(made_table(), 0.4)
     assert missed.startswith("Reached: ") and missed.endswith("Found: 19.7 %.")
+    assert stiffness.startswith("Reached: ") and stiffness.endswith("Found: 83.1 % (73.6 to 90.3).")
     assert strangers == "Not reached: of bonds at most 10 % are not contradicted. Found: 11.7 %."
     assert untested.endswith("bonds, 7 of 60; blocks, 12 of 60.")
+    assert rate.startswith("Reached: of blocks") and rate.endswith("Found: 100.0 % (91.5 to 100.0).")
     assert width.endswith("at most 1.35 times as wide as in the second round. Found: 1.12 times.")
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "contradicted", "reached"),
+    [
+        (47, 13, 0, [True, True, True]),  # 78.3 % reach 90.1 %, 76.7 % only 88.9 %
+        (46, 14, 0, [False, True, True]),
+        (27, 12, 21, [True, True, True]),  # 65 % of 60, of which 30.8 % missed
+        (27, 11, 22, [True, False, True]),
+        (40, 20, 0, [False, True, False]),
+    ],
+)
+def test_of_hearts_that_fill_otherwise_three_things_are_asked(
+    inside: int, outside: int, contradicted: int, reached: list[bool]
+) -> None:
+    outside_of = [answer(number, truth=truth(k_sr_per_s=90.0)) for number in range(outside)]
+    said = in_brief(made_table(e=[*hearts(inside, 0, contradicted), *outside_of]))
+    asked = ("whatever the verdict", "are not contradicted", "where not contradicted")
+    for words, expected in zip(asked, reached, strict=True):
+        own = next(each for each in said if words in each)
+        assert own.startswith("Reached") is expected
 
 
 @pytest.mark.parametrize(("inside", "outside", "reached"), [(45, 12, True), (44, 13, False)])

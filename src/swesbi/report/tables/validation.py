@@ -59,6 +59,14 @@ STRANGER: Final = "f"
 """The generator whose hearts the verdict must contradict."""
 MOST_STRANGERS: Final = 0.10
 """Largest share of its hearts that are not contradicted."""
+FILLS_OTHERWISE: Final = "e"
+"""The generator whose hearts fill as the model's did not before version 4."""
+LEAST_RATE: Final = 0.78
+"""Least coverage of k_SR over all its answered hearts; its interval must reach ``REACHED`` too."""
+LEAST_ACCEPTED: Final = 0.65
+"""Least share of its hearts that are not contradicted."""
+MOST_MISSED_OF_IT: Final = 0.31
+"""Largest share missed of these."""
 WIDEST: Final = 1.35
 """Largest width of k_SR on (a), in widths of the second round."""
 
@@ -231,7 +239,13 @@ def in_brief(table: pd.DataFrame, former_width: float | None = None) -> tuple[st
     The width of k_SR on (a) is compared with that of the second round, unless there is none.
     """
     rows = judged(table)
-    found = [*_of_each(rows), *_of_all(rows), *_of_strangers(rows), *_of_width(rows, former_width)]
+    found = [
+        *_of_each(rows),
+        *_of_all(rows),
+        *_of_filling(rows),
+        *_of_strangers(rows),
+        *_of_width(rows, former_width),
+    ]
     untested = rows[rows["first"] & ~rows["is_tested"] & (rows["letter"] != POOLED)]
     counts = [
         f"{label}, {count(good)} of {count(n)}"
@@ -292,6 +306,34 @@ def _of_all(rows: pd.DataFrame) -> Iterator[Outcome]:
         f"{over} at most {share(MOST_MISSED, 0)} are missed, {share(BY_CHANCE, 0)} being missed by chance",
         f"Found: {share(float(own[MISSED].iloc[0]))}",
     )
+    for _, row in own[own["quantity"] == PEAK_ACTIVE.name].iterrows():
+        yield (
+            float(row["coverage_high"]) >= REACHED,
+            f"{over}, whatever the verdict, the coverage of peak active stiffness reaches "
+            f"{share(REACHED, 0)} with its {as_percent(CONFIDENCE)} interval",
+            f"Found: {_of_answered(row)}",
+        )
+
+
+def _of_filling(rows: pd.DataFrame) -> Iterator[Outcome]:
+    for _, row in rows[(rows["letter"] == FILLS_OTHERWISE) & (rows["quantity"] == K_SR)].iterrows():
+        level, accepted, missed = as_percent(CONFIDENCE), float(row["not_contradicted"]), float(row[MISSED])
+        yield (
+            float(row["coverage"]) >= LEAST_RATE and float(row["coverage_high"]) >= REACHED,
+            f"of {row['label']}, whatever the verdict, at least {share(LEAST_RATE, 0)} have k_SR in its "
+            f"interval, and the {level} interval of this share reaches {share(REACHED, 0)}",
+            f"Found: {_of_answered(row)}",
+        )
+        asked = f"of {row['label']} at least {share(LEAST_ACCEPTED, 0)} are not contradicted"
+        yield accepted >= LEAST_ACCEPTED, asked, f"Found: {share(accepted)}"
+        asked = f"of {row['label']}, where not contradicted, at most {share(MOST_MISSED_OF_IT, 0)} are missed"
+        yield missed <= MOST_MISSED_OF_IT, asked, f"Found: {share(missed)}"
+
+
+def _of_answered(row: pd.Series) -> str:
+    """Return the coverage of all answered hearts with its interval."""
+    low, high = percent(row["coverage_low"]), percent(row["coverage_high"])
+    return f"{share(row['coverage'])} ({span(low, high)})"
 
 
 def _of_strangers(rows: pd.DataFrame) -> Iterator[Outcome]:
