@@ -35,3 +35,12 @@ def test_the_small_validation_runs(own_study: StudyCopy) -> None:
         "pooled: all": 4,
     }
     assert (found / "validation.png").stat().st_size > SHOWN_BYTES
+
+
+@pytest.mark.slow(minutes=1.0)
+def test_the_small_nonsense_runs(own_study: StudyCopy) -> None:
+    found = run_side_study(own_study, "validation", "nonsense")
+    table = pd.read_csv(found / "nonsense.csv")
+    assert (
+        len(table) == 19 and (table.drop(columns=["change", "form", "named", "near"]).sum(axis=1) == 1).all()
+    )

@@ -22,6 +22,8 @@ ANSWERED: Final = (
     "grid_points",
 )  # fmt: skip
 """What answers depend on beside whose hearts are asked for."""
+NONSENSE_STREAM: Final = "nonsense"
+"""Name of the random streams of curves that no heart makes."""
 CONFIGURED: Final = Path(__file__).with_name("config.yaml")
 Letter = Literal["a", "b", "c", "d", "e", "f", "g", "h", "p"]
 Hearts = Annotated[int, Field(ge=1)]
@@ -55,6 +57,9 @@ class ValidationSettings(Settings):
         description="Hearts that a job answers; changes no answer. Chosen: a stopped run loses so many at "
         "most, and the last job does not go on alone for long.",
     )
+    nonsense: int = Field(
+        ge=1, description="Hearts of (a) of which curves are made that no heart makes. README.md."
+    )
     score: ScoreSettings = Field(description="How answers are counted.")
 
     @model_validator(mode="after")
@@ -70,12 +75,16 @@ class ValidationSettings(Settings):
 
     def parts(self, letter: Letter) -> range:
         """Return the numbers of the jobs that answer the hearts of a generator."""
-        return range(-(-self.hearts[letter] // self.hearts_per_job))
+        return self.parts_of(self.hearts[letter])
 
-    def numbers(self, letter: Letter, part: int) -> range:
-        """Return the numbers of the hearts that a job answers."""
+    def parts_of(self, hearts: int) -> range:
+        """Return the numbers of the jobs that answer so many hearts."""
+        return range(-(-hearts // self.hearts_per_job))
+
+    def numbers(self, hearts: int, part: int) -> range:
+        """Return the numbers of the hearts, of so many, that a job answers."""
         first = part * self.hearts_per_job
-        return range(first, min(first + self.hearts_per_job, self.hearts[letter]))
+        return range(first, min(first + self.hearts_per_job, hearts))
 
 
 def configured() -> ValidationSettings:

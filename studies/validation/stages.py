@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+import pandas as pd
 
 from studies.validation.answers import HeartAnswers, HeartAnswersSettings, Questioner
 from studies.validation.figure import draw_validation
+from studies.validation.nonsense import COLUMNS, NonsenseQuestioner, nonsense_table, with_fewer_draws
 from studies.validation.score import HeartAnswer
 from studies.validation.settings import ScoreSettings
 from studies.validation.table import samplers_table, validation_table
 from swesbi.answers.answer import Knowledge
 from swesbi.artefacts import Group, Provenance, UnfitError
-from swesbi.artefacts.csv import PlainTable
+from swesbi.artefacts.csv import PlainTable, Table
 from swesbi.base.progress import Progress
 from swesbi.networks.flow.trained import TrainedFlow
 from swesbi.recording.noise.cohort import CohortNoise
@@ -53,10 +56,7 @@ def validation_answers(
         RuntimeError: A heart could not be recorded.
         ValueError: No generator has this letter.
     """
-    if fault := difference(estimator.trained_under, asked.train_population):
-        raise UnfitError("estimator", fault)
-    knowledge = Knowledge(null, estimator)
-    questioner = Questioner(knowledge, noise.usual, asked, seed)
+    questioner = Questioner(_knowledge(estimator, null, asked), noise.usual, asked, seed)
     label = f"{asked.stream}, {asked.generator}: {asked.source.title}"
     progress = Progress(label, asked.hearts, unit="heart")
     answered = []
@@ -64,6 +64,38 @@ def validation_answers(
         answered.append(questioner.answer(number))
         progress.step(note=f"{answered[-1].context.subject} {answered[-1].status}")
     return HeartAnswers(tuple(answered), asked)
+
+
+def _knowledge(estimator: FlowOfPopulation, null: NullRecordings, asked: HeartAnswersSettings) -> Knowledge:
+    if fault := difference(estimator.trained_under, asked.train_population):
+        raise UnfitError("estimator", fault)
+    return Knowledge(null, estimator)
+
+
+def nonsense_answers(
+    estimator: FlowOfPopulation,
+    noise: CohortNoise,
+    null: NullRecordings,
+    *,
+    asked: HeartAnswersSettings,
+    seed: int,
+) -> PlainTable:
+    """Answer curves that no heart makes, of some hearts; a row a change and form of recording.
+
+    Args and what is raised: as :func:`validation_answers`.
+    """
+    fewer = with_fewer_draws(asked)
+    questioner = NonsenseQuestioner(_knowledge(estimator, null, asked), noise.usual, fewer, seed)
+    progress, rows = Progress("nonsense", asked.hearts, unit="heart"), list[dict[str, object]]()
+    for number in asked.numbers:
+        rows += questioner.rows(number)
+        progress.step()
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def nonsense(rows: tuple[Annotated[pd.DataFrame, Table(COLUMNS)], ...]) -> PlainTable:
+    """Count what is said of each change and form of recording."""
+    return nonsense_table(pd.concat(rows))
 
 
 class Validation(NamedTuple):

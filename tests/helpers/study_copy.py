@@ -108,13 +108,13 @@ def copy_study(folder: Path) -> StudyCopy:
     return StudyCopy(folder)
 
 
-def run_side_study(study: StudyCopy, name: str) -> Path:
+def run_side_study(study: StudyCopy, name: str, *rules: str) -> Path:
     """Run a side study in its small sizes on a finished copy, where a second run finds nothing to do."""
     copy_tree(ROOT / "studies", study.folder / "studies")  # one side study may take code of another
     snakemake = ("-m", "snakemake", "--snakefile", f"studies/{name}/Snakefile", "--cores", "2")
     given = ("--configfile", study.config, f"studies/{name}/small.yaml")
     for expected in ("", "Nothing to be done"):
-        done = study.call(*snakemake, *given)
+        done = study.call(*snakemake, *given, "--", *rules)
         assert done.returncode == 0, done.stdout + done.stderr
         assert expected in done.stdout + done.stderr
     return study.results / "studies" / name

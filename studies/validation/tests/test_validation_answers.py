@@ -58,7 +58,7 @@ def settings_of(**changes: object) -> ValidationSettings:
 
 
 def test_a_heart_has_the_settings_of_the_answers_of_its_experiment(study: Study) -> None:
-    numbers = VALIDATION.numbers("b", 39)
+    numbers = VALIDATION.numbers(VALIDATION.hearts["b"], 39)
     parts = answers_settings(study, VALIDATION.experiment, "b", VALIDATION.stream, numbers)
     view = View(study, {"experiment": "amortised", "subject": "A"})
     assert parts["train_population"] == plain_settings(OF_POPULATION, view)
@@ -72,7 +72,7 @@ def test_a_heart_has_the_settings_of_the_answers_of_its_experiment(study: Study)
 @pytest.mark.parametrize("hearts_per_job", [1, 7, 10, 300])
 def test_jobs_answer_every_heart_once(hearts_per_job: int) -> None:
     asked = settings_of(hearts_per_job=hearts_per_job)
-    numbers = [number for part in asked.parts("b") for number in asked.numbers("b", part)]
+    numbers = [number for part in asked.parts("b") for number in asked.numbers(200, part)]
     assert numbers == list(range(200))
 
 
