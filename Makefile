@@ -70,8 +70,8 @@ study: $(INSTALLED) ## the whole study: every figure and table, under results/
 smoke: $(INSTALLED) ## a tiny study of the same shape, under results-smoke/
 	$(BIN)/snakemake --cores $(CORES) --configfile tests/smoke.yaml
 
-report: study # Snakemake's own report of the finished study, in one file
-	$(BIN)/snakemake --report results/snakemake-report.html
+report: study # Snakemake's own report of the finished study: report.html in a zip, with all that it shows
+	$(BIN)/snakemake --report results/report.zip
 
 full: study ## the checks of calibration in large sizes, with the networks of the study, into results-full/ and docs/tables/
 	$(BIN)/snakemake --cores $(CORES) --configfile config/overlays/full.yaml -- checks

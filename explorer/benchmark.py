@@ -48,9 +48,7 @@ def main() -> None:
             page.evaluate(CHOOSE.format(number))
             page.evaluate("document.getElementById('infer').click()")
             waited(page, f"document.body.dataset.inferred === {name!r}")
-            print(
-                f"{name}: {page.evaluate('document.getElementById(`certificate`).textContent')}", flush=True
-            )
+            print(f"{name}: {page.evaluate('document.getElementById(`sampling`).textContent')}", flush=True)
 
 
 if __name__ == "__main__":

@@ -35,9 +35,13 @@ PAGES: Final = (
     "results",
     "run-and-scale",
     "configuration",
-    "model-and-inference",
+    "model",
+    "inference",
+    "population",
     "validation",
     "reproduction",
+    "comparison",
+    "faq",
 )
 """The pages of docs/ in the order in which they are read; others come behind them."""
 PLAIN: Final = str.maketrans({"<": "&lt;"})

@@ -143,7 +143,7 @@ async function loadDraws() {
 function forget() { // what was inferred of another recording, or in another heart
   stop();
   element("answer").hidden = true;
-  element("certificate").textContent = "";
+  element("sampling").textContent = "";
   state.inferred = null;
 }
 
@@ -226,22 +226,22 @@ let inferring = null;
 
 async function infer() {
   stop();
-  const subject = state.subject, began = new Asked(certified);
+  const subject = state.subject, began = new Asked(tellSampling);
   inferring = began;
   element("infer").disabled = true;
   element("stop").disabled = false;
   element("answer").hidden = true;
-  certified("Simulating the first draws.");
+  tellSampling("Simulating the first draws.");
   try {
     const given = { context: { ...state.context }, recording: subject.recording, seed: 1 };
     await began.ready;
     const found = await began.ask("infer", given, (progress) => {
       element("progress").value = progress.effective / progress.wanted;
-      certified(`${progress.draws} simulations, ${progress.effective.toFixed(0)} effective of ${progress.wanted} wanted, Pareto shape ${progress.k_hat.toFixed(2)}.`);
+      tellSampling(`${progress.draws} simulations, ${progress.effective.toFixed(0)} effective of ${progress.wanted} wanted, Pareto shape ${progress.k_hat.toFixed(2)}.`);
     });
     answered(subject, found);
   } catch (error) {
-    certified(error.message);
+    tellSampling(error.message);
   }
   stop();
 }
@@ -253,14 +253,14 @@ function stop() {
   element("stop").disabled = true;
 }
 
-function certified(words) { element("certificate").textContent = words; }
+function tellSampling(words) { element("sampling").textContent = words; }
 
 function csvOf(found) { return `${[study.parameters.map((p) => p.name), ...found.phi].map((row) => row.join(",")).join("\n")}\n`; }
 
 function answered(subject, found) {
   state.inferred = found;
   const quality = `Pareto shape ${found.k_hat.toFixed(2)} (limit ${found.limit.toFixed(2)}), ${found.effective.toFixed(0)} effective of ${found.draws} draws (${(100 * found.efficiency).toFixed(0)} %)`;
-  certified(found.reliable
+  tellSampling(found.reliable
     ? `Reliable: ${quality}, log evidence ${found.log_evidence.toFixed(2)}, in ${found.seconds.toFixed(1)} s.`
     : `Not reliable: ${quality}, at least ${found.wanted} wanted. Do not read the posterior; the study would go on by MCMC.`);
   element("answer-title").textContent = `Subject ${subject.name}: medians with ${(100 * found.interval).toFixed(0)} % intervals`;

@@ -53,18 +53,18 @@ function infer({ context, recording, seed }, tell) {
   let last = null;
   for (const adapted of physics.adaptive_rounds(new physics.HeartModel(model), exact, seed)) {
     last = adapted;
-    tell(certificate(adapted));
+    tell(sampling(adapted));
   }
   const phi = physics.resample(last.weighted, exact.draws, seeds.generator(seed, "exact", "resampling"));
   const levels = physics.interval_levels(exact.interval), ends = np.array([flat(levels)[0], 0.5, flat(levels)[1]]);
   const shown = np.quantile(phi, ends, kw({ axis: 0 }));
   return {
-    ...certificate(last), interval: exact.interval, phi: phi.tolist(), quantiles: shown.tolist(),
+    ...sampling(last), interval: exact.interval, phi: phi.tolist(), quantiles: shown.tolist(),
     check: predicted(model, phi, ends, seed), judged: judged(model, phi), seconds: (performance.now() - began) / 1000,
   };
 }
 
-function certificate({ weighted, reliable }) {
+function sampling({ weighted, reliable }) {
   const draws = weighted.phi.shape[0], limit = physics.k_hat_limit(draws, physics.exact.max_k_hat);
   const { k_hat, efficiency, log_evidence, log_evidence_se } = weighted;
   return { draws, reliable, k_hat, limit, effective: efficiency * draws, efficiency, log_evidence, log_evidence_se, wanted: physics.exact.min_effective_draws };

@@ -61,7 +61,7 @@ def test_it_is_inferred_and_moved(page: Browser) -> None:
     assert page.evaluate("document.getElementById('median').disabled")
     page.evaluate("document.getElementById('infer').click()")
     until(page, "document.body.dataset.inferred === 'C'")
-    assert page.evaluate("document.getElementById('certificate').textContent").startswith("Reliable: Pareto")
+    assert page.evaluate("document.getElementById('sampling').textContent").startswith("Reliable: Pareto")
     assert page.evaluate("state.subject.draws.length") == page.evaluate("study.prior_draws.length")
     assert page.evaluate("document.getElementById('download').download") == "posterior-C.csv"
     judged = page.evaluate("document.getElementById('judged').textContent")

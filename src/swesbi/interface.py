@@ -7,7 +7,7 @@ loads none. Arrays of parameters have a row a draw, in the order of ``Recording.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 EXPERIMENT: Final = "calibrated"
 """Whose heart and criteria are meant where no recording says otherwise."""
-CERTIFICATE: Final = ("converged", "sampler", "k_hat", "efficiency")
+SAMPLING: Final = ("converged", "sampler", "k_hat", "efficiency")
 """What is said of the draws of every posterior."""
 UNITS: Final = {parameter.name: parameter.cf_unit for parameter in (*PHI, *REPORTED)}
 BEAT_UNITS: Final = {
@@ -65,7 +65,9 @@ BEAT_UNITS: Final = {
 
 
 def simulate_beat(theta: FloatArray, context: Context) -> xr.Dataset:
-    """Simulate the periodic beat of a heart.
+    """Simulate the periodic beat of a heart, all but theta as ``forward_model`` of the configuration has it.
+
+    :meth:`Recording.predict` takes all parameters that are inferred, and returns the speeds of a recording.
 
     >>> import swesbi
     >>> heart = swesbi.Context("X", "F", 30.0, 1.7, 64.0, 90.0, 34.0, 0.8)
@@ -253,7 +255,9 @@ def _in_memory(
     return Recording(answerer.request(name))
 
 
-def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.DataTree:
+def infer(
+    recording: Recording | str | Path, seed: int | None = None, out: str | Path | None = None
+) -> xr.DataTree:
     """Return the exact posterior of a recording, with its verdict.
 
     >>> import swesbi
@@ -267,25 +271,31 @@ def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.Data
         recording: The path of one, as :func:`read_recording` takes it, or a recording of that function,
             of :func:`recording_from_table` or :func:`recording_from_arrays`.
         seed: Of all draws; None: that of the configuration.
+        out: Folder for what the command ``swesbi infer`` writes, the sheet among it; None: writes nothing.
 
     Returns:
         Groups ``posterior`` and ``prior``, with all that an answer reports beside the parameters, and
-        ``observed_data``. ``attrs`` has ``status`` and ``sentence`` of the verdict, and the certificate of
+        ``observed_data``. ``attrs`` has ``status`` and ``sentence`` of the verdict, and the sampling check of
         the draws: ``converged``, ``sampler``, ``k_hat``, ``efficiency``.
 
     Raises:
         NoLikelihoodError: Every simulation of the first round fails.
         TypeError: It is neither a path nor a recording.
-        ValueError: The recording cannot be used, or the network takes no such one.
+        ValueError: The recording cannot be used, the network takes no such one, or ``out`` holds the answer
+            to another.
     """
     if isinstance(recording, str | Path):
         recording = read_recording(recording)
     if not isinstance(recording, Recording):
         raise TypeError(f"infer takes a path or a recording, not {type(recording).__name__}")
     request, speeds = recording.request, recording.speeds
-    chosen = request.made.seed if seed is None else seed
+    if seed is not None:
+        request = replace(request, made=replace(request.made, seed=seed))
     with threadpool_limits(limits=1, user_api="blas"):  # sums split over threads differ in the last bits
-        answer = answered(request.recording, request.knowledge, request.settings, chosen)
+        if out is None:
+            answer = answered(request.recording, request.knowledge, request.settings, request.made.seed)
+        else:
+            answer, _ = request.answer_into(Path(out))
     exact, verdict = answer.posterior, answer.verdict
     return _answer_tree(
         {
@@ -295,7 +305,7 @@ def infer(recording: Recording | str | Path, seed: int | None = None) -> xr.Data
         {"speed_m_s": ("phase", speeds.speed_m_s), "relative_se": ("phase", speeds.relative_se)},
         {"phase": speeds.phase},
         {"subject": speeds.context.subject, "status": str(verdict.status), "sentence": verdict.sentence}
-        | {name: getattr(exact, name) for name in CERTIFICATE},
+        | {name: getattr(exact, name) for name in SAMPLING},
     )
 
 
@@ -338,7 +348,7 @@ def sample_posterior(
         effective_draws: That are asked for.
 
     Returns:
-        The group ``posterior``, and ``attrs`` with the certificate of the draws. No verdict comes with it:
+        The group ``posterior``, and ``attrs`` with the check of the draws. No verdict comes with it:
         whether the model could have made the data is not tested.
 
     Raises:
@@ -349,7 +359,7 @@ def sample_posterior(
     model = _OwnModel(PriorAlone(SomeParameters(tuple(prior.values()))), log_likelihood)
     exact, _ = exact_posterior(model, None, settings, seed, "own model")
     drawn = dict(zip(prior, exact.phi.T, strict=True))
-    return _answer_tree({"posterior": drawn}, {}, {}, {name: getattr(exact, name) for name in CERTIFICATE})
+    return _answer_tree({"posterior": drawn}, {}, {}, {name: getattr(exact, name) for name in SAMPLING})
 
 
 @dataclass(frozen=True)

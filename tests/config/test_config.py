@@ -351,7 +351,7 @@ def test_an_answer_has_the_settings_that_the_stages_have_for_a_subject_of_the_co
     for rule in ("ingest", "exact_posterior", "verdict", "predictive_speeds"):
         settings = rules.settings_of(rule, study, experiment="calibrated", subject="A")
         assert all(found[name] == value for name, value in settings.items() if name != "grid_points")
-    assert found["cohort_title"] == SHIPPED["new_subjects"]["cohort_title"]
+    assert found["cohort_title"] == study.outside.title
     assert found["uninformative"] == SHIPPED["new_subjects"]["uninformative"]
 
 

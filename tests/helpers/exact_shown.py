@@ -60,8 +60,8 @@ def verdict(subject: str) -> Verdict:
 def result(subject: str, n: int = 800) -> ExactPosterior:
     draws, npe = phi(subject, n), phi(subject, n, width=1.4, seed=12)
     if subject == "F":
-        certificate = {"k_hat": np.inf, "efficiency": 0.02, "r_hat": 1.004}
-        return exact_of(draws, npe, sampler="mcmc", reasons=("k-hat",), **certificate)
+        check = {"k_hat": np.inf, "efficiency": 0.02, "r_hat": 1.004}
+        return exact_of(draws, npe, sampler="mcmc", reasons=("k-hat",), **check)
     return exact_of(draws, npe, k_hat=0.31, efficiency=0.82)
 
 

@@ -1,4 +1,4 @@
-"""An exact posterior made of plain draws, with a certificate that is given."""
+"""An exact posterior made of plain draws, with a sampling check that is given."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def test_without_recordings_it_is_what_is_expected_and_one_lies_between() -> Non
     alone = fit_noise({"S": loud}).pooled.components
     one = folder_noise([loud], PRIOR)
     assert 0.03 < one.components.repeat_fraction < 0.97 * alone.repeat_fraction
-    assert "one recording, shrunk towards what is expected" in one.in_words
+    assert "one recording and typical values together" in one.in_words
     # of its samples it has hundreds, of its repeats some forty
     assert one.components.sample_fraction == pytest.approx(alone.sample_fraction, rel=0.01)
 

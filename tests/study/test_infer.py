@@ -229,13 +229,13 @@ def check_table(answers: pd.DataFrame) -> None:
 
 
 def check_gated(out: Path, said: str) -> None:
-    """A gated subject has all files, a verdict by all tests, and a certificate."""
+    """A gated subject has all files, a verdict by all tests, and a sampling check."""
     assert {path.name for path in out.iterdir()} == {*OUTPUTS, WITH_PRESSURES}
     verdict = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
     names = {test["name"] for test in verdict["tests"]}
     assert {"noise", "residuals", "context_ranges", "context_leave_one_out"} <= names
     assert said.startswith(f"C: {verdict['sentence']}")
-    assert "certificate: draws by" in said and "k_atp_per_s" in said
+    assert "sampling check passed: draws by" in said and "k_atp_per_s" in said
     for name in ("ppc.png", "posterior.png"):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
     assert "with cuff pressures 130 / 90 mmHg (by " in said

@@ -8,14 +8,17 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import xarray
 from study_copy import ROOT
 
 import swesbi
 from swesbi import interface
+from swesbi.answers.files import OUTPUTS
 
 VOLUNTEER = "data/virtual_volunteers/swe/G.csv"
 
@@ -122,6 +125,19 @@ def test_what_is_no_recording_or_no_heart_is_refused() -> None:
     in_litres = dataclasses.replace(HEART, lvedv_ml=0.09)
     with pytest.raises(ValueError, match=r"the context of G: lvedv_ml = 0.09 is outside .*; check its unit"):
         swesbi.recording_from_table(pd.read_csv(TRAIN), in_litres, noise=NOISE)
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_an_answer_is_written_as_the_command_writes_it(tmp_path: Path) -> None:
+    recording = swesbi.recording_from_table(pd.read_csv(TRAIN), HEART, noise=NOISE)
+    answer = swesbi.infer(recording, out=tmp_path / "answer")
+    assert sorted(file.name for file in (tmp_path / "answer").iterdir()) == sorted(OUTPUTS)
+    kept = xarray.open_datatree(tmp_path / "answer" / "posterior.h5").posterior
+    np.testing.assert_array_equal(kept.k0_kpa, answer.posterior.k0_kpa)
+    with pytest.raises(ValueError, match="holds the answer to another recording"):
+        swesbi.infer(VOLUNTEER, out=tmp_path / "answer")
+    other = swesbi.infer(recording, seed=5, out=tmp_path / "other")
+    assert not np.array_equal(other.posterior.k0_kpa, answer.posterior.k0_kpa)
 
 
 @pytest.mark.slow(minutes=0.6)

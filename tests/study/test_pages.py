@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 from pathlib import Path
@@ -13,11 +14,13 @@ from study_copy import ROOT, copy_study
 
 from swesbi.study.infer import ANSWERS
 from swesbi.study.parsers import DEMO_OUT
+from tools.notebook import code_cells, outputs, printed
 
 COMMANDS_RUN = ("docs/tutorial.md", "docs/own-data.md")
 """Pages whose commands run, too: they are short, and need no study."""
 OF_A_STUDY = ROOT / "docs" / "results.md"
 """Its blocks need a finished study: `test_results_page.py` runs them."""
+NOTEBOOK = ROOT / "docs" / "examples" / "laboratory.ipynb"
 NOT_RUN = 6
 """Blocks that would run but for their mark: they install, take minutes, or need a reader's own file."""
 FOLDERS = re.compile(r"(?:template|validate|infer|--cohort|--plot|--out|cohort:|results:) ([a-z][\w./-]*\w)")
@@ -69,3 +72,14 @@ def test_the_readme_shows_what_the_tutorial_s_first_command_prints() -> None:
         for page in ("README.md", "docs/tutorial.md")
     )
     assert of_readme[0] == of_tutorial[0]
+
+
+@pytest.mark.slow(minutes=0.3)
+def test_the_notebook_prints_and_draws_what_it_keeps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(copy_study(tmp_path / "project").folder)
+    notebook = json.loads(NOTEBOOK.read_text(encoding="utf-8"))
+    for cell, made in zip(code_cells(notebook), outputs(notebook), strict=True):
+        kept = cell["outputs"]
+        assert [each["output_type"] for each in kept] == [each["output_type"] for each in made]
+        lines, now = (printed(each).splitlines() for each in (kept, made))
+        assert len(lines) == len(now) and all(map(alike, lines, now)), "".join(cell["source"])

@@ -14,6 +14,7 @@ from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.speed import NoiseComponents
 from swesbi.report.figures import recording
 from swesbi.virtual.volunteers import VOLUNTEERS
+from tools.docs.drawings import method_figure, push_figure
 from tools.docs.first_figure import first_figure
 from tools.docs.population_figure import population_figure
 
@@ -44,6 +45,8 @@ def contexts_figure(study: Study) -> Figure:
 
 DRAWN: Final[Mapping[str, Callable[[Study], Figure]]] = {
     "first": first_figure,
+    "method": method_figure,
     "noise": noise_figure,
     "population": contexts_figure,
+    "push": push_figure,
 }

@@ -39,7 +39,7 @@ from swesbi.measurement.settings import MeasurementSettings, SummarySettings
 from swesbi.measurement.speeds import SpeedRecording
 from swesbi.networks.flow.trained import FlowProposal, TrainedFlow, flow_proposal
 from swesbi.posterior.adaptive import AdaptedDraws
-from swesbi.posterior.exact import described, exact_posterior, log_certificate
+from swesbi.posterior.exact import described, exact_posterior, log_sampling
 from swesbi.posterior.hearts import HeartModel
 from swesbi.posterior.result import ExactPosterior
 from swesbi.posterior.settings import ExactSettings
@@ -183,7 +183,7 @@ def answered(
     if pressures is not None and recording.has_pressures:
         heart = HeartModel(model, with_pressures(model, clinical, pressures), informed=False)
     found, drawn = exact_posterior(heart, network, settings.exact, seed, stream, subject)
-    log_certificate(subject, found)
+    log_sampling(subject, found)
     exact = described(found, model.settings.prior, network)
     beats = simulate_draws(model, exact.phi)
     after = reported(model, exact.phi, beats)
@@ -211,7 +211,7 @@ def with_pressures_too(
     """
     both, known = replace(heart, informed=True), of_speeds.informed(settings)
     exact, _ = exact_posterior(both, None, settings, seed, stream, "pressures", subject, former=known)
-    log_certificate(f"{subject} with pressures", exact)
+    log_sampling(f"{subject} with pressures", exact)
     return described(exact, heart.prior, None)
 
 

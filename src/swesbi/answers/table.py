@@ -104,7 +104,7 @@ def write_answers(table: pd.DataFrame, folder: Path) -> None:
 
 
 def answer_text(answer: Answer) -> str:
-    """Return verdict, intervals and certificate in lines, what can best be relied on first."""
+    """Return verdict, intervals and the check of the sampling in lines, what can best be relied on first."""
     exact, verdict = answer.posterior, answer.verdict
     prior = answer.recording.model.settings.prior
     bounds = dict(zip(PHI_NAMES, prior.parameters, strict=False))
@@ -133,7 +133,8 @@ def answer_text(answer: Answer) -> str:
         ]
     lines.append(f"errors: {answer.recording.noise}")
     lines.append(
-        f"certificate: draws by {sampler_in_words(verdict)}; weights: {weights_in_words(verdict)} "
+        f"sampling check {'passed' if exact.converged else 'FAILED'}: draws by {sampler_in_words(verdict)}; "
+        f"weights: {weights_in_words(verdict)} "
         f"(k-hat at most {exact.k_hat_limit:.2f}){_doubt(exact)}"
     )
     return "\n".join(lines)

@@ -49,6 +49,11 @@ class Cohort:
     files: Mapping[str, Path] = field(default_factory=dict)
     described: Mapping[str, Description] = field(default_factory=dict)
 
+    @property
+    def title(self) -> str:
+        """What figures call the subjects: the name of their folder."""
+        return "recordings in memory" if self.described else self.folder.resolve().name
+
     def clinical_of(self, subject: str) -> ClinicalRow:
         """Return what was measured of a subject beside the speeds."""
         return self.clinical.get(subject, ClinicalRow())

@@ -171,7 +171,6 @@ class NewSubjectsSettings(Settings):
     phases: int | None = Field(
         ge=8, le=60, description="Gated phases of their recordings; null: as many as recording.phases."
     )
-    cohort_title: str = Field(min_length=1, description="What their figures call them.")
     margin_fraction: float = Field(
         ge=0.0,
         lt=1.0,

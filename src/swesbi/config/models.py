@@ -239,7 +239,7 @@ class Config(Settings):
     )
     population_experiments: dict[Name, PopulationExperimentSettings] = Field(
         description="Experiments whose network is trained over a population instead of the cohort "
-        "(docs/model-and-inference.md). `amortised` has one network for any heart within the declared range."
+        "(docs/population.md). `amortised` has one network for any heart within the declared range."
     )
     run: Literal["all"] | tuple[Name, ...] = Field(description="'all', or a list of experiments.")
     main_experiment: Name = Field(description="The experiment whose figures 2 and 3 are drawn.")
@@ -251,7 +251,7 @@ class Config(Settings):
     cmaes: CmaesStudySettings = Field(description="Fits by optimisation, which belong to no experiment.")
     cohort_posterior: HierarchySettings = Field(
         description="The cohort as a posterior, of each experiment with exact posteriors "
-        "(docs/model-and-inference.md)."
+        "(docs/population.md)."
     )
     changes: ChangeSettings = Field(
         description="Two visits of one person, inferred together (docs/compare-and-plan.md)."

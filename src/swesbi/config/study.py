@@ -42,9 +42,8 @@ class Study:
 
     @property
     def of_outside(self) -> Study:
-        """The same study with the subjects outside it in place of its own, and what figures call them."""
-        title = {"cohort_title": self.config.new_subjects.cohort_title}
-        return Study(self.config.model_copy(update=title), self.outside)
+        """The same study with the subjects outside it in place of its own, and their name."""
+        return Study(self.config.model_copy(update={"cohort_title": self.outside.title}), self.outside)
 
     def subjects_of(self, experiment: str) -> tuple[str, ...]:
         """Return the subjects that an experiment lists and the study runs on, in the study's order."""

@@ -70,7 +70,7 @@ class EstimatorSettings(Settings):
     )
     procedure: Procedure = Field(
         description="How training is run. fast: sbi's procedure and results, several times faster "
-        "(docs/model-and-inference.md). sbi: sbi's own loop, to the bit. Either keeps the weights of the "
+        "(docs/inference.md). sbi: sbi's own loop, to the bit. Either keeps the weights of the "
         "best epoch."
     )
     transforms: int = Field(ge=1, description="Autoregressive transforms (paper, Sec. 2.3).")

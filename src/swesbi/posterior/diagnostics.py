@@ -1,8 +1,9 @@
 """Whether draws stand for a posterior: Pareto-smoothed weights with k-hat, R-hat, effective draws of chains.
 
-They follow the published algorithms, so that the certificate of an answer is the same under every version of
-every library. Vehtari et al. (2024), "Pareto smoothed importance sampling", J Mach Learn Res 25:72. Vehtari
-et al. (2021), "Rank-normalization, folding, and localization: an improved R-hat", Bayesian Anal 16:667.
+They follow the published algorithms, so that the check of an answer's sampling is the same under every
+version of every library. Vehtari et al. (2024), "Pareto smoothed importance sampling", J Mach Learn Res
+25:72. Vehtari et al. (2021), "Rank-normalization, folding, and localization: an improved R-hat", Bayesian
+Anal 16:667.
 """
 
 from __future__ import annotations

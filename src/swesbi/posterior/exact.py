@@ -62,7 +62,7 @@ def exact_posterior(
     progress = Progress(label, settings.max_rounds + 1, unit="round", at_most=True)
     for draws in adaptive_rounds(model, settings, seeds[0], began, former):
         progress.step(note=f"efficiency {draws.weighted.efficiency:.1%}")
-    exact = certified(model, draws.weighted, settings, seeds[1])
+    exact = checked(model, draws.weighted, settings, seeds[1])
     began_with = _began_with(model, network, min(PROPOSAL_DRAWS, settings.draws), seeds[2])
     return replace(exact, proposal_phi=began_with), draws
 
@@ -84,7 +84,7 @@ def described(
     return replace(named, condition=network.condition, components=network.flow.components)
 
 
-def certified(
+def checked(
     model: LikelihoodModel, weighted: WeightedDraws, settings: ExactSettings, seed: int
 ) -> ExactPosterior:
     """Return equal draws of the posterior: of the weights where these are reliable, else of MCMC."""
@@ -126,7 +126,7 @@ def weighted_posterior(
     weighted, limit = rounds.weighted, k_hat_limit(len(rounds.weighted.phi), wanted.max_k_hat)
     if not weight_failures(weighted, limit, wanted.min_effective_draws):
         return weighted, rounds
-    posterior = certified(model, weighted, wanted, seed)
+    posterior = checked(model, weighted, wanted, seed)
     count = len(posterior.phi)
     drawn = replace(
         weighted,
@@ -195,7 +195,7 @@ def mcmc_failures(sampled: McmcDraws, settings: McmcSettings) -> tuple[str, ...]
     )
 
 
-def log_certificate(subject: str, exact: ExactPosterior) -> None:
+def log_sampling(subject: str, exact: ExactPosterior) -> None:
     """Log what gave the draws, and how reliable they are."""
     LOGGER.info(
         "subject %s: draws by %s; k-hat %.2f, efficiency %.0f %%",
@@ -226,5 +226,5 @@ def posterior_of_subject(
     found, drawn = exact_posterior(HeartModel(recorded), network, exact, seed, "exact", subject)
     rounds = ", ".join(f"{share:.0%}" for share in drawn.efficiency)
     LOGGER.info("efficiency of the network, and of all draws after each further round: %s", rounds)
-    log_certificate(subject, found)
+    log_sampling(subject, found)
     return described(found, model.prior, network)

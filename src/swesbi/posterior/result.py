@@ -1,4 +1,4 @@
-"""The exact posterior of one recording, with its certificate, and its file ``posterior.h5``.
+"""The exact posterior of one recording, with its sampling check, and its file ``posterior.h5``.
 
 The file is a posterior like any other, for :class:`swesbi.posterior.truncated.Posterior` and whatever reads
 it. Beside it stand the passive stiffness, the weights and how the draws were obtained. It is read

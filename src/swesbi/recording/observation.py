@@ -41,7 +41,7 @@ SOURCES: Final[dict[str, str]] = {
     "repeats": "standard errors by the repeats",
     "se_m_s": "standard errors of the file",
     "fit_r2": "standard errors by the R2 of the fits",
-    "declared": "declared coefficient of variation, integrated out",
+    "declared": "standard errors as stated, their size uncertain",
 }
 
 

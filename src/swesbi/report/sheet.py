@@ -29,7 +29,7 @@ MS_PER_S: Final = 1e3
 FEW: Final = 20
 """Fewer hearts than this have no percentiles worth the name."""
 CONDITIONAL: Final = (
-    "All intervals assume that the model can describe the heart. Its unknown properties are integrated out "
+    "All intervals assume that the model can describe the heart. Its unknown properties are averaged over "
     "within the prior."
 )
 

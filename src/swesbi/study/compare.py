@@ -171,8 +171,7 @@ def _write_groups(
                 **typed_settings(change_in_groups, plain),
             )
             by = Provenance("", seed=study.config.seed, settings=plain, code_hash=code)
-            title = study.config.new_subjects.cohort_title
-            save_groups(found, made, by, title, true_ratios(study.outside.folder, compared))
+            save_groups(found, made, by, study.outside.title, true_ratios(study.outside.folder, compared))
     except REFUSALS as error:
         for file in GROUP_OUTPUTS:
             (folder / file).unlink(missing_ok=True)

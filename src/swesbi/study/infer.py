@@ -1,4 +1,4 @@
-"""Answer a recording, or a folder of them: posterior, certificate, verdict, figures, a page, a table."""
+"""Answer a recording, or a folder of them: posterior, sampling check, verdict, figures, a page, a table."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from swesbi.parameters import ISOMETRIC, REPORTED, Parameter
 
 Trust = Literal["over structures", "conditional"]
 IN_WORDS: Final[Mapping[Trust, str]] = {
-    "over structures": "to be relied on over structures of the heart",
+    "over structures": "hardly depends on the heart model",
     "conditional": "valid only if",
 }
 

@@ -142,8 +142,8 @@ def infer(
         network=rank(truth, np.stack(rest), equal_weights(len(rest)), known.reference, prior),
         weighted=rank(truth, values, drawn.weight, known.reference, prior),
     )
-    certificate = (drawn.k_hat, drawn.efficiency, drawn.log_evidence, drawn is not rounds.weighted)
-    diagnostics = Diagnostics(*(np.array([value]) for value in certificate))
+    judged = (drawn.k_hat, drawn.efficiency, drawn.log_evidence, drawn is not rounds.weighted)
+    diagnostics = Diagnostics(*(np.array([value]) for value in judged))
     return InferredRecordings(ranked, diagnostics, misfits_of(model, drawn.phi, drawn.weight, predicted, rng))
 
 

@@ -219,12 +219,12 @@ def change_table(change: StoredChange) -> pd.DataFrame:
 
 
 def change_lines(change: StoredChange) -> list[str]:
-    """Return verdicts, ratios and certificate in lines."""
+    """Return verdicts, ratios and the sampling check in lines."""
     return [
         f"{change.person}: {change.visit[0]} to {change.visit[1]}",
         *(f"  {line}" for line in verdict_lines(change)),
         *ratio_lines(change),
-        certificate_line(change),
+        sampling_line(change),
         shares_line(change),
     ]
 
@@ -290,11 +290,11 @@ def ratio_lines(change: StoredChange) -> list[str]:
     ]
 
 
-def certificate_line(change: StoredChange) -> str:
+def sampling_line(change: StoredChange) -> str:
     """Return how reliable the joint draws are."""
     by, doubt = drawn_by(change)
     return (
-        f"certificate: draws by {by}; of {change.weighted_draws} weighted draws {change.efficiency:.1%} "
+        f"sampling check: draws by {by}; of {change.weighted_draws} weighted draws {change.efficiency:.1%} "
         f"effective, k-hat {change.k_hat:.2f} (at most {change.k_hat_limit:.2f}){doubt}"
     )
 

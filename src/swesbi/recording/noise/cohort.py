@@ -281,7 +281,7 @@ class FolderNoise:
             parts += f", {own.sweep_fraction:.1%} between sweeps"
         if self.recordings == 0:
             return f"{parts}: as is expected of a laboratory that nobody has seen"
-        few = "one recording, shrunk towards what is expected" if self.recordings == 1 else ""
+        few = "one recording and typical values together" if self.recordings == 1 else ""
         return f"{parts}: of {few or f'{self.recordings} recordings of the folder'}"
 
 

@@ -16,8 +16,8 @@ from swesbi.checks.scores import Band
 from swesbi.persons.change.stored import (
     WORDS,
     StoredChange,
-    certificate_line,
     ratio_rows,
+    sampling_line,
     shares_line,
     verdict_lines,
 )
@@ -98,7 +98,7 @@ def _write_page(
     change: StoredChange, visits: Sequence[ShownVisit], above: Axes, table: Axes, below: Axes
 ) -> None:
     head, *rows = ratio_rows(change)
-    conditions = [certificate_line(change), shares_line(change), HOLDS.format(threshold=change.threshold)]
+    conditions = [sampling_line(change), shares_line(change), HOLDS.format(threshold=change.threshold)]
     lines = [*_recordings(change, visits), *verdict_lines(change)]
     write_lines(above, lines, LINE, INDENTS, fontsize=7.5)
     write_table(table, head, rows, WIDTHS, 1.25)
