@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from tools.claims.manifest import Claim, Manifest, ValueSource
-from tools.claims.prose import quotations, rounding, unaccounted, value_of
+from tools.claims.prose import quotations, rounding, unaccounted, unaccounted_shares, value_of
 from tools.claims.sources import NoValueError, value_found
 from tools.docs.directives import PART, PageError, Place, filled, line_of
 from tools.model_version import MODEL_VERSION, STORED, VERSIONS, read_versions
@@ -39,18 +39,19 @@ class Finding:
 
 def claims_judged(manifest: Manifest, place: Place) -> Iterator[Finding]:
     """Yield a finding for each number of each claim, and one for each number that nothing accounts for."""
-    named = {*manifest.complete, *(each.file for each in manifest.quoted)}
+    named = {*manifest.complete, *manifest.shares, *(each.file for each in manifest.quoted)}
     texts = {name: place(name).read_text(encoding="utf-8") for name in sorted(named)}
     for claim in manifest.claims:
         yield from _claim(claim, texts[claim.file], manifest.sources, place)
     for each in manifest.no_claims:
         if not quotations(each.text, texts[each.file]):
             yield Finding(False, each.file, each.text, found="the text is no longer there")
-    for name in manifest.complete:
-        entries = [each.text for each in manifest.quoted if each.file == name]
-        accounted = [each for text in entries for each in quotations(text, texts[name])]
-        for line, around in unaccounted(texts[name], accounted):
-            yield Finding(False, f"{name}:{line}", around, found="a number that no claim accounts for")
+    for asked, names in ((unaccounted, manifest.complete), (unaccounted_shares, manifest.shares)):
+        for name in names:
+            entries = [each.text for each in manifest.quoted if each.file == name]
+            accounted = [each for text in entries for each in quotations(text, texts[name])]
+            for line, around in asked(texts[name], accounted):
+                yield Finding(False, f"{name}:{line}", around, found="a number that no claim accounts for")
 
 
 def _claim(claim: Claim, text: str, sources: Mapping[str, str], place: Place) -> Iterator[Finding]:

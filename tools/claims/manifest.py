@@ -58,9 +58,13 @@ class NoClaim(Settings):
 
 
 class Manifest(Settings):
-    """All claims, and by name the sources of values; of ``complete`` files every number stands here."""
+    """All claims, and by name the sources of values; of ``complete`` files every number stands here.
+
+    Of files in ``shares`` every number in per cent does, but for levels of intervals.
+    """
 
     complete: tuple[str, ...] = ()
+    shares: tuple[str, ...] = ()
     sources: dict[str, str]
     claims: tuple[Claim, ...]
     no_claims: tuple[NoClaim, ...] = ()

@@ -19,6 +19,10 @@ WORDS: Final = {
 DIGITS: Final = r"[−-]?\d+(?:,\d{3})*(?:\.\d+)?"
 SPELT: Final = "|".join(WORDS)
 NUMBER: Final = re.compile(rf"(?<![\w.-])(?:{DIGITS}|(?:{SPELT})\b)", re.IGNORECASE)
+SHARE: Final = re.compile(rf"(?P<shares>{DIGITS}(?:(?:, | to | and |, and ){DIGITS})*) ?%(?P<behind>\s+\w+)?")
+"""Numbers in per cent, and the word behind them."""
+LEVELS: Final = ("interval", "intervals", "band", "bands", "probability", "credible")
+"""Behind which a share is the level of an interval."""
 IN_HOLE: Final = rf"(?<![\d.])({DIGITS}|(?i:{SPELT}))(?![\d])"
 UNREAD: Final = (
     PART,  # written by `make docs`, and compared as a whole
@@ -64,6 +68,19 @@ def unaccounted(text: str, accounted: Sequence[Quotation]) -> Iterator[tuple[int
         if not any(place.start <= match.start() < place.end for place in accounted):
             around = text[max(match.start() - 30, 0) : match.end() + 30]
             yield line_of(text, match.start()), " ".join(around.split())
+
+
+def unaccounted_shares(text: str, accounted: Sequence[Quotation]) -> Iterator[tuple[int, str]]:
+    """Yield the same of numbers in per cent alone; the levels of intervals are none of them."""
+    read = _read(text, UNREAD)
+    shares = [match.span("shares") for match in SHARE.finditer(read) if not _is_level(match["behind"])]
+    numbers = {match.start() for match in NUMBER.finditer(read)}
+    others = [Quotation(at, at + 1, ()) for at in numbers if not any(a <= at < b for a, b in shares)]
+    yield from unaccounted(text, [*accounted, *others])
+
+
+def _is_level(behind: str | None) -> bool:
+    return (behind or "").strip() in LEVELS
 
 
 def _read(text: str, unread: Iterable[re.Pattern[str]]) -> str:

@@ -15,9 +15,9 @@ ONE_LAW: Final = ("k0_kpa", "k_atp_per_s", "k_sr_per_s")
 QUANTITIES: Final = ("peak_active_kpa", *ONE_LAW)
 OWN: Final = {
     "amortised_recovery": ("the model's own", "model's own noise"),
-    "amortised_recovery_acquisition": ("the model's own", "acquired"),
-    "calibrated_recovery": ("the model's own, volunteers' contexts", "model's own noise"),
-    "calibrated_recovery_acquisition": ("the model's own, volunteers' contexts", "acquired"),
+    "amortised_recovery_acquisition": ("the model's own", "sample by sample"),
+    "calibrated_recovery": ("the model's own, shaped like the volunteers", "model's own noise"),
+    "calibrated_recovery_acquisition": ("the model's own, shaped like the volunteers", "sample by sample"),
     "amortised_pushes": ("the model's own", "free-running pushes"),
 }
 """Stored tables of recordings that the model made: whose hearts, and how they were recorded."""
@@ -59,7 +59,7 @@ def _generator_row(rows: pd.DataFrame) -> dict[str, object]:
     letter, _, title = name.partition(": ")
     row: dict[str, object] = {
         "hearts": "(c), (d), (h) together" if name == TOGETHER else f"({letter}) {title}",
-        "recordings": "acquired",
+        "recordings": "sample by sample",
         "n": int(first["n"]),
         "not_contradicted": first["not_contradicted"],
         "n_not_contradicted": int(first["n_not_contradicted"]),

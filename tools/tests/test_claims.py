@@ -10,7 +10,7 @@ from study_copy import ROOT
 from swesbi.artefacts import ArtefactError
 from tools.claims.findings import Finding, claims_judged
 from tools.claims.manifest import Manifest, read_manifest
-from tools.claims.prose import quotations, rounding, unaccounted, value_of
+from tools.claims.prose import quotations, rounding, unaccounted, unaccounted_shares, value_of
 from tools.docs.shown import CLAIMS, stored_in
 from tools.model_version import MODEL_VERSION, STORED
 from tools.verify import main, verified
@@ -200,3 +200,12 @@ def test_code_links_names_comments_and_tables_hold_no_numbers() -> None:
     tables = "<!-- table x\nn: 9\n-->\n9\n<!-- end table --><!-- 7 -->\n"
     text = f"BSD-3-Clause `5` [six](page7.md) HDF5 k_0\n```\n8\n```\n{tables}"
     assert [(line, around[:30]) for line, around in unaccounted(text, [])] == [(1, text[:30])]
+
+
+def test_shares_are_numbers_in_per_cent_that_are_no_level_of_an_interval() -> None:
+    text = (
+        "Of 24 hearts 71 to 89 % pass, and 5, 6 and 7 % fail: by 90 % intervals, or a 95 % binomial interval."
+    )
+    found = [around for _, around in unaccounted_shares(text, [])]
+    assert len(found) == 6
+    assert len(list(unaccounted_shares(text, quotations("{} to {} % pass", text)))) == 4

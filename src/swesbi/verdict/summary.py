@@ -18,7 +18,7 @@ from swesbi.verdict.verdict import STATUSES, Verdict, VerdictTest
 
 RECORDINGS: Final = {
     "model_noise": "the model's own noise",
-    "sample_by_sample": "acquired sample by sample",
+    "sample_by_sample": "recorded sample by sample",
     "local": "at the subject's own data",
     "volunteer": "the volunteer recorded anew",
 }
