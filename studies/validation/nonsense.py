@@ -167,7 +167,8 @@ def _distance(answer: Answer, clean: Answer) -> float:
 def with_fewer_draws(settings: HeartAnswersSettings) -> HeartAnswersSettings:
     """Return the same, with posteriors of fewer draws, rounds and steps."""
     mcmc = settings.exact.mcmc.model_copy(update={"steps": STEPS})
-    fewer = settings.exact.model_copy(update={"draws": DRAWS, "max_rounds": ROUNDS, "mcmc": mcmc})
+    draws = min(DRAWS, mcmc.least_draws)
+    fewer = settings.exact.model_copy(update={"draws": draws, "max_rounds": ROUNDS, "mcmc": mcmc})
     return settings.model_copy(update={"exact": asking(fewer, EFFECTIVE_DRAWS)})
 
 
