@@ -147,7 +147,7 @@ def test_a_heart_outside_the_declared_range_is_refused(study: Study, monkeypatch
 
 
 def test_the_page_prints_the_ranges_that_hearts_are_drawn_from() -> None:
-    lines = (FOLDER / "README.md").read_text(encoding="utf-8").splitlines()
+    lines = (FOLDER / "generators.md").read_text(encoding="utf-8").splitlines()
     cells = [line.split("|")[2:4] for line in lines if line.startswith("| ")]
     printed = [pair for pair in cells if all(" to " in text for text in pair)]  # other tables give counts
     units = (1.0, 1.0, 1.0, 1.0, 1.0, 1e8, 1e-8, 1e-3, 1e-3)
