@@ -202,8 +202,8 @@ def _next_round(
     log_parts.append(proposals.log_density(placed, half))
     known, counts = now.known.with_more(_evaluated(model, more)), (*now.counts, 2 * each)
     weighted = weighted_by_all(known, log_parts, counts)
-    return AdaptedDraws(
-        network=now.network,
+    return replace(
+        now,
         weighted=weighted,
         reliable=is_reliable(weighted, settings),
         known=known,
