@@ -1,7 +1,7 @@
 """Where the time of a study goes: processor time, wall time and memory by stage, and what starting up costs.
 
     python benchmarks/study.py
-    python benchmarks/study.py --profile workflow/profiles/slurm
+    python benchmarks/study.py --profile profiles/slurm
     python benchmarks/study.py --table docs/tables/study_cost.csv
 
 Adds up what the jobs of a run say in their logs. Start-up is what each job took until its stage began:

@@ -14,7 +14,7 @@ from study_arrays import assert_equal_results, assert_part_of
 from study_copy import ROOT, StudyCopy, copy_study
 
 SCRIPT = ROOT / "tests" / "helpers" / "cluster" / "slurm.sh"
-PROFILE = "workflow/profiles/slurm"
+PROFILE = "profiles/slurm"
 DAEMONS = ("slurmctld", "slurmd", "munged", "sbatch", "squeue")
 # This Slurm has no accounts and keeps none of jobs; it has two processors, and one disk. The plugin waits ten
 # seconds longer after each look at which no job had ended; a job of a smoke study takes seconds.

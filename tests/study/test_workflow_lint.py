@@ -29,7 +29,7 @@ def test_scripts_hold_no_science() -> None:
 
 
 def test_the_profile_names_rules_that_exist_and_asks_for_more_than_the_rest_but_no_whole_node() -> None:
-    text = (ROOT / "workflow" / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
+    text = (ROOT / "profiles" / "slurm" / "config.yaml").read_text(encoding="utf-8")
     texts = [path.read_text(encoding="utf-8") for path in (ROOT / "workflow" / "rules").glob("*.smk")]
     rules = set(re.findall(r"^ *rule (\w+):", "\n".join(texts), re.MULTILINE))
     content = yaml.safe_load(text)

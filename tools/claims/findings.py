@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from tools.claims.manifest import Claim, Manifest, ValueSource
-from tools.claims.prose import quotations, rounding, unaccounted, unaccounted_shares, value_of
+from tools.claims.prose import quotations, rounding, unaccounted, value_of
 from tools.claims.sources import NoValueError, value_found
 from tools.docs.directives import PART, PageError, Place, filled, line_of
 from tools.model_version import MODEL_VERSION, STORED, VERSIONS, read_versions
@@ -46,11 +46,11 @@ def claims_judged(manifest: Manifest, place: Place) -> Iterator[Finding]:
     for each in manifest.no_claims:
         if not quotations(each.text, texts[each.file]):
             yield Finding(False, each.file, each.text, found="the text is no longer there")
-    for asked, names in ((unaccounted, manifest.complete), (unaccounted_shares, manifest.shares)):
+    for shares_only, names in ((False, manifest.complete), (True, manifest.shares)):
         for name in names:
             entries = [each.text for each in manifest.quoted if each.file == name]
             accounted = [each for text in entries for each in quotations(text, texts[name])]
-            for line, around in asked(texts[name], accounted):
+            for line, around in unaccounted(texts[name], accounted, shares_only=shares_only):
                 yield Finding(False, f"{name}:{line}", around, found="a number that no claim accounts for")
 
 

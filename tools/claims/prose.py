@@ -30,8 +30,9 @@ UNREAD: Final = (
     re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE),
     re.compile(r"`[^`]*`"),
     re.compile(r"\]\([^)]*\)"),
+    re.compile(r"^ *\d+\. ", re.MULTILINE),
 )
-"""What of a Markdown text claims nothing: tables that are filled, comments, code, targets of links."""
+"""What of a text claims nothing: filled tables, comments, code, targets of links, numbers of items."""
 
 
 @dataclass(frozen=True)
@@ -62,21 +63,27 @@ def rounding(printed: str) -> float:
     return 0.5 * 10.0**-decimals * (1.0 + 1e-9)
 
 
-def unaccounted(text: str, accounted: Sequence[Quotation]) -> Iterator[tuple[int, str]]:
-    """Yield line and surroundings of each number of a Markdown text that lies in no quotation."""
-    for match in NUMBER.finditer(_read(text, UNREAD)):
-        if not any(place.start <= match.start() < place.end for place in accounted):
-            around = text[max(match.start() - 30, 0) : match.end() + 30]
-            yield line_of(text, match.start()), " ".join(around.split())
+def unaccounted(
+    text: str, accounted: Sequence[Quotation], *, shares_only: bool = False
+) -> Iterator[tuple[int, str]]:
+    """Yield line and surroundings of each number of a Markdown text that lies in no quotation.
 
-
-def unaccounted_shares(text: str, accounted: Sequence[Quotation]) -> Iterator[tuple[int, str]]:
-    """Yield the same of numbers in per cent alone; the levels of intervals are none of them."""
+    Levels of intervals are left out; with ``shares_only`` everything but numbers in per cent is.
+    """
     read = _read(text, UNREAD)
-    shares = [match.span("shares") for match in SHARE.finditer(read) if not _is_level(match["behind"])]
-    numbers = {match.start() for match in NUMBER.finditer(read)}
-    others = [Quotation(at, at + 1, ()) for at in numbers if not any(a <= at < b for a, b in shares)]
-    yield from unaccounted(text, [*accounted, *others])
+    found = list(SHARE.finditer(read))
+    shares = [match.span("shares") for match in found]
+    levels = [match.span("shares") for match in found if _is_level(match["behind"])]
+    left_out = [*levels, *((place.start, place.end) for place in accounted)]
+    for match in NUMBER.finditer(read):
+        if _within(match.start(), left_out) or (shares_only and not _within(match.start(), shares)):
+            continue
+        around = text[max(match.start() - 30, 0) : match.end() + 30]
+        yield line_of(text, match.start()), " ".join(around.split())
+
+
+def _within(at: int, spans: Iterable[tuple[int, int]]) -> bool:
+    return any(start <= at < end for start, end in spans)
 
 
 def _is_level(behind: str | None) -> bool:

@@ -10,7 +10,7 @@ from study_copy import ROOT
 from swesbi.artefacts import ArtefactError
 from tools.claims.findings import Finding, claims_judged
 from tools.claims.manifest import Manifest, read_manifest
-from tools.claims.prose import quotations, rounding, unaccounted, unaccounted_shares, value_of
+from tools.claims.prose import quotations, rounding, unaccounted, value_of
 from tools.docs.shown import CLAIMS, stored_in
 from tools.model_version import MODEL_VERSION, STORED
 from tools.verify import main, verified
@@ -87,7 +87,7 @@ def test_stored_tables_settings_and_code_give_what_is_claimed(path: Path) -> Non
 def test_the_readme_is_not_accounted_for_by_chance() -> None:
     """Without one claim or exception its numbers are reported."""
     manifest = read_manifest(ROOT / CLAIMS)
-    assert manifest.complete == ("README.md",)
+    assert manifest.complete[0] == "README.md"
     for field in ("claims", "no_claims"):
         rest = manifest.model_copy(update={field: getattr(manifest, field)[1:]})
         assert UNACCOUNTED in {each.found for each in shipped(rest)}
@@ -202,10 +202,12 @@ def test_code_links_names_comments_and_tables_hold_no_numbers() -> None:
     assert [(line, around[:30]) for line, around in unaccounted(text, [])] == [(1, text[:30])]
 
 
-def test_shares_are_numbers_in_per_cent_that_are_no_level_of_an_interval() -> None:
-    text = (
-        "Of 24 hearts 71 to 89 % pass, and 5, 6 and 7 % fail: by 90 % intervals, or a 95 % binomial interval."
-    )
-    found = [around for _, around in unaccounted_shares(text, [])]
-    assert len(found) == 6
-    assert len(list(unaccounted_shares(text, quotations("{} to {} % pass", text)))) == 4
+def test_levels_of_intervals_and_numbers_of_items_claim_nothing_and_shares_are_in_per_cent() -> None:
+    text = "1. Of 24 hearts 71 to 89 % pass, 5, 6 and 7 % fail: 90 % intervals, or a 95 % binomial interval."
+    quoted = quotations("{} to {} % pass", text)
+    counts = [
+        len(list(unaccounted(text, accounted, shares_only=shares)))
+        for shares in (True, False)
+        for accounted in ([], quoted)
+    ]
+    assert counts == [6, 4, 7, 5]
