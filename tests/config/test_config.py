@@ -158,7 +158,9 @@ def test_a_wrong_key_is_named_with_the_last_file_that_has_it_and_its_line(tmp_pa
     assert place_of("passive.exponent_b") == "changes.yaml:2"
     assert place_of("sead") == "config.yaml:3"
     (tmp_path / "own.yaml").write_text("mine:\n  seed: 1\n  sead: 2\n")
-    with pytest.raises(ConfigError, match=r"mine\.sead = 2: .*did you mean 'seed'\? \(.*own\.yaml:3\)"):
+    with pytest.raises(
+        ConfigError, match=r"mine\.sead = 2: no such key; did you mean 'seed'\? \(.*own\.yaml:3\)"
+    ):
         parse_section({"seed": 1, "sead": 2}, "own.yaml", Config, [tmp_path / "own.yaml"], "mine")
 
 

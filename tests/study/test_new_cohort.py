@@ -261,5 +261,7 @@ def test_commands_work_from_any_folder(
     assert main(["validate", "clinic", "--config", str(ROOT / "config.yaml")]) == 2
     assert "2 recordings can be used as they are: P01-before, P02-before" in capsys.readouterr().err
     assert Path.cwd() == tmp_path
+    assert main(["validate", "clinic/swe", "--config", str(ROOT / "config.yaml")]) == 2
+    assert "subjects.csv: no such file; name the folder above, " in capsys.readouterr().err
     assert main(["validate", "clinic", "--config", "nowhere.yaml"]) == 2
     assert "nowhere.yaml: there is no such file; correct the path" in capsys.readouterr().err

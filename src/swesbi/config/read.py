@@ -41,7 +41,8 @@ def _line(details: ErrorDetails, model: type[BaseModel], files: Sequence[Path], 
     whole = [section, *location] if section else location
     key = ".".join(map(str, whole)) or "(whole file)"
     remedy = _remedy(details, location, model)
-    message = details["msg"].removeprefix("Value error, ")
+    unknown = details["type"] == "extra_forbidden"
+    message = "no such key" if unknown else details["msg"].removeprefix("Value error, ")
     shown = "" if isinstance(details["input"], dict | list) else f" = {details['input']!r}"
     place = _place(whole, files)
     return f"{key}{shown}: {message}{'; ' + remedy if remedy else ''}{f' ({place})' if place else ''}"

@@ -46,7 +46,9 @@ def check_file(path: Path, cohort: Path) -> None:
         if other := next((each for each in beside if _alike(each, path)), None):
             verb = "save it as" if path.suffix == ".csv" and other.suffix.lower() != ".csv" else "call it"
             raise refusal(path, f"no such file, but there is {other.name}", f"{verb} {path.name}")
-        raise refusal(path, "no such file", "put the file there")
+        above = cohort.parent / path.name if cohort.name == RECORDINGS else path
+        remedy = f"name the folder above, {cohort.parent}" if above.exists() else "put the file there"
+        raise refusal(path, "no such file", remedy)
     if not path.resolve().is_relative_to(cohort.resolve()):
         raise refusal(
             path,
