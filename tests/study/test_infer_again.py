@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import signal
 import subprocess
@@ -69,6 +70,13 @@ def test_only_what_has_changed_is_answered_again(
     changed = {Path(name).parent.name for name in after if after[name] != before[name]}
     assert changed == {"A", "B"}
     assert {path.name for path in (out / "A").iterdir()} == {*NUMBERS, "sheet.pdf", WITH_PRESSURES}
+    # damaged files: an answer is made again, unless the recording that it was made of cannot be read
+    for name in ("A/posterior.h5", "B/observation.h5"):
+        with (out / name).open("ab") as file:
+            file.write(b"x")
+    assert infer(folder, out, "--figures", "none") == 2
+    assert re.search(r"B: .*observation\.h5: has no checksum.*; name another", capsys.readouterr().out)
+    check_whole(out / "A" / "posterior.h5")
 
 
 @pytest.mark.slow(minutes=1.5)

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from swesbi.answers.answer import Answer, AnyCheck, Knowledge, OneAnswerSettings, answered, check_answer
 from swesbi.answers.recording import ModelledRecording
-from swesbi.artefacts import ArtefactError, Provenance, folder_made_whole, write_json
-from swesbi.artefacts.files import hdf5_provenance
+from swesbi.artefacts import ArtefactError, DamagedArtefactError, Provenance, folder_made_whole, write_json
+from swesbi.artefacts.files import provenance_of
 from swesbi.base.arrays import FloatArray
 from swesbi.base.workers import in_processes
 from swesbi.checks.information import MoreRepeats, more_repeats
@@ -98,6 +98,8 @@ class RecordingRequest:
             return None
         path = folder / VERDICT
         try:
+            for stored in (folder / name for name in outputs if name.endswith(".h5")):
+                provenance_of(stored)  # damaged files are made again
             verdict, content = Verdict.read(path), json.loads(path.read_text(encoding="utf-8"))
         except ArtefactError:
             return None
@@ -157,8 +159,12 @@ def check_untouched(folder: Path, recording: ModelledRecording) -> None:
     remedy = "name another folder by --out, or write over it by --force"
     if not kept.is_file():
         raise OtherAnswerError(f"{folder}: is there already and holds no answer; {remedy}")
-    is_observation = hdf5_provenance(kept).kind == Observation.kind
-    if not (is_observation and same_recording(Observation.read(kept), asked)):
+    try:
+        is_observation = provenance_of(kept).kind == Observation.kind
+        same = is_observation and same_recording(Observation.read(kept), asked)
+    except DamagedArtefactError as error:
+        raise OtherAnswerError(f"{kept}: {error.fault}; {remedy}") from error
+    if not same:
         raise OtherAnswerError(
             f"{folder}: holds the answer to another recording of {asked.subject!r}, or its row of "
             f"subjects.csv has changed since; {remedy}"
