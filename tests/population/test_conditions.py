@@ -47,6 +47,14 @@ def test_admitted_are_those_that_ingestion_does_not_call_incomplete() -> None:
     assert 0.2 < np.mean(found) < 0.8
 
 
+@pytest.mark.parametrize("phases", [6, 7])
+def test_so_few_phases_that_no_recording_is_complete_are_refused(phases: int) -> None:
+    changed = {"phases": phases}
+    protocol, recording = (each.model_copy(update=changed) for each in (CONFIG.acquisition, CONFIG.recording))
+    with pytest.raises(ValueError, match=rf"recording\.phases = {phases}: not even all of them"):
+        draw_conditions(2, EXPERIMENT.conditions, protocol, recording, np.random.default_rng(1))
+
+
 def test_conditions_are_admitted_spread_over_the_noise_levels_and_often_incomplete() -> None:
     drawn = conditions(4000)
     assert admitted(drawn.measured, PHASE, CONFIG.recording).all()

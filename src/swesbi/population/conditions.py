@@ -45,7 +45,8 @@ def draw_conditions(
 
     The noise of a whole phase is drawn; how it varies from phase to phase follows from the protocol's
     failed samples, those whose wave was not found and those that quality control takes for outliers. Sweeps,
-    repeats and samples have the ratio that they have in the protocol; no repeat fails as a whole.
+    repeats and samples have the ratio that they have in the protocol; no repeat fails as a whole. A
+    ValueError says that there is no such recording, of so few phases.
     """
     low, high = np.log(settings.relative_se)
     level = np.exp(rng.uniform(low, high, number))
@@ -86,6 +87,11 @@ def _draw_measured(
     number: int, settings: ConditionSettings, recording: RecordingSettings, rng: np.random.Generator
 ) -> BoolArray:
     phase = nominal_phases(recording.phases)
+    if not admitted(np.ones((1, len(phase)), dtype=bool), phase, recording).all():
+        raise ValueError(
+            f"recording.phases = {recording.phases}: not even all of them are enough for max_gap_fraction "
+            "and min_late_diastolic_phases; attempt more phases, or change these"
+        )
     measured = np.zeros((number, len(phase)), dtype=bool)
     pending = np.arange(number)
     while pending.size:
