@@ -29,7 +29,7 @@ from swesbi.checks.information import (
 from swesbi.measurement.likelihood import SpeedModel
 from swesbi.measurement.settings import DiscrepancySettings
 from swesbi.parameters import REPORTED_NAMES
-from swesbi.prior import from_logit, to_logit
+from swesbi.prior import from_logit, log_density, to_logit
 
 TIMING = DiscrepancySettings(speed_fraction=0.02, timing_cycle=0.05)
 """A spread of the data that depends much on phi."""
@@ -204,7 +204,8 @@ def exact_posterior() -> np.ndarray:
     normal = rng.standard_normal((12_000, 4))
     phi = from_logit(to_logit(speed_case.PHI[None], prior)[0] + normal @ root.T, prior)
     jacobian = np.log((phi - low) * (high - phi)).sum(axis=1)
-    log_weight = model.log_posterior(phi) + jacobian + 0.5 * np.sum(normal**2, axis=1)
+    log_target = log_density(phi, prior) + model.log_likelihood(phi) + jacobian
+    log_weight = log_target + 0.5 * np.sum(normal**2, axis=1)
     weight = np.exp(log_weight - log_weight.max())
     assert weight.sum() ** 2 / np.sum(weight**2) > 500.0
     return np.asarray(phi[rng.choice(len(phi), 4000, p=weight / weight.sum())])

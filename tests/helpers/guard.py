@@ -24,30 +24,9 @@ import h5py
 import numpy as np
 import pandas as pd
 
-RENAMED: Final[tuple[tuple[str, str], ...]] = (
-    (r"(.*::)(?:npe|prior_draws)/(.*)", r"\1proposal/\2"),
-    (r"(.*::)own/npe_(.*)", r"\1model_noise/proposal_\2"),
-    (r"(.*::)acquired/npe_(.*)", r"\1sample_by_sample/proposal_\2"),
-    (r"(.*::)local/npe_(.*)", r"\1local/proposal_\2"),
-    (r"(.*::)own/(.*)", r"\1model_noise/\2"),
-    (r"(.*::)acquired/(.*)", r"\1sample_by_sample/\2"),
-    (r"(.*)shown_kpa(.*)", r"\1peak_active_kpa\2"),
-    (r"(.*)strained(.*)", r"\1doubtful\2"),
-    (r"(.*cohort_posterior\.h5::)subjects/subject", r"\1members/member"),
-    (r"(.*cohort_posterior\.h5::)subjects/(.*)", r"\1members/\2"),
-    (r"(.*cohort_posterior\.h5::.*)/subject", r"\1/member"),
-    (r"(.*cohort_posterior\.h5::.*)/theta", r"\1/within"),
-    (r"(.*cohort_posterior\.h5::)first_group", r"\1reference_group"),
-)
+RENAMED: Final[tuple[tuple[str, str], ...]] = ()
 """Patterns of names ``file::item`` of before, and what they are now; the first that matches counts."""
-LEFT_OUT: Final[tuple[str, ...]] = (
-    r"figures/(experiments|epochs|design-.*)\.(pdf|png)::",
-    r".*/design\.csv::.*",
-    r".*/identifiability\.h5::.*",
-    r".*/identifiability\.csv::(likelihood_.*|maximum_likelihood)",
-    r".*/information\.csv::(k_hat|left_out_.*)",
-    r"tables/paper_comparison\.tex::",
-)
+LEFT_OUT: Final[tuple[str, ...]] = ()
 """Patterns of names of before that are no longer made."""
 WHOLE: Final = frozenset({".png", ".pdf", ".tex"})
 CHECKSUM: Final = "sha256"

@@ -110,12 +110,6 @@ def test_noise_and_both_terms_of_discrepancy_add_in_quadrature() -> None:
     np.testing.assert_allclose(sd, [[0.05, 0.13, 0.13]])
 
 
-def test_outside_the_box_the_posterior_is_zero_and_nothing_is_simulated() -> None:
-    outside = PHI * [1.0, 10.0, 1.0, 1.0]
-    values = speed_case.model().log_posterior(np.vstack([PHI, outside]))
-    assert np.isfinite(values[0]) and values[1] == -np.inf
-
-
 def test_synthetic_recordings_depend_on_seed_and_name_alone() -> None:
     model = speed_case.model()
     one, same = (own_recordings(model, 5, 3, "a") for _ in range(2))

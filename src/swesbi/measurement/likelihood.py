@@ -47,7 +47,7 @@ from swesbi.measurement.shared_error import (
 )
 from swesbi.measurement.summary import summarise
 from swesbi.parameters import OF_THETA, OPERATOR_NAMES, STRETCHED
-from swesbi.prior import JointPriorSettings, PriorSettings, log_centre, log_density
+from swesbi.prior import JointPriorSettings, PriorSettings, log_centre
 from swesbi.recording.noise.cohort import CohortNoise
 from swesbi.recording.noise.errors import MeanErrors
 from swesbi.recording.observation import Observation
@@ -292,14 +292,6 @@ class SpeedModel:
     def log_likelihood_of(self, predicted: speeds.PredictedSpeeds) -> FloatArray:
         """Return the same of predicted speeds."""
         return log_likelihood(predicted, self.recording, self.settings.discrepancy)
-
-    def log_posterior(self, phi: FloatArray) -> FloatArray:
-        """Return log p(phi) + log p(speeds | phi), not normalised, (n,); -inf outside the prior's box."""
-        log_prior = log_density(phi, self.settings.prior)
-        inside = np.isfinite(log_prior)
-        if inside.any():
-            log_prior[inside] += self.log_likelihood(phi[inside])
-        return log_prior
 
 
 @dataclass(frozen=True)
