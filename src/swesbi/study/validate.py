@@ -71,8 +71,8 @@ def _notes(report: CohortReport) -> Iterator[str]:
     """Yield what can be asked about free-running recordings, and which files are read as they are."""
     if report.free_running:
         yield (
-            f"free-running: {', '.join(report.free_running)}; `swesbi infer` answers them. A study needs gated "
-            "phases: leave them out of its `subjects`"
+            f"free-running: {', '.join(report.free_running)}; `swesbi infer` answers them. A study needs "
+            "gated phases: leave them out of its `subjects`"
         )
     files = dict.fromkeys(one.samples.source for one in report.subjects)
     if others := [name for name in files if not name.lower().endswith(".csv")]:
