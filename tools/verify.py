@@ -1,10 +1,10 @@
 """Hold what README and documentation say in numbers against tables, settings and code.
 
-Every number that README and side studies claim is found in the table, setting or constant that gives it
-(docs/claims.yaml, studies/*/claims.yaml). So is every number in per cent in the prose of docs/. The tables of
-all pages are written anew and compared, and the version of every stored table with the model's. The exit code
-is 1 where anything fails. Where no study is finished, tables are those stored in docs/tables. Run it in the
-project's folder.
+Every number that README, pages of results and side studies claim is found in the table, setting or constant
+that gives it (docs/claims.yaml, studies/*/claims.yaml). So is every number in per cent on other pages. The
+tables of all pages are written anew and compared, and the version of every stored table with the model's. The
+exit code is 1 where anything fails. Where no study is finished, tables are those stored in docs/tables. Run
+it in the project's folder.
 """
 
 from __future__ import annotations
